@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From vertex numbers to twins, and the checks that make a surface an oriented manifold."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from stitchmesh.errors import MeshError, first_few
+
+IntArray = NDArray[np.int64]
+
+
+def find_twins(face_start: IntArray, face_vertex: IntArray, vertex_count: int) -> IntArray:
+    """The side across each side, -1 at borders, found from vertex numbers, shape (C,).
+
+    Raises:
+        MeshError: indices out of range, degenerate or repeated faces, an edge with more than two faces, faces
+            that disagree in orientation, or a one-sided surface.
+    """
+    sizes = np.diff(face_start)
+    if len(sizes) == 0:
+        raise MeshError("mesh: got no faces; expected at least one polygon")
+    if sizes.min() < 3:
+        raise MeshError(f"face {int(sizes.argmin())}: got {sizes.min()} corners; expected at least 3")
+    face = np.repeat(np.arange(len(sizes)), sizes)
+    bad = np.flatnonzero((face_vertex < 0) | (face_vertex >= vertex_count))
+    if len(bad):
+        where = f"face {face[bad[0]]}: vertex {face_vertex[bad[0]]} does not exist"
+        raise MeshError(f"{where}; the mesh has vertices 0 to {vertex_count - 1}")
+    following = np.arange(1, len(face_vertex) + 1)
+    following[face_start[1:] - 1] = face_start[:-1]
+    head = face_vertex[following]
+    _check_repeats(face_start, face_vertex, face)
+    return _pair_sides(face_vertex, head, face, vertex_count)
+
+
+def _check_repeats(face_start: IntArray, face_vertex: IntArray, face: IntArray) -> None:
+    order = np.lexsort((face_vertex, face))
+    repeated = np.flatnonzero((np.diff(face_vertex[order]) == 0) & (np.diff(face[order]) == 0))
+    if len(repeated):
+        corner = order[repeated[0]]
+        raise MeshError(f"face {face[corner]}: vertex {face_vertex[corner]} occurs twice; a polygon visits each once")
+    seen: dict[bytes, int] = {}
+    sorted_vertices = face_vertex[order]
+    for index in range(len(face_start) - 1):
+        key = sorted_vertices[face_start[index] : face_start[index + 1]].tobytes()
+        if key in seen:
+            raise MeshError(f"face {index}: has the same vertices as face {seen[key]}; remove duplicate faces")
+        seen[key] = index
+
+
+def _pair_sides(tail: IntArray, head: IntArray, face: IntArray, vertex_count: int) -> IntArray:
+    edge = np.minimum(tail, head) * vertex_count + np.maximum(tail, head)
+    order = np.argsort(edge, kind="stable")
+    edges, first, count = np.unique(edge[order], return_index=True, return_counts=True)
+    crowded = np.flatnonzero(count > 2)
+    if len(crowded):
+        sides = order[first[crowded[0]] : first[crowded[0]] + count[crowded[0]]]
+        ends = f"{tail[sides[0]]}-{head[sides[0]]}"
+        raise MeshError(
+            f"edge {ends}: {len(sides)} faces share it ({first_few(face[sides], 4)}); a manifold surface has at most 2"
+        )
+    left, right = order[first[count == 2]], order[first[count == 2] + 1]
+    same = tail[left] == tail[right]
+    if same.any():
+        _explain_orientation(face, left, right, same, tail, head)
+    twin = np.full(len(tail), -1, dtype=np.int64)
+    twin[left], twin[right] = right, left
+    return twin
+
+
+def _explain_orientation(
+    face: IntArray, left: IntArray, right: IntArray, same: NDArray[np.bool_], tail: IntArray, head: IntArray
+) -> None:
+    """Tell faces that are merely turned over from a surface that has one side only."""
+    flips = _flips_that_agree(face[left], face[right], same, int(face.max()) + 1)
+    disagree = flips[face[left]] ^ flips[face[right]] ^ same
+    if disagree.any():
+        side = left[np.flatnonzero(disagree)[0]]
+        raise MeshError(
+            f"edge {tail[side]}-{head[side]}: the surface has one side only (a Moebius strip through face "
+            f"{face[side]}); cut it along an edge loop"
+        )
+    turned = np.flatnonzero(flips if flips.sum() * 2 <= len(flips) else ~flips)
+    side = left[np.flatnonzero(same)[0]]
+    raise MeshError(
+        f"edge {tail[side]}-{head[side]}: its faces run the same way; reverse the vertex order of face {first_few(turned)}"
+    )
+
+
+def _flips_that_agree(
+    first: IntArray, second: IntArray, same: NDArray[np.bool_], face_count: int
+) -> NDArray[np.bool_]:
+    """Faces to reverse so that orientations agree along a spanning tree of the face graph."""
+    pair = np.minimum(first, second) * face_count + np.maximum(first, second)
+    pair, index = np.unique(pair, return_index=True)
+    ends = (pair // face_count, pair % face_count)
+    weight = np.where(same[index], 2, 1)  # a stored zero would read as no link
+    graph = coo_array((weight, ends), shape=(face_count, face_count)).tocsr()
+    graph = graph.maximum(graph.T).tocsr()
+    flips = np.zeros(face_count, dtype=bool)
+    count, component = connected_components(graph, directed=False)
+    for index in range(count):
+        root = int(np.flatnonzero(component == index)[0])
+        order, parent = breadth_first_order(graph, root, directed=False)
+        for node in order[1:]:
+            flips[node] = flips[parent[node]] ^ (graph[node, parent[node]] == 2)
+    return flips
+
+
+def check_vertex_fans(face_vertex: IntArray, twin: IntArray, side_next: IntArray, vertex_count: int) -> None:
+    """Every vertex's faces must form one fan.
+
+    Raises:
+        MeshError: two fans of faces touch in a single vertex.
+    """
+    inner = np.flatnonzero(twin >= 0)
+    # the corner at the start of a side and the corner at the end of its twin are neighbours in the fan
+    link = coo_array(
+        (np.ones(len(inner)), (inner, side_next[twin[inner]])), shape=(len(twin), len(twin))
+    )
+    fan = connected_components(link.tocsr(), directed=False)[1]
+    pairs = np.unique(np.stack([face_vertex, fan], axis=1), axis=0)
+    vertices, count = np.unique(pairs[:, 0], return_counts=True)
+    bad = vertices[count > 1]
+    if len(bad):
+        raise MeshError(f"vertex {first_few(bad)}: separate parts of the surface touch in it; split the vertex")

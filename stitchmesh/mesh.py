@@ -1,0 +1,330 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Polygon meshes and stitch meshes: frozen, validated, connected by explicit twins.
+
+Side ``k`` of a face runs from its corner ``k`` to its corner ``k + 1``. Sides are numbered through the whole mesh
+like the corners they start at, so a corner, a side and an entry of ``face_vertex`` share one number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.connectivity import check_vertex_fans, find_twins
+from stitchmesh.errors import LabelError, MeshError, first_few
+from stitchmesh.lattice import Lattice
+from stitchmesh.stitch import SIDE_COUNTS, Stitch
+
+BORDER = -1
+"""Twin of a side that no face lies across."""
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def frozen_array(values: ArrayLike, dtype: type) -> NDArray:
+    """A read-only copy, so that no caller can change a noun behind its back."""
+    array = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Polygons of any size that form an oriented manifold surface.
+
+    Raises:
+        MeshError: a coordinate is not finite, an index is out of range, a face is degenerate, the twins are not
+            mutual, or the surface is not an oriented manifold. The message names the vertex, face or side.
+    """
+
+    vertices: FloatArray
+    """Positions [cm], shape (V, 3)."""
+    face_start: IntArray
+    """Where each face's corners start, shape (F + 1,)."""
+    face_vertex: IntArray
+    """Vertex of each corner, shape (C,)."""
+    twin: IntArray
+    """The side across each side, ``BORDER`` where there is none, shape (C,)."""
+    lattice: Lattice | None = None
+    """Periods of a mesh that repeats."""
+    corner_image: IntArray | None = None
+    """Integer lattice image of each corner, shape (C, 2); only with a lattice."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen_array(self.vertices, np.float64))
+        for name in ("face_start", "face_vertex", "twin"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
+        if self.corner_image is not None:
+            object.__setattr__(self, "corner_image", frozen_array(self.corner_image, np.int64))
+        self._check_arrays()
+        self._check_twins()
+        self._check_faces()
+        check_vertex_fans(self.face_vertex, self.twin, self.side_next, len(self.vertices))
+
+    @classmethod
+    def from_polygons(cls, vertices: ArrayLike, faces: Sequence[Sequence[int]]) -> Mesh:
+        """Connect polygons by their vertex numbers.
+
+        Args:
+            vertices: positions [cm], shape (V, 3).
+            faces: vertex numbers of each polygon, counter-clockwise seen from outside.
+
+        Raises:
+            MeshError: as for the class; here also for edges shared by three faces and one-sided surfaces.
+        """
+        points = np.asarray(vertices, dtype=np.float64)
+        face_start = np.concatenate([[0], np.cumsum([len(face) for face in faces], dtype=np.int64)])
+        face_vertex = np.array([v for face in faces for v in face], dtype=np.int64)
+        twin = find_twins(face_start, face_vertex, len(points))
+        return cls(points, face_start, face_vertex, twin)
+
+    @property
+    def face_count(self) -> int:
+        """Number of faces."""
+        return len(self.face_start) - 1
+
+    @property
+    def side_count(self) -> int:
+        """Number of sides, which is the number of corners."""
+        return len(self.face_vertex)
+
+    @cached_property
+    def side_face(self) -> IntArray:
+        """Face of each side, shape (C,)."""
+        return np.repeat(np.arange(self.face_count), np.diff(self.face_start))
+
+    @cached_property
+    def side_next(self) -> IntArray:
+        """Next side around the same face, shape (C,)."""
+        following = np.arange(1, self.side_count + 1)
+        following[self.face_start[1:] - 1] = self.face_start[:-1]
+        return following
+
+    @cached_property
+    def side_previous(self) -> IntArray:
+        """Previous side around the same face, shape (C,)."""
+        previous = np.empty(self.side_count, dtype=np.int64)
+        previous[self.side_next] = np.arange(self.side_count)
+        return previous
+
+    @cached_property
+    def side_edge(self) -> IntArray:
+        """Edge of each side, shape (C,); twins share an edge, numbered by the first of their sides."""
+        sides = np.arange(self.side_count)
+        first = np.where(self.twin == BORDER, sides, np.minimum(sides, self.twin))
+        return np.unique(first, return_inverse=True)[1]
+
+    @cached_property
+    def edge_side(self) -> IntArray:
+        """First side of each edge, shape (E,)."""
+        return np.unique(self.side_edge, return_index=True)[1]
+
+    @cached_property
+    def corner_position(self) -> FloatArray:
+        """Position of each corner [cm], lattice image included, shape (C, 3)."""
+        position = self.vertices[self.face_vertex]
+        if self.lattice is not None and self.corner_image is not None:
+            position = position + self.lattice.shift(self.corner_image)
+        return position
+
+    @cached_property
+    def side_length(self) -> FloatArray:
+        """Length of each side [cm], shape (C,)."""
+        position = self.corner_position
+        return np.linalg.norm(position[self.side_next] - position, axis=1)
+
+    @cached_property
+    def face_vector_area(self) -> FloatArray:
+        """Area of each face times its normal [cm^2], shape (F, 3)."""
+        position = self.corner_position
+        origin = position[self.face_start[:-1]][self.side_face]
+        spans = np.cross(position - origin, position[self.side_next] - origin)
+        return 0.5 * np.add.reduceat(spans, self.face_start[:-1], axis=0)
+
+    @cached_property
+    def vertex_normal(self) -> FloatArray:
+        """Unit normal of each vertex, the area-weighted mean of its faces', shape (V, 3)."""
+        total = np.zeros_like(self.vertices)
+        np.add.at(total, self.face_vertex, self.face_vector_area[self.side_face])
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return total / np.where(length > 0.0, length, 1.0)
+
+    @cached_property
+    def boundary_loops(self) -> tuple[IntArray, ...]:
+        """Border sides in walking order, one array for each closed border."""
+        loops, seen = [], np.zeros(self.side_count, dtype=bool)
+        for start in np.flatnonzero(self.twin == BORDER):
+            if seen[start]:
+                continue
+            loop, side = [], int(start)
+            while not seen[side]:
+                seen[side] = True
+                loop.append(side)
+                side = self.next_border_side(side)
+            loops.append(np.array(loop))
+        return tuple(loops)
+
+    def next_border_side(self, side: int) -> int:
+        """The border side that starts where this border side ends."""
+        side = int(self.side_next[side])
+        while self.twin[side] != BORDER:
+            side = int(self.side_next[self.twin[side]])
+        return side
+
+    def side_name(self, side: int) -> str:
+        """How messages name a side: its face and its two vertices."""
+        start, end = self.face_vertex[side], self.face_vertex[self.side_next[side]]
+        return f"side {side} (face {self.side_face[side]}, vertices {start}-{end})"
+
+    def _check_arrays(self) -> None:
+        if self.vertices.ndim != 2 or self.vertices.shape[1:] != (3,):
+            raise MeshError(f"vertices: got shape {self.vertices.shape}; expected (V, 3)")
+        if self.face_count < 1:
+            raise MeshError("mesh: got no faces; expected at least one polygon")
+        bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
+        if len(bad):
+            raise MeshError(f"vertex {first_few(bad)}: coordinates are not finite; repair the file that wrote them")
+        sizes = np.diff(self.face_start)
+        if self.face_start[0] != 0 or self.face_start[-1] != len(self.face_vertex) or sizes.min() < 3:
+            raise MeshError(f"face {int(sizes.argmin())}: got {sizes.min()} corners; expected at least 3")
+        bad = np.flatnonzero((self.face_vertex < 0) | (self.face_vertex >= len(self.vertices)))
+        if len(bad):
+            face, vertex = self.side_face[bad[0]], self.face_vertex[bad[0]]
+            raise MeshError(f"face {face}: vertex {vertex} does not exist; expected 0 to {len(self.vertices) - 1}")
+        if (self.lattice is None) != (self.corner_image is None):
+            raise MeshError("mesh: a lattice and corner images come together; got one without the other")
+        if self.corner_image is not None and self.corner_image.shape != (self.side_count, 2):
+            raise MeshError(f"corner_image: got shape {self.corner_image.shape}; expected ({self.side_count}, 2)")
+
+    def _check_twins(self) -> None:
+        if self.twin.shape != self.face_vertex.shape:
+            raise MeshError(f"twin: got {len(self.twin)} entries; expected one for each of {self.side_count} sides")
+        inner = np.flatnonzero(self.twin != BORDER)
+        across = self.twin[inner]
+        bad = inner[(across < 0) | (across >= self.side_count) | (across == inner)]
+        if not len(bad):
+            mutual = self.twin[across] == inner
+            start, end = self.face_vertex, self.face_vertex[self.side_next]
+            bad = inner[~mutual | (start[inner] != end[across]) | (end[inner] != start[across])]
+        if len(bad):
+            raise MeshError(f"{self.side_name(bad[0])}: its twin {self.twin[bad[0]]} is not the same edge reversed")
+
+    def _check_faces(self) -> None:
+        area = np.linalg.norm(self.face_vector_area, axis=1)
+        scale = np.maximum.reduceat(self.side_length, self.face_start[:-1]) ** 2
+        bad = np.flatnonzero(area <= 1e-12 * scale)  # rounding of a cross product of that size
+        if len(bad):
+            raise MeshError(f"face {first_few(bad)}: area is zero; remove it or move its vertices apart")
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[self.face_vertex] = True
+        if not used.all():
+            bad = np.flatnonzero(~used)
+            raise MeshError(f"vertex {first_few(bad)}: no face uses it; remove isolated vertices")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StitchMesh(Mesh):
+    """A mesh whose faces stand in the knitting frame (Yuksel et al. 2012, section 4).
+
+    The corners of each face are rotated so that its sides run counter-clockwise from the lower left: ``n_bottom``
+    bottom course sides, the right wale side, ``n_top`` top course sides (right to left), the left wale side. The
+    role of a side follows from its position, so no edge label can disagree with it.
+
+    Raises:
+        LabelError: a face has not exactly two wale sides, an edge is wale to one face and course to the other, or
+            a stitch has the wrong number of sides.
+    """
+
+    n_bottom: IntArray
+    """Number of bottom course sides of each face, shape (F,)."""
+    n_top: IntArray
+    """Number of top course sides of each face, shape (F,)."""
+    stitch: IntArray
+    """Type code of each face (``Stitch``), shape (F,)."""
+    row: IntArray
+    """Row of each face, numbered in knitting order, shape (F,)."""
+    stretch: FloatArray | None = None
+    """Length over rest length of each edge after mesh relaxation, shape (E,); None before it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("n_bottom", "n_top", "stitch", "row"):
+            values = frozen_array(getattr(self, name), np.int64)
+            if values.shape != (self.face_count,):
+                raise LabelError(f"{name}: got shape {values.shape}; expected one number for each face")
+            object.__setattr__(self, name, values)
+        if self.stretch is not None:
+            object.__setattr__(self, "stretch", frozen_array(self.stretch, np.float64))
+        self._check_sides()
+        self._check_stitches()
+
+    @cached_property
+    def side_role(self) -> IntArray:
+        """Role of each side: 0 bottom, 1 right wale, 2 top, 3 left wale, shape (C,)."""
+        place = self.side_place
+        bottom, top = self.n_bottom[self.side_face], self.n_top[self.side_face]
+        return np.select([place < bottom, place == bottom, place <= bottom + top], [0, 1, 2], 3)
+
+    @cached_property
+    def side_place(self) -> IntArray:
+        """Place of each side within its face, counted from the lower left, shape (C,)."""
+        return np.arange(self.side_count) - self.face_start[:-1][self.side_face]
+
+    @cached_property
+    def is_wale(self) -> NDArray[np.bool_]:
+        """Whether each side is a wale side, shape (C,)."""
+        return self.side_role % 2 == 1
+
+    @cached_property
+    def right_wale(self) -> IntArray:
+        """Right wale side of each face, shape (F,)."""
+        return self.face_start[:-1] + self.n_bottom
+
+    @cached_property
+    def left_wale(self) -> IntArray:
+        """Left wale side of each face, shape (F,)."""
+        return self.face_start[1:] - 1
+
+    @cached_property
+    def mismatched(self) -> NDArray[np.bool_]:
+        """Sides whose two faces both call them top, or both bottom, or both left (section 4.4), shape (C,)."""
+        across = np.where(self.twin == BORDER, 0, self.twin)
+        return (self.twin != BORDER) & (self.side_role == self.side_role[across])
+
+    @cached_property
+    def face_stretch(self) -> FloatArray | None:
+        """Mean stretch of each face's edges, shape (F,); None before mesh relaxation."""
+        if self.stretch is None:
+            return None
+        total = np.add.reduceat(self.stretch[self.side_edge], self.face_start[:-1])
+        return total / np.diff(self.face_start)
+
+    def _check_sides(self) -> None:
+        sizes = np.diff(self.face_start)
+        bad = np.flatnonzero((self.n_bottom < 0) | (self.n_top < 0) | (self.n_bottom + self.n_top + 2 != sizes))
+        if len(bad):
+            face = bad[0]
+            found = f"{self.n_bottom[face]} bottom and {self.n_top[face]} top sides of {sizes[face]}"
+            raise LabelError(f"face {face}: got {found}; a stitch face needs exactly 2 wale sides beside them")
+        across = np.where(self.twin == BORDER, np.arange(self.side_count), self.twin)
+        bad = np.flatnonzero(self.is_wale != self.is_wale[across])
+        if len(bad):
+            other = self.side_face[self.twin[bad[0]]]
+            raise LabelError(f"{self.side_name(bad[0])}: wale to one face and course to face {other}")
+
+    def _check_stitches(self) -> None:
+        if self.stitch.min() < 0 or self.stitch.max() > max(Stitch):
+            raise LabelError(f"stitch: got codes {self.stitch.min()} to {self.stitch.max()}; expected 0 to {max(Stitch)}")
+        for stitch, (bottom, top) in SIDE_COUNTS.items():
+            bad = np.flatnonzero((self.stitch == stitch) & ((self.n_bottom != bottom) | (self.n_top != top)))
+            if len(bad):
+                found = f"{self.n_bottom[bad[0]]} bottom and {self.n_top[bad[0]]} top sides"
+                raise LabelError(f"face {bad[0]}: {stitch.name} on {found}; it needs {bottom} and {top}")
+        if self.stretch is not None and self.stretch.shape != (len(self.edge_side),):
+            raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number for each edge")

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Accuracy as a dial: how finely yarns are sampled and how far they are relaxed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from stitchmesh.errors import ParameterError
+
+Precision = Literal["float32", "float64"]
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What a relaxation may cost."""
+
+    precision: Precision
+    """Floating-point type of the solver."""
+    quadrature_points: int
+    """Gauss points a segment for stretch, length and bending."""
+    contact_samples: int
+    """Contact spheres a segment."""
+    control_points_per_stitch: int
+    """Control points of a plain stitch."""
+    step_fraction: float
+    """Largest move of a control point in one iteration, as a part of the yarn radius."""
+    tolerance: float
+    """Relative force residual at which a relaxation has converged (``yarnrelax.convergence``)."""
+    max_iterations: int
+    """Iterations after which a relaxation stops without having converged."""
+
+
+PRESETS: dict[str, Quality] = {
+    "draft": Quality("float32", 3, 3, 12, 0.2, 0.1, 1500),
+    "standard": Quality("float32", 5, 5, 16, 0.2, 0.02, 10_000),
+    "reference": Quality("float64", 11, 11, 24, 0.1, 0.001, 100_000),
+}
+"""The presets of the command line."""
+
+
+def quality_named(name: str | Quality) -> Quality:
+    """The preset of that name, or the value itself.
+
+    Raises:
+        ParameterError: there is no preset of that name.
+    """
+    if isinstance(name, Quality):
+        return name
+    if name not in PRESETS:
+        raise ParameterError(f"quality: got {name!r}; expected one of {', '.join(PRESETS)}")
+    return PRESETS[name]

@@ -1,0 +1,247 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns as uniform cubic B-splines.
+
+Segment ``i`` of a yarn with control points q runs over s in [0, 1] and is
+
+    y(s) = [(1-s)^3 q_i + (3s^3-6s^2+4) q_(i+1) + (-3s^3+3s^2+3s+1) q_(i+2) + s^3 q_(i+3)] / 6
+
+A closed yarn of n control points has n segments, an open one n - 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import YarnError, first_few
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import FloatArray, IntArray, frozen_array
+
+UNKNOWN_FACE = -1
+"""Source face of a control point that no stitch made."""
+
+GAUSS_POINTS = 5
+"""Quadrature of segment lengths; five Gauss points integrate the length of a stitch's segment to 1e-8 of it."""
+
+
+def basis(parameter: ArrayLike) -> FloatArray:
+    """Weights of the four control points at each parameter in [0, 1], shape (n, 4)."""
+    s = np.atleast_1d(np.asarray(parameter, dtype=np.float64))
+    t = 1.0 - s
+    return np.stack([t**3, 3 * s**3 - 6 * s**2 + 4, -3 * s**3 + 3 * s**2 + 3 * s + 1, s**3], axis=1) / 6
+
+
+def basis_derivative(parameter: ArrayLike) -> FloatArray:
+    """Derivative of ``basis`` by the parameter, shape (n, 4)."""
+    s = np.atleast_1d(np.asarray(parameter, dtype=np.float64))
+    t = 1.0 - s
+    return np.stack([-(t**2), 3 * s**2 - 4 * s, -3 * s**2 + 2 * s + 1, s**2], axis=1) / 2
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class YarnSet:
+    """Yarns in compressed rows: yarn ``y`` owns ``points[start[y]:start[y + 1]]``.
+
+    Raises:
+        YarnError: a coordinate, radius or rest length is not a positive finite number where it must be, a yarn
+            has too few control points (3 closed, 4 open), or an array has the wrong length.
+    """
+
+    points: FloatArray
+    """B-spline control points [cm], shape (N, 3)."""
+    start: IntArray
+    """Where each yarn's control points start, shape (Y + 1,)."""
+    closed: NDArray[np.bool_]
+    """Whether each yarn is closed, shape (Y,)."""
+    radius: FloatArray
+    """Radius of each yarn [cm], shape (Y,)."""
+    rest_length: FloatArray
+    """Rest length of each segment [cm], shape (S,)."""
+    colour: IntArray
+    """Colour number of each yarn (the row it belongs to, say), shape (Y,)."""
+    face: IntArray
+    """Stitch face that each control point came from, ``UNKNOWN_FACE`` where none, shape (N,)."""
+    part: IntArray
+    """Which part of that stitch, counted along its template, shape (N,)."""
+    lattice: Lattice | None = None
+    """Periods of a set that repeats."""
+    lattice_step: IntArray | None = None
+    """Lattice image reached from each yarn's last control point to its first, shape (Y, 2)."""
+
+    def __post_init__(self) -> None:
+        kinds = {"points": np.float64, "start": np.int64, "closed": np.bool_, "radius": np.float64,
+                 "rest_length": np.float64, "colour": np.int64, "face": np.int64, "part": np.int64}  # fmt: skip
+        for name, kind in kinds.items():
+            object.__setattr__(self, name, frozen_array(getattr(self, name), kind))
+        if self.lattice_step is not None:
+            object.__setattr__(self, "lattice_step", frozen_array(self.lattice_step, np.int64))
+        self._check_shapes()
+        self._check_values()
+
+    @classmethod
+    def from_curves(
+        cls,
+        curves: Sequence[ArrayLike],
+        *,
+        closed: Sequence[bool],
+        radius: float | ArrayLike,
+        rest_lengths: Sequence[ArrayLike] | None = None,
+        colour: ArrayLike | None = None,
+    ) -> YarnSet:
+        """Yarns from lists of B-spline control points.
+
+        Args:
+            curves: control points of each yarn [cm], shape (n, 3) each.
+            closed: whether each yarn is closed (its first point is not repeated).
+            radius: one radius [cm], or one for each yarn.
+            rest_lengths: rest length of each yarn's segments [cm]; as long as they are where not given.
+            colour: colour number of each yarn; its index where not given.
+
+        Raises:
+            YarnError: as for the class.
+        """
+        arrays = [np.asarray(curve, dtype=np.float64).reshape(-1, 3) for curve in curves]
+        if not arrays:
+            raise YarnError("yarns: got no curves; expected at least one")
+        start = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
+        points = np.concatenate(arrays)
+        flags = np.asarray(closed, dtype=np.bool_)
+        _check_counts(start, flags)
+        lengths = None if rest_lengths is None else np.concatenate([np.ravel(r) for r in rest_lengths])
+        if lengths is None:
+            lengths = segment_lengths(points, segment_points(start, flags))
+        unknown = np.full(len(points), UNKNOWN_FACE)
+        return cls(
+            points=points,
+            start=start,
+            closed=flags,
+            radius=np.broadcast_to(np.asarray(radius, dtype=np.float64), len(arrays)),
+            rest_length=lengths,
+            colour=np.arange(len(arrays)) if colour is None else np.asarray(colour),
+            face=unknown,
+            part=np.zeros(len(points), dtype=np.int64),
+        )
+
+    @property
+    def yarn_count(self) -> int:
+        """Number of yarns."""
+        return len(self.start) - 1
+
+    @cached_property
+    def segment_start(self) -> IntArray:
+        """Where each yarn's segments start, shape (Y + 1,)."""
+        return _segment_start(self.start, self.closed)
+
+    @cached_property
+    def segment_points(self) -> IntArray:
+        """The four control points of each segment, shape (S, 4)."""
+        return segment_points(self.start, self.closed)
+
+    @cached_property
+    def segment_yarn(self) -> IntArray:
+        """Yarn of each segment, shape (S,)."""
+        return np.repeat(np.arange(self.yarn_count), np.diff(self.segment_start))
+
+    @cached_property
+    def point_yarn(self) -> IntArray:
+        """Yarn of each control point, shape (N,)."""
+        return np.repeat(np.arange(self.yarn_count), np.diff(self.start))
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """Length of each segment as it lies [cm], shape (S,)."""
+        return segment_lengths(self.points, self.segment_points, self.point_shift)
+
+    @cached_property
+    def strain(self) -> FloatArray:
+        """Length over rest length minus one, of each segment, shape (S,)."""
+        return self.lengths / self.rest_length - 1.0
+
+    @cached_property
+    def point_shift(self) -> FloatArray | None:
+        """Lattice shift of each of a segment's four points [cm], shape (S, 4, 3); None without a lattice."""
+        if self.lattice is None or self.lattice_step is None:
+            return None
+        wrapped = np.diff(self.segment_points, axis=1) < 0
+        wraps = np.concatenate([np.zeros((len(wrapped), 1)), np.cumsum(wrapped, axis=1)], axis=1)
+        return wraps[:, :, None] * self.lattice.shift(self.lattice_step)[self.segment_yarn][:, None, :]
+
+    def sampled(self, per_segment: int) -> list[FloatArray]:
+        """Points along each yarn [cm], ``per_segment`` to a segment, ends of open yarns included."""
+        weights = basis(np.arange(per_segment) / per_segment)
+        corners = self.points[self.segment_points]
+        if self.point_shift is not None:
+            corners = corners + self.point_shift
+        curves = np.einsum("kj,sjd->skd", weights, corners).reshape(-1, 3)
+        ends = np.einsum("j,sjd->sd", basis(1.0)[0], corners)
+        result = []
+        for yarn in range(self.yarn_count):
+            first, last = self.segment_start[yarn], self.segment_start[yarn + 1]
+            curve = curves[first * per_segment : last * per_segment]
+            result.append(curve if self.closed[yarn] else np.concatenate([curve, ends[last - 1 : last]]))
+        return result
+
+    def _check_shapes(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1:] != (3,):
+            raise YarnError(f"points: got shape {self.points.shape}; expected (N, 3)")
+        if self.start[0] != 0 or self.start[-1] != len(self.points):
+            raise YarnError(f"start: got {self.start[0]} to {self.start[-1]}; expected 0 to {len(self.points)}")
+        _check_counts(self.start, self.closed)
+        expected = {"radius": self.yarn_count, "colour": self.yarn_count, "face": len(self.points),
+                    "part": len(self.points), "rest_length": int(self.segment_start[-1])}  # fmt: skip
+        for name, count in expected.items():
+            if getattr(self, name).shape != (count,):
+                raise YarnError(f"{name}: got shape {getattr(self, name).shape}; expected ({count},)")
+        if (self.lattice is None) != (self.lattice_step is None):
+            raise YarnError("yarns: a lattice and lattice steps come together; got one without the other")
+        if self.lattice_step is not None and self.lattice_step.shape != (self.yarn_count, 2):
+            raise YarnError(f"lattice_step: got shape {self.lattice_step.shape}; expected ({self.yarn_count}, 2)")
+
+    def _check_values(self) -> None:
+        bad = np.flatnonzero(~np.isfinite(self.points).all(axis=1))
+        if len(bad):
+            yarn = np.searchsorted(self.start, bad[0], side="right") - 1
+            raise YarnError(f"control point {first_few(bad)} (yarn {yarn}): coordinates are not finite")
+        for name in ("radius", "rest_length"):
+            values = getattr(self, name)
+            bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
+            if len(bad):
+                raise YarnError(f"{name} {first_few(bad)}: got {values[bad[0]]}; expected a positive number of cm")
+
+
+def _check_counts(start: IntArray, closed: NDArray[np.bool_]) -> None:
+    counts = np.diff(start)
+    if closed.shape != counts.shape or len(counts) == 0:
+        raise YarnError(f"closed: got {len(closed)} flags; expected one for each of {len(counts)} yarns, at least one")
+    bad = np.flatnonzero(counts < np.where(closed, 3, 4))
+    if len(bad):
+        raise YarnError(
+            f"yarn {first_few(bad)}: got {counts[bad[0]]} control points; a closed yarn needs 3, an open one 4"
+        )
+
+
+def _segment_start(start: IntArray, closed: NDArray[np.bool_]) -> IntArray:
+    counts = np.diff(start) - np.where(closed, 0, 3)
+    return np.concatenate([[0], np.cumsum(counts)])
+
+
+def segment_points(start: IntArray, closed: NDArray[np.bool_]) -> IntArray:
+    """The four control points of each segment, shape (S, 4); closed yarns wrap around."""
+    bounds = _segment_start(start, closed)
+    counts = np.diff(bounds)
+    local = np.arange(bounds[-1]) - np.repeat(bounds[:-1], counts)
+    size, origin = np.repeat(np.diff(start), counts), np.repeat(start[:-1], counts)
+    return origin[:, None] + (local[:, None] + np.arange(4)) % size[:, None]
+
+
+def segment_lengths(points: FloatArray, segments: IntArray, shift: FloatArray | None = None) -> FloatArray:
+    """Arc length of each segment [cm] by Gauss quadrature, shape (S,)."""
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    corners = points[segments] if shift is None else points[segments] + shift
+    speed = np.linalg.norm(np.einsum("kj,sjd->skd", basis_derivative((nodes + 1) / 2), corners), axis=2)
+    return speed @ (weights / 2)
