@@ -62,8 +62,8 @@ class YarnSet:
     """Radius of each yarn [cm], shape (Y,)."""
     rest_length: FloatArray
     """Rest length of each segment [cm], shape (S,)."""
-    colour: IntArray
-    """Colour number of each yarn (the row it belongs to, say), shape (Y,)."""
+    row: IntArray
+    """Knitting row of each control point; its yarn's number where no stitch made it, shape (N,)."""
     face: IntArray
     """Stitch face that each control point came from, ``UNKNOWN_FACE`` where none, shape (N,)."""
     part: IntArray
@@ -75,7 +75,7 @@ class YarnSet:
 
     def __post_init__(self) -> None:
         kinds = {"points": np.float64, "start": np.int64, "closed": np.bool_, "radius": np.float64,
-                 "rest_length": np.float64, "colour": np.int64, "face": np.int64, "part": np.int64}  # fmt: skip
+                 "rest_length": np.float64, "row": np.int64, "face": np.int64, "part": np.int64}  # fmt: skip
         for name, kind in kinds.items():
             object.__setattr__(self, name, frozen_array(getattr(self, name), kind))
         if self.lattice_step is not None:
@@ -91,7 +91,6 @@ class YarnSet:
         closed: Sequence[bool],
         radius: float | ArrayLike,
         rest_lengths: Sequence[ArrayLike] | None = None,
-        colour: ArrayLike | None = None,
     ) -> YarnSet:
         """Yarns from lists of B-spline control points.
 
@@ -100,7 +99,6 @@ class YarnSet:
             closed: whether each yarn is closed (its first point is not repeated).
             radius: one radius [cm], or one for each yarn.
             rest_lengths: rest length of each yarn's segments [cm]; as long as they are where not given.
-            colour: colour number of each yarn; its index where not given.
 
         Raises:
             YarnError: as for the class.
@@ -122,7 +120,7 @@ class YarnSet:
             closed=flags,
             radius=np.broadcast_to(np.asarray(radius, dtype=np.float64), len(arrays)),
             rest_length=lengths,
-            colour=np.arange(len(arrays)) if colour is None else np.asarray(colour),
+            row=np.repeat(np.arange(len(arrays)), np.diff(start)),
             face=unknown,
             part=np.zeros(len(points), dtype=np.int64),
         )
@@ -192,7 +190,7 @@ class YarnSet:
         if self.start[0] != 0 or self.start[-1] != len(self.points):
             raise YarnError(f"start: got {self.start[0]} to {self.start[-1]}; expected 0 to {len(self.points)}")
         _check_counts(self.start, self.closed)
-        expected = {"radius": self.yarn_count, "colour": self.yarn_count, "face": len(self.points),
+        expected = {"radius": self.yarn_count, "row": len(self.points), "face": len(self.points),
                     "part": len(self.points), "rest_length": int(self.segment_start[-1])}  # fmt: skip
         for name, count in expected.items():
             if getattr(self, name).shape != (count,):

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a path must be before any format looks inside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from os import PathLike, fspath
+from pathlib import Path
+
+from stitchmesh.errors import FileError
+
+FilePath = str | PathLike[str]
+
+
+def suffix_of(path: FilePath, known: Iterable[str]) -> str:
+    """The path's suffix in lower case.
+
+    Raises:
+        FileError: the suffix is not one of the known ones.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in known:
+        found = f"unknown format {suffix!r}" if suffix else "the name has no suffix"
+        raise FileError(f"{fspath(path)}: {found}; expected one of {' '.join(known)}")
+    return suffix
+
+
+def read_bytes(path: FilePath) -> bytes:
+    """All of a file that must not be empty.
+
+    Raises:
+        FileError: the file is missing, a folder, unreadable or empty.
+    """
+    name = fspath(path)
+    try:
+        content = Path(path).read_bytes()
+    except FileNotFoundError as error:
+        raise FileError(f"{name}: there is no such file; check the path") from error
+    except IsADirectoryError as error:
+        raise FileError(f"{name}: is a folder; expected a file") from error
+    except PermissionError as error:
+        raise FileError(f"{name}: no permission to read it; change its mode or copy it") from error
+    except (OSError, ValueError) as error:
+        raise FileError(f"{name}: cannot be read ({error})") from error
+    if not content:
+        raise FileError(f"{name}: the file is empty; write it again")
+    return content
+
+
+def read_lines(path: FilePath) -> list[str]:
+    """The lines of a text file.
+
+    Raises:
+        FileError: as for ``read_bytes``; also where the file holds binary data.
+    """
+    content = read_bytes(path)
+    if b"\0" in content:
+        raise FileError(f"{fspath(path)}: holds binary data; expected a text file")
+    return content.decode("utf-8-sig", errors="replace").splitlines()

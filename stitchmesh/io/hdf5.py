@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""HDF5 files that hold one noun, field by field and without loss.
+
+The root carries the attributes ``format``, ``version`` and ``unit`` and one dataset for each field of the noun's class;
+optional fields that are None are left out, and a lattice is stored as its periods.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from os import fspath
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
+
+import numpy as np
+
+from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.lattice import Lattice
+
+if TYPE_CHECKING:
+    import h5py
+
+Noun = TypeVar("Noun")
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+VERSION = 1
+
+
+def write_noun(path: FilePath, noun: object, format_name: str) -> None:
+    """Write every field of a frozen dataclass of arrays.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    import h5py
+
+    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs["format"] = format_name
+        file.attrs["version"] = VERSION
+        file.attrs["unit"] = "cm"
+        for field in dataclasses.fields(noun):  # type: ignore[arg-type]
+            value = getattr(noun, field.name)
+            if value is not None:
+                file.create_dataset(field.name, data=value.periods if isinstance(value, Lattice) else value)
+
+
+def read_noun(path: FilePath, kind: type[Noun], format_name: str) -> Noun:
+    """Read every field of a frozen dataclass of arrays.
+
+    Raises:
+        FileError: the file cannot be read, is not of that format, was written by a newer version, lacks a field, or
+            its fields do not fit together.
+    """
+    import h5py
+
+    name = fspath(path)
+    if read_bytes(path)[: len(SIGNATURE)] != SIGNATURE:
+        raise FileError(f"{name}: is not an HDF5 file; expected one that StitchMesh wrote ({format_name})")
+    try:
+        with h5py.File(name, "r") as file:
+            _check_format(name, file, format_name)
+            fields = {field.name: _field(name, file, field, kind) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    except (OSError, RuntimeError, KeyError) as error:
+        raise FileError(f"{name}: the HDF5 file is damaged or cut short; write it again") from error
+    try:
+        return kind(**fields)
+    except (StitchMeshError, ValueError, IndexError) as error:
+        raise FileError(f"{name}: {error}") from error
+
+
+def stored_format(path: FilePath) -> str:
+    """The format that an HDF5 file says it has, empty where it says none.
+
+    Raises:
+        FileError: the file cannot be opened as HDF5.
+    """
+    import h5py
+
+    try:
+        with h5py.File(fspath(path), "r") as file:
+            return str(file.attrs.get("format", ""))
+    except OSError as error:
+        raise FileError(f"{fspath(path)}: is not an HDF5 file, or it is damaged") from error
+
+
+def _check_format(name: str, file: h5py.File, format_name: str) -> None:
+    found = str(file.attrs.get("format", ""))
+    if found != format_name:
+        holds = repr(found) if found else "something else"
+        raise FileError(f"{name}: holds {holds}; expected {format_name!r}")
+    version = file.attrs.get("version", 0)
+    if not isinstance(version, int | np.integer) or not 1 <= version <= VERSION:
+        raise FileError(f"{name}: has version {version}; this StitchMesh reads version {VERSION}, use a newer one")
+
+
+def _field(name: str, file: h5py.File, field: dataclasses.Field[Any], owner: type) -> Any:  # noqa: ANN401
+    import h5py
+
+    dataset = file.get(field.name)
+    if dataset is None:
+        if field.default is dataclasses.MISSING:
+            raise FileError(f"{name}: dataset {field.name!r} is missing; write the file again")
+        return field.default
+    if not isinstance(dataset, h5py.Dataset):
+        raise FileError(f"{name}: {field.name!r} is a group; expected a dataset")
+    expected = np.dtype(_number_type(get_type_hints(owner)[field.name]))
+    if not np.can_cast(dataset.dtype, expected, "safe"):
+        raise FileError(f"{name}: dataset {field.name!r} holds {dataset.dtype}; expected {expected}")
+    return Lattice(dataset[()]) if field.name == "lattice" else dataset[()]
+
+
+def _number_type(hint: object) -> type[np.generic]:
+    """The NumPy number type inside a field's annotation; the periods of a lattice are floats."""
+    if isinstance(hint, type) and issubclass(hint, np.generic):
+        return hint
+    inner = [_number_type(part) for part in get_args(hint)]
+    specific = [part for part in inner if part is not np.float64] or inner
+    return specific[0] if specific else np.float64

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Object File Format (OFF) polygon meshes.
+
+``OFF`` (or a variant whose vertices carry more columns: ``COFF``, ``NOFF``, ``CNOFF``), the numbers of vertices, faces
+and edges, one vertex a line, then one face a line: its corner count and its 0-based corners. Read here because
+meshio takes triangles only.
+"""
+
+from __future__ import annotations
+
+import math
+from os import fspath
+
+from stitchmesh.errors import FileError
+from stitchmesh.io.contents import FilePath, read_lines
+
+MAGIC = ("OFF", "COFF", "NOFF", "CNOFF")
+
+Line = tuple[int, list[str]]
+
+
+def read_off_polygons(path: FilePath) -> tuple[list[list[float]], list[list[int]]]:
+    """Vertices as written and faces as 0-based vertex numbers.
+
+    Raises:
+        FileError: the file is missing, a folder, unreadable, empty, binary, cut short or malformed; the message
+            names the line.
+    """
+    name = fspath(path)
+    lines = [(number, line.partition("#")[0].split()) for number, line in enumerate(read_lines(path), start=1)]
+    lines = [line for line in lines if line[1]]
+    if not lines or lines[0][1][0] not in MAGIC:
+        raise FileError(f"{name}: line 1: expected the word OFF")
+    lines[0] = (lines[0][0], lines[0][1][1:])  # the counts may follow on the same line
+    body = lines if lines[0][1] else lines[1:]
+    vertex_count, face_count = _counts(name, body)
+    body = body[1:]
+    if len(body) < vertex_count + face_count:
+        found = f"got {len(body)} lines for {vertex_count} vertices and {face_count} faces"
+        raise FileError(f"{name}: {found}; the file was cut short")
+    vertices = [_vertex(name, line) for line in body[:vertex_count]]
+    faces = [_face(name, line, vertex_count) for line in body[vertex_count : vertex_count + face_count]]
+    return vertices, faces
+
+
+def _counts(name: str, body: list[Line]) -> tuple[int, int]:
+    number, fields = body[0] if body else (1, [])
+    try:
+        vertex_count, face_count = (int(text) for text in fields[:2])
+    except ValueError as error:
+        raise FileError(f"{name}: line {number}: expected the numbers of vertices, faces and edges") from error
+    if vertex_count < 1 or face_count < 1:
+        raise FileError(f"{name}: line {number}: got {vertex_count} vertices and {face_count} faces; expected a mesh")
+    return vertex_count, face_count
+
+
+def _vertex(name: str, line: Line) -> list[float]:
+    number, fields = line
+    try:
+        position = [float(text) for text in fields[:3]]
+    except ValueError:
+        position = []
+    if len(position) != 3 or not all(map(math.isfinite, position)):
+        raise FileError(f"{name}: line {number}: got {' '.join(fields)[:40]!r}; expected three finite coordinates")
+    return position
+
+
+def _face(name: str, line: Line, vertex_count: int) -> list[int]:
+    number, fields = line
+    try:
+        size, *corners = (int(text) for text in fields[: int(fields[0]) + 1])
+    except ValueError:
+        size, corners = 0, []
+    if size < 3 or len(corners) != size:
+        found = " ".join(fields)[:40]
+        raise FileError(f"{name}: line {number}: got {found!r}; expected a corner count of at least 3 and the corners")
+    bad = [vertex for vertex in corners if not 0 <= vertex < vertex_count]
+    if bad:
+        raise FileError(f"{name}: line {number}: vertex {bad[0]} does not exist; expected 0 to {vertex_count - 1}")
+    return corners

@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns from and to files, by suffix.
+
+Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them; the other formats keep the curves. A BCC file
+usually holds Catmull-Rom curves, which pass through the same knots and differ in between: the largest distance is
+logged. BCC and OBJ state no radius: reading estimates one, and a warning says so.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import fspath
+
+import numpy as np
+
+from stitchmesh.errors import FileError, ParameterError, YarnError
+from stitchmesh.io import bcc
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.hdf5 import read_noun, write_noun
+from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
+from stitchmesh.io.radius import estimated_radius
+from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
+from stitchmesh.io.units import centimetres
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarn import YarnSet
+
+HDF5_FORMAT = "stitchmesh yarns"
+BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
+"""Kinds of curve that a BCC file can be written with; the first is the official one."""
+OBJ_POINTS_PER_SEGMENT = 4
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class YarnFormat:
+    """How yarns of one suffix are read and written."""
+
+    read: Callable[[FilePath, float, float | None], YarnSet]
+    """From path, centimetres in the file's unit, and radius [cm] if the caller gave one."""
+    write: Callable[[FilePath, YarnSet, float, str], None]
+    """To path, with centimetres in the file's unit and the kind of curve."""
+
+
+def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None) -> YarnSet:
+    """Read yarns.
+
+    Args:
+        path: an ``.h5``, ``.bcc`` or ``.obj`` file.
+        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 files are in centimetres.
+        radius: radius of all yarns [cm]. Where None, the file's own, or for formats that hold none half the distance
+            at which the yarns typically touch (``radius.estimated_radius``).
+
+    Raises:
+        ParameterError: the unit is unknown, the radius is not positive, or there is none and it cannot be estimated.
+        FileError: the file cannot be read, is malformed, or its format is unknown.
+    """
+    scale = centimetres(unit)
+    if radius is not None and not (math.isfinite(radius) and radius > 0.0):
+        raise ParameterError(f"radius: got {radius}; expected a positive number of cm")
+    yarn_format = FORMATS[suffix_of(path, FORMATS)]
+    try:
+        return yarn_format.read(path, scale, radius)
+    except YarnError as error:
+        raise FileError(f"{fspath(path)}: {error}") from error
+
+
+def write_yarns(path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str = "catmull-rom") -> None:
+    """Write yarns.
+
+    Args:
+        path: an ``.h5``, ``.bcc`` or ``.obj`` file; missing folders are made.
+        yarns: a set without a lattice, unless the file is HDF5.
+        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 files are in centimetres.
+        curve: kind of curve in a BCC file: ``catmull-rom``, which passes through the same knots, or ``bspline``, which
+            is exact but not read everywhere.
+
+    Raises:
+        ParameterError: the unit or the kind of curve is unknown.
+        FileError: the format is unknown, cannot hold these yarns, or the file cannot be written.
+    """
+    scale = centimetres(unit)
+    if curve not in BCC_CURVES:
+        raise ParameterError(f"curve: got {curve!r}; expected one of {', '.join(BCC_CURVES)}")
+    FORMATS[suffix_of(path, FORMATS)].write(path, yarns, scale, curve)
+
+
+def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    _check_centimetres(path, scale)
+    yarns = read_noun(path, YarnSet, HDF5_FORMAT)
+    return yarns if radius is None else _with_radius(yarns, radius)
+
+
+def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+    del curve  # control points are stored as they are
+    _check_centimetres(path, scale)
+    write_noun(path, yarns, HDF5_FORMAT)
+
+
+def _read_bcc(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    content = bcc.read_bcc(path)
+    curves = [points * scale for points in content.curves]
+    if content.kind == bcc.POLYLINE:
+        curves = [polyline_to_bspline(points, closed) for points, closed in zip(curves, content.closed, strict=True)]
+    elif content.kind == bcc.CATMULL_ROM:
+        pairs = [catmull_rom_to_bspline(points, closed) for points, closed in zip(curves, content.closed, strict=True)]
+        curves = [control for control, _ in pairs]
+        _log_conversion(path, max(error for _, error in pairs))
+    return _yarns_of_curves(path, curves, content.closed, radius)
+
+
+def _write_bcc(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+    _check_no_lattice(path, yarns)
+    closed = yarns.closed.tolist()
+    curves = np.split(yarns.points, yarns.start[1:-1])
+    if curve == "catmull-rom":
+        pairs = [bspline_to_catmull_rom(control, flag) for control, flag in zip(curves, closed, strict=True)]
+        curves = [points for points, _ in pairs]
+        _log_conversion(path, max(error for _, error in pairs))
+    bcc.write_bcc(path, bcc.BccCurves(BCC_CURVES[curve], [points / scale for points in curves], closed))
+
+
+def _read_obj(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    polylines, closed = read_obj_polylines(path)
+    curves = [polyline_to_bspline(points * scale, flag) for points, flag in zip(polylines, closed, strict=True)]
+    return _yarns_of_curves(path, curves, closed, radius)
+
+
+def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+    del curve  # a polyline is a polyline
+    _check_no_lattice(path, yarns)
+    samples = [points / scale for points in yarns.sampled(OBJ_POINTS_PER_SEGMENT)]
+    write_obj_polylines(path, samples, yarns.closed.tolist())
+
+
+FORMATS: dict[str, YarnFormat] = {
+    ".h5": YarnFormat(_read_hdf5, _write_hdf5),
+    ".bcc": YarnFormat(_read_bcc, _write_bcc),
+    ".obj": YarnFormat(_read_obj, _write_obj),
+}
+"""The formats of yarns."""
+
+
+def _yarns_of_curves(path: FilePath, curves: list[FloatArray], closed: list[bool], radius: float | None) -> YarnSet:
+    yarns = YarnSet.from_curves(curves, closed=closed, radius=1.0 if radius is None else radius)
+    if radius is not None:
+        return yarns
+    estimate = estimated_radius(yarns)
+    logger.warning(
+        "%s: the format holds no yarn radius; estimated %.4g cm from how close the yarns lie", fspath(path), estimate
+    )
+    return _with_radius(yarns, estimate)
+
+
+def _with_radius(yarns: YarnSet, radius: float) -> YarnSet:
+    return dataclasses.replace(yarns, radius=np.full(yarns.yarn_count, radius))
+
+
+def _log_conversion(path: FilePath, error: float) -> None:
+    logger.info("%s: Catmull-Rom curves and B-splines lie up to %.3g cm apart between knots", fspath(path), error)
+
+
+def _check_centimetres(path: FilePath, scale: float) -> None:
+    if scale != 1.0:
+        raise ParameterError(f"unit: {fspath(path)} is an HDF5 file, always in cm; leave the unit out")
+
+
+def _check_no_lattice(path: FilePath, yarns: YarnSet) -> None:
+    if yarns.lattice is not None:
+        raise FileError(f"{fspath(path)}: the format cannot hold yarns that repeat on a lattice; write .h5")

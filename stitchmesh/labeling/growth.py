@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Rows grow from course edges, one row after the other, until all faces are labeled.
+
+A row starts at a course edge of an unlabeled face. The course edges that are already known there are the bottom of
+the face, the edges at their two ends leave it and are wale edges, all others are course edges. The row walks on
+across its wale edges. A quad is left by the side opposite to the one it is entered by; any other polygon is left
+by the first edge that leaves the known bottom.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from stitchmesh.errors import LabelError
+from stitchmesh.mesh import BORDER, Mesh
+
+UNKNOWN, COURSE, WALE = -1, 0, 1
+
+
+class Conflict(LabelError):
+    """Two rows want different labels for one edge."""
+
+
+class RowGrowth:
+    """Labels of edges and rows of faces while they grow."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        """Start with nothing labeled."""
+        self.mesh = mesh
+        self.edge_label = np.full(len(mesh.edge_side), UNKNOWN)
+        self.row = np.full(mesh.face_count, -1)
+        self.left_wale = np.full(mesh.face_count, -1)
+        self.right_wale = np.full(mesh.face_count, -1)
+        self.row_count = 0
+        self._waiting: deque[int] = deque()
+
+    def mark_courses(self, sides: list[int]) -> None:
+        """Label the edges of these sides as course edges."""
+        for side in sides:
+            self._set(side, COURSE)
+
+    def queue(self, sides: list[int]) -> None:
+        """Let rows grow on both sides of these course edges, in this order."""
+        self._waiting.extend(sides)
+        self._waiting.extend(int(t) for t in self.mesh.twin[sides] if t != BORDER)
+
+    def grow_all(self) -> None:
+        """Grow the next row from each waiting course side until none waits."""
+        while self._waiting:
+            self.grow_row(self._waiting.popleft())
+
+    def unlabeled_face(self) -> int | None:
+        """The first face without a row."""
+        rest = np.flatnonzero(self.row < 0)
+        return int(rest[0]) if len(rest) else None
+
+    def grow_row(self, side: int) -> int | None:
+        """Grow the row that has this course side at its bottom; returns its number, None where one is already."""
+        face = int(self.mesh.side_face[side])
+        if self.row[face] >= 0:
+            return None
+        row = self.row_count
+        self.row_count += 1
+        first, last = self._bottom_around(side)
+        left, right = int(self.mesh.side_previous[first]), int(self.mesh.side_next[last])
+        self._take(face, left, right, row)
+        self._walk(right, self.mesh.side_next, row)
+        self._walk(left, self.mesh.side_previous, row)
+        return row
+
+    def _bottom_around(self, side: int) -> tuple[int, int]:
+        """First and last side of the run of known course sides around this one."""
+        mesh, face = self.mesh, self.mesh.side_face[side]
+        room = int(mesh.face_start[face + 1] - mesh.face_start[face]) - 3
+        first = last = side
+        while room > 0 and self._label(mesh.side_next[last]) == COURSE:
+            last, room = int(mesh.side_next[last]), room - 1
+        while room > 0 and self._label(mesh.side_previous[first]) == COURSE:
+            first, room = int(mesh.side_previous[first]), room - 1
+        return first, last
+
+    def _walk(self, wale: int, forward: np.ndarray, row: int) -> None:
+        """Walk along the row out of this wale side; ``forward`` runs along the bottoms of the faces ahead."""
+        rightwards = forward is self.mesh.side_next
+        while True:
+            entry = int(self.mesh.twin[wale])
+            if entry == BORDER:
+                return
+            face = int(self.mesh.side_face[entry])
+            if self.row[face] >= 0:
+                if entry not in (self.left_wale[face], self.right_wale[face]):
+                    raise self._conflict(entry, WALE)
+                return
+            wale = self._exit(entry, forward)
+            self._take(face, *((entry, wale) if rightwards else (wale, entry)), row)
+
+    def _exit(self, entry: int, forward: np.ndarray) -> int:
+        """The wale side by which a row leaves the face that it enters by ``entry``."""
+        mesh, face = self.mesh, self.mesh.side_face[entry]
+        count = int(mesh.face_start[face + 1] - mesh.face_start[face])
+        if count == 4:
+            return int(forward[forward[entry]])
+        side, passed = int(forward[entry]), 0
+        while passed < count - 2 and self._label(side) == COURSE:
+            side, passed = int(forward[side]), passed + 1
+        if passed == 0 and count > 4 and self._label(side) == UNKNOWN:
+            side = int(forward[side])  # nothing is known below: one bottom side, as in a quad
+        return side
+
+    def _take(self, face: int, left: int, right: int, row: int) -> None:
+        """Put a face into a row and label its sides; course sides wait for the rows beyond."""
+        mesh = self.mesh
+        for side in range(int(mesh.face_start[face]), int(mesh.face_start[face + 1])):
+            self._set(side, WALE if side in (left, right) else COURSE)
+            if side not in (left, right) and mesh.twin[side] != BORDER:
+                self._waiting.append(int(mesh.twin[side]))
+        self.row[face], self.left_wale[face], self.right_wale[face] = row, left, right
+
+    def _label(self, side: int) -> int:
+        return int(self.edge_label[self.mesh.side_edge[side]])
+
+    def _set(self, side: int, value: int) -> None:
+        known = self._label(side)
+        if known not in (UNKNOWN, value):
+            raise self._conflict(side, value)
+        self.edge_label[self.mesh.side_edge[side]] = value
+
+    def _conflict(self, side: int, wanted: int) -> Conflict:
+        mesh = self.mesh
+        faces = [int(mesh.side_face[side])] + [int(mesh.side_face[t]) for t in [mesh.twin[side]] if t != BORDER]
+        start, end = mesh.face_vertex[side], mesh.face_vertex[mesh.side_next[side]]
+        names = {WALE: "wale", COURSE: "course"}
+        return Conflict(
+            f"face {' and '.join(map(str, faces))}: edge {start}-{end} would be both {names[wanted]} and "
+            f"{names[1 - wanted]}, but a face needs exactly 2 wale edges and rows that do not cross; remodel the "
+            "faces around it, or start elsewhere with seeds=[(vertex, vertex)]"
+        )

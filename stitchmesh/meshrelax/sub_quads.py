@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which vertices the forces join: sub-quads, springs and struts (Yuksel et al. 2012, figure 15)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.meshrelax.rest_lengths import RestLengths
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Vertices and rest lengths of every force of a fabric."""
+
+    stretch_ends: IntArray
+    """Ends of edges, then of sub-quad diagonals, shape (S, 2)."""
+    stretch_rest: FloatArray
+    """Their rest lengths [cm], shape (S,)."""
+    corners: IntArray
+    """Neighbour, corner, neighbour at each corner of each sub-quad, shape (A, 3)."""
+    struts: IntArray
+    """Three vertices in a row along a wale, shape (W, 3)."""
+    rest: RestLengths
+
+
+def springs(fabric: StitchMesh, rest: RestLengths) -> Springs:
+    """All springs of a fabric."""
+    quads = sub_quads(fabric)
+    diagonals = np.concatenate([quads[:, [0, 2]], quads[:, [1, 3]]])
+    ends = edge_ends(fabric)
+    edge_rest = np.where(fabric.is_wale[fabric.edge_side], rest.wale, rest.course)
+    lengths = np.concatenate([edge_rest, np.full(len(diagonals), rest.diagonal)])
+    around = [quads[:, [(corner - 1) % 4, corner, (corner + 1) % 4]] for corner in range(4)]
+    return Springs(np.concatenate([ends, diagonals]), lengths, np.concatenate(around), wale_struts(fabric), rest)
+
+
+def edge_ends(fabric: StitchMesh) -> IntArray:
+    """The two vertices of each edge, shape (E, 2)."""
+    sides = fabric.edge_side
+    return np.stack([fabric.face_vertex[sides], fabric.face_vertex[fabric.side_next[sides]]], axis=1)
+
+
+def sub_quads(fabric: StitchMesh) -> IntArray:
+    """Lower left, lower right, upper right and upper left vertex of each sub-quad, shape (Q, 4).
+
+    A face with b bottom and t top sides has max(b, t) of them, which share the fewer sides between them; one that
+    has no bottom or no top side is a triangle and has none.
+    """
+    bottom, top = fabric.n_bottom, fabric.n_top
+    count = np.where(np.minimum(bottom, top) > 0, np.maximum(bottom, top), 0)
+    face = np.repeat(np.arange(fabric.face_count), count)
+    place = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
+    lower = fabric.face_start[face] + place * bottom[face] // count[face]
+    # the top runs from right to left: its left end is the last corner of the face
+    upper = fabric.face_start[face + 1] - 1 - place * top[face] // count[face]
+    return fabric.face_vertex[np.stack([lower, lower + 1, upper - 1, upper], axis=1)]
+
+
+def wale_struts(fabric: StitchMesh) -> IntArray:
+    """The far ends of two consecutive wale edges around the vertex they share, shape (W, 3).
+
+    A vertex continues a wale where exactly two wale edges meet in it, unless they are the two wale sides of one face,
+    which meet at the end of a short row. Where wales begin, end or merge there is no strut.
+    """
+    ends = edge_ends(fabric)[fabric.is_wale[fabric.edge_side]]
+    middle, far = ends.ravel(), ends[:, ::-1].ravel()
+    order = np.argsort(middle, kind="stable")
+    regular = np.bincount(middle, minlength=len(fabric.vertices)) == 2
+    regular[fabric.face_vertex[fabric.left_wale[fabric.n_top == 0]]] = False
+    regular[fabric.face_vertex[fabric.right_wale[fabric.n_bottom == 0]]] = False
+    kept = order[regular[middle[order]]]
+    return np.stack([far[kept[0::2]], middle[kept[0::2]], far[kept[1::2]]], axis=1)

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How many stitches lie along each edge.
+
+Course edges get their length over the stitch width. All wale edges of a row get one count, from their mean length
+over the stitch height, so that the two wale edges of every face agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError, TessellationError
+from stitchmesh.mesh import IntArray, StitchMesh
+
+EdgeName = int | tuple[int, int]
+
+BYTES_PER_STITCH = 9_000
+"""Peak memory of the whole pipeline per stitch face, measured by ``benchmarks/garments.py``."""
+MOST_STITCHES = 4_000_000
+"""Stitch faces beyond which a request is refused rather than left to exhaust the machine."""
+
+
+def edge_counts(
+    labeled: StitchMesh, stitch_width: float, stitch_height: float, given: Mapping[EdgeName, int]
+) -> IntArray:
+    """Number of stitches along each edge, shape (E,).
+
+    Raises:
+        ParameterError: the stitch is not a positive size, or larger than the garment; a given count is below 1 or
+            its edge does not exist.
+        TessellationError: two given counts of one row differ, or the stitches would not fit in memory.
+    """
+    _check_size(labeled, stitch_width, stitch_height)
+    first = labeled.edge_side
+    length = labeled.side_length[first]
+    counts = np.maximum(1.0, np.rint(length / stitch_width))
+    rows = _row_counts(labeled, length, stitch_height)
+    wale = labeled.is_wale[first]
+    counts[wale] = rows[labeled.row[labeled.side_face[first[wale]]]]
+    _refuse_too_many(labeled, counts, stitch_width)
+    return _with_given(labeled, counts.astype(np.int64), given)
+
+
+def _check_size(labeled: StitchMesh, width: float, height: float) -> None:
+    for name, size in (("stitch width", width), ("stitch height", height)):
+        if not (np.isfinite(size) and size > 0.0):
+            raise ParameterError(f"{name}: got {size} cm; expected a positive number")
+    bottom = labeled.side_role == 0
+    around = np.bincount(labeled.row[labeled.side_face[bottom]], labeled.side_length[bottom])
+    if width > around.max():
+        raise ParameterError(
+            f"stitch width: got {width} cm, but the widest row is {around.max():.4g} cm around; "
+            "use a narrower stitch or check the unit of the mesh"
+        )
+
+
+def _row_counts(labeled: StitchMesh, length: np.ndarray, height: float) -> np.ndarray:
+    """Stitch rows in each row of panels."""
+    wale_length = length[labeled.side_edge[labeled.left_wale]] + length[labeled.side_edge[labeled.right_wale]]
+    total = np.bincount(labeled.row, wale_length / 2)
+    return np.maximum(1.0, np.rint(total / np.bincount(labeled.row) / height))
+
+
+def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> None:
+    along = np.where(labeled.is_wale, 0.0, counts[labeled.side_edge])
+    stitches = np.add.reduceat(along, labeled.face_start[:-1]) / 2 * counts[labeled.side_edge[labeled.left_wale]]
+    total = stitches.sum()
+    if total > MOST_STITCHES:
+        raise TessellationError(
+            f"stitch width {width:g} cm: needs about {total:.2g} stitches and {total * BYTES_PER_STITCH / 1e9:.3g} GB "
+            f"of memory; at most {MOST_STITCHES:,} are made, so use at least {width * (total / MOST_STITCHES) ** 0.5:.2g} cm"
+        )
+
+
+def _with_given(labeled: StitchMesh, counts: IntArray, given: Mapping[EdgeName, int]) -> IntArray:
+    rows: dict[int, int] = {}
+    for name, count in given.items():
+        edge = edge_named(labeled, name)
+        if count < 1:
+            raise ParameterError(f"count of edge {name}: got {count}; expected at least 1")
+        counts[edge] = count
+        side = labeled.edge_side[edge]
+        if labeled.is_wale[side]:
+            row = int(labeled.row[labeled.side_face[side]])
+            if rows.setdefault(row, count) != count:
+                raise TessellationError(
+                    f"count of edge {name}: got {count}, but another wale edge of row {row} was given {rows[row]}; "
+                    "all wale edges of a row take one count"
+                )
+    for row, count in rows.items():
+        in_row = labeled.row[labeled.side_face] == row
+        counts[labeled.side_edge[in_row & labeled.is_wale]] = count
+    return counts
+
+
+def edge_named(labeled: StitchMesh, name: EdgeName) -> int:
+    """The edge of a side number or a pair of vertices.
+
+    Raises:
+        ParameterError: there is no such edge.
+    """
+    if isinstance(name, (int, np.integer)):
+        if not 0 <= name < labeled.side_count:
+            raise ParameterError(f"side {name}: does not exist; the mesh has sides 0 to {labeled.side_count - 1}")
+        return int(labeled.side_edge[name])
+    tail, head = labeled.face_vertex, labeled.face_vertex[labeled.side_next]
+    found = np.flatnonzero(((tail == name[0]) & (head == name[1])) | ((tail == name[1]) & (head == name[0])))
+    if len(found) == 0:
+        raise ParameterError(f"edge {name}: no edge joins these vertices; name two neighbours")
+    return int(labeled.side_edge[found[0]])

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Divide a labeled mesh into stitch faces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.stitch import Stitch
+from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
+from stitchmesh.tessellate.courses import loops_per_course
+from stitchmesh.tessellate.panel import Panel, StitchFaces, add_stitches, inner_points
+
+COURSE_OVER_WALE_SPACING = 0.77
+"""Height of a relaxed plain stitch over its width: the inverse of Munden's ratio R = 1.3."""
+
+
+def tessellate(
+    labeled: StitchMesh,
+    *,
+    stitch_width: float,
+    stitch_height: float | None = None,
+    counts: Mapping[EdgeName, int] | None = None,
+    marked: Sequence[EdgeName] = (),
+) -> StitchMesh:
+    """Divide each face of a labeled mesh into stitches.
+
+    Edges shared by two faces are divided once, so there are no T-junctions. Where a face has more stitches at its
+    top than at its bottom, or fewer, its courses get increases or decreases at its wale edges.
+
+    Args:
+        labeled: what ``label`` returned.
+        stitch_width: wale spacing [cm].
+        stitch_height: course spacing [cm]; 0.77 of the width unless given.
+        counts: stitches along single edges; on a wale edge the count is its whole row's.
+        marked: wale edges that take all increases and decreases of their faces.
+
+    Raises:
+        ParameterError: a size or count is out of range, an edge does not exist, the mesh repeats on a lattice.
+        TessellationError: counts of one row differ, a face is too short for its change of width, or the stitches
+            would not fit in memory.
+
+    Source: Yuksel et al. 2012, section 5.2.
+    """
+    if labeled.lattice is not None:
+        raise ParameterError("tessellate: got a mesh on a lattice; make periodic stitch meshes from charts instead")
+    height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
+    along = edge_counts(labeled, stitch_width, height, counts or {})
+    marks = _marked_sides(labeled, marked)
+    return _Tessellation(labeled, along, marks).stitch_mesh()
+
+
+def _marked_sides(labeled: StitchMesh, marked: Sequence[EdgeName]) -> np.ndarray:
+    edges = [edge_named(labeled, name) for name in marked]
+    for name, edge in zip(marked, edges, strict=True):
+        if not labeled.is_wale[labeled.edge_side[edge]]:
+            raise ParameterError(f"marked edge {name}: is a course edge; increases are collected at wale edges")
+    return np.isin(labeled.side_edge, edges)
+
+
+class _Tessellation:
+    """Numbers of the vertices and edges that panels share, and the panels in turn."""
+
+    def __init__(self, labeled: StitchMesh, along: IntArray, marked: np.ndarray) -> None:
+        self.labeled, self.along, self.marked = labeled, along, marked
+        vertex_start = len(labeled.vertices) + np.concatenate([[0], np.cumsum(along - 1)])
+        self.edge_vertex, self.edge_base = vertex_start[:-1], np.concatenate([[0], np.cumsum(along)])
+        self.points: list[FloatArray] = [labeled.vertices, self._points_on_edges()]
+        self.next_vertex = int(vertex_start[-1])
+        courses = along[labeled.side_edge[labeled.left_wale]]
+        rows = np.zeros(labeled.row.max() + 1, dtype=np.int64)
+        rows[labeled.row] = courses
+        self.first_row = np.concatenate([[0], np.cumsum(rows)])[labeled.row]
+
+    def _points_on_edges(self) -> FloatArray:
+        mesh = self.labeled
+        start = mesh.corner_position[mesh.edge_side]
+        end = mesh.corner_position[mesh.side_next[mesh.edge_side]]
+        edge = np.repeat(np.arange(len(self.along)), self.along - 1)
+        place = np.arange(len(edge)) - np.repeat(np.cumsum(self.along - 1) - (self.along - 1), self.along - 1)
+        share = ((place + 1) / self.along[edge])[:, None]
+        return start[edge] * (1.0 - share) + end[edge] * share
+
+    def _along_side(self, side: int) -> tuple[IntArray, IntArray]:
+        """Vertices (both ends included) and edges along a side, in its own direction."""
+        mesh, edge = self.labeled, self.labeled.side_edge[side]
+        inner = self.edge_vertex[edge] + np.arange(self.along[edge] - 1)
+        edges = self.edge_base[edge] + np.arange(self.along[edge])
+        if mesh.edge_side[edge] != side:
+            inner, edges = inner[::-1], edges[::-1]
+        ends = mesh.face_vertex[side], mesh.face_vertex[mesh.side_next[side]]
+        return np.concatenate([[ends[0]], inner, [ends[1]]]), edges
+
+    def _chain(self, sides: Sequence[int], empty: int) -> tuple[IntArray, IntArray]:
+        """Vertices and edges along several sides; the single vertex ``empty`` where there is no side."""
+        parts = [self._along_side(side) for side in sides]
+        vertices = [part[0][1:] for part in parts]
+        first = parts[0][0][:1] if parts else np.array([empty])
+        edges = [part[1] for part in parts]
+        return np.concatenate([first, *vertices]), np.concatenate([np.zeros(0, dtype=np.int64), *edges])
+
+    def panel(self, face: int) -> Panel:
+        """A face with the vertices of all its courses, those inside made now."""
+        mesh, start = self.labeled, int(self.labeled.face_start[face])
+        right, left = int(mesh.right_wale[face]), int(mesh.left_wale[face])
+        bottom_sides, top_sides = range(start, right), range(right + 1, left)
+        low, bottom = self._chain(bottom_sides, int(mesh.face_vertex[right]))
+        high, top = self._chain(top_sides, int(mesh.face_vertex[left]))
+        right_vertices, right_edges = self._along_side(right)
+        left_vertices, left_edges = (part[::-1] for part in self._along_side(left))
+        loops = loops_per_course(len(bottom), len(top), len(left_edges), face)
+        inner = inner_points(
+            mesh.corner_position[start : left + 1],
+            self.along[mesh.side_edge[list(bottom_sides)]],
+            self.along[mesh.side_edge[list(top_sides)]][::-1],
+            loops,
+        )
+        levels = [low]
+        for level, points in enumerate(inner, start=1):
+            own = self.next_vertex + np.arange(len(points))
+            levels.append(np.concatenate([left_vertices[level : level + 1], own, right_vertices[level : level + 1]]))
+            self.points.append(points)
+            self.next_vertex += len(points)
+        levels.append(high[::-1])
+        marks = (self.marked[left], self.marked[right])
+        mark = {(True, False): "left", (False, True): "right"}.get((bool(marks[0]), bool(marks[1])), "")
+        return Panel(levels, bottom, top[::-1], left_edges, right_edges, int(self.first_row[face]), mark)
+
+    def stitch_mesh(self) -> StitchMesh:
+        """All panels divided and joined."""
+        faces, next_edge = StitchFaces(), int(self.edge_base[-1])
+        for face in range(self.labeled.face_count):
+            next_edge = add_stitches(self.panel(face), faces, next_edge)
+        sizes = [len(corners) for corners in faces.corners]
+        twin = _twins(np.concatenate(faces.edges))
+        start = np.concatenate([[0], np.cumsum(sizes)])
+        n_bottom = np.array(faces.n_bottom)
+        return StitchMesh(
+            vertices=np.concatenate(self.points),
+            face_start=start,
+            face_vertex=np.concatenate(faces.corners),
+            twin=twin,
+            n_bottom=n_bottom,
+            n_top=faces.n_top,
+            stitch=_with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
+            row=faces.row,
+        )
+
+
+def _twins(edges: IntArray) -> IntArray:
+    """Sides with the same edge number are twins."""
+    order = np.argsort(edges, kind="stable")
+    pair = np.flatnonzero(np.diff(edges[order]) == 0)
+    twin = np.full(len(edges), BORDER)
+    twin[order[pair]], twin[order[pair + 1]] = order[pair + 1], order[pair]
+    return twin
+
+
+def _with_cast_on(stitch: IntArray, start: IntArray, n_bottom: IntArray, twin: IntArray) -> IntArray:
+    """Faces that stand on the border have no loops below: their loops are cast on."""
+    face = np.repeat(np.arange(len(n_bottom)), np.diff(start))
+    bottom = np.arange(len(twin)) - start[:-1][face] < n_bottom[face]
+    free = np.bincount(face[bottom & (twin == BORDER)], minlength=len(n_bottom))
+    return np.where((free == n_bottom) & (stitch != Stitch.DRAW_THROUGH), Stitch.CAST_ON, stitch)

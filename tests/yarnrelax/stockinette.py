@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Plain knit from a formula: rows of (t + 1.5 sin 2t, 4 cos t, cos 2t), 4.5 apart, yarn radius 0.78 (Crane 2023)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from stitchmesh.yarn import YarnSet
+
+FORMULA_RADIUS = 0.78
+ROW_HEIGHT = 4.5
+STITCH_WIDTH = 2 * np.pi
+
+
+def loop_curve(stitches: int, points_per_stitch: int) -> NDArray[np.float64]:
+    """Points at equal arc length along one row of the formula, shape (stitches * points_per_stitch, 3)."""
+    t = np.linspace(0.0, 2 * np.pi, 2001)
+    curve = np.stack([t + 1.5 * np.sin(2 * t), 4 * np.cos(t), np.cos(2 * t)], axis=1)
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    one = CubicSpline(arc, curve)(np.arange(points_per_stitch) / points_per_stitch * arc[-1])
+    rows = [one + [stitch * STITCH_WIDTH, 0.0, 0.0] for stitch in range(stitches)]
+    return np.concatenate(rows)
+
+
+def control_points(curve: NDArray[np.float64], wraps: bool) -> NDArray[np.float64]:
+    """B-spline control points whose curve passes the given points to fourth order: p - p''/6."""
+    padded = np.concatenate([curve[-1:], curve, curve[:1]]) if wraps else np.pad(curve, ((1, 1), (0, 0)), mode="edge")
+    return curve - np.diff(padded, 2, axis=0) / 6
+
+
+def flat_patch(rows: int, stitches: int, points_per_stitch: int = 12, radius: float = 0.125) -> YarnSet:
+    """A swatch of open rows; its control points know their stitch face, numbered row by row."""
+    scale = radius / FORMULA_RADIUS
+    row = control_points(loop_curve(stitches, points_per_stitch), wraps=False)
+    curves = [scale * (row + [0.0, ROW_HEIGHT * index, 0.0]) for index in range(rows)]
+    yarns = YarnSet.from_curves(curves, closed=[False] * rows, radius=radius)
+    return with_faces(yarns, points_per_stitch)
+
+
+def tube(rows: int, stitches: int, points_per_stitch: int = 12, radius: float = 0.125) -> YarnSet:
+    """A tube of closed rows around the y axis, knit side out."""
+    scale = radius / FORMULA_RADIUS
+    flat = loop_curve(stitches, points_per_stitch)
+    around = stitches * STITCH_WIDTH / (2 * np.pi)
+    curves = []
+    for index in range(rows):
+        angle, height, out = flat[:, 0] / around, flat[:, 1] + ROW_HEIGHT * index, around + flat[:, 2]
+        ring = np.stack([out * np.sin(angle), height, out * np.cos(angle)], axis=1)
+        curves.append(scale * control_points(ring, wraps=True))
+    return with_faces(YarnSet.from_curves(curves, closed=[True] * rows, radius=radius), points_per_stitch)
+
+
+def with_faces(yarns: YarnSet, points_per_stitch: int) -> YarnSet:
+    """The same yarns with stitch faces numbered along them, each of ``points_per_stitch`` control points."""
+    count = len(yarns.points)
+    return YarnSet(
+        points=yarns.points, start=yarns.start, closed=yarns.closed, radius=yarns.radius,
+        rest_length=yarns.rest_length, colour=yarns.colour, face=np.arange(count) // points_per_stitch,
+        part=np.arange(count) % points_per_stitch,
+    )  # fmt: skip
