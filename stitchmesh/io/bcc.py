@@ -71,9 +71,7 @@ def write_bcc(path: FilePath, content: BccCurves) -> None:
         FileError: a coordinate is too large for float32, or the file cannot be written.
     """
     count = sum(map(len, content.curves))
-    parts = [
-        HEADER.pack(b"BCC", FOUR_BYTE_NUMBERS, content.kind, 3, UP_Y, len(content.curves), count, FREE_TEXT)
-    ]
+    parts = [HEADER.pack(b"BCC", FOUR_BYTE_NUMBERS, content.kind, 3, UP_Y, len(content.curves), count, FREE_TEXT)]
     for index, (points, closed) in enumerate(zip(content.curves, content.closed, strict=True)):
         if np.abs(points).max() > np.finfo(np.float32).max:
             raise FileError(f"{fspath(path)}: curve {index} has coordinates too large for the format's float32")

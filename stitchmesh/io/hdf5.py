@@ -95,7 +95,7 @@ def _check_format(name: str, file: h5py.File, format_name: str) -> None:
         raise FileError(f"{name}: has version {version}; this StitchMesh reads version {VERSION}, use a newer one")
 
 
-def _field(name: str, file: h5py.File, field: dataclasses.Field[Any], owner: type) -> Any:  # noqa: ANN401
+def _field(name: str, file: h5py.File, field: dataclasses.Field[Any], owner: type) -> Any:
     import h5py
 
     dataset = file.get(field.name)

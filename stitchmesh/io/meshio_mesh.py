@@ -54,7 +54,7 @@ def weld(points: NDArray[np.float64], faces: list[list[int]]) -> tuple[NDArray[n
     return points[first[order]], [[number[v] for v in face] for face in faces]
 
 
-def _read(name: str, file_format: str) -> Any:  # noqa: ANN401
+def _read(name: str, file_format: str) -> Any:
     import meshio
 
     printed = io.StringIO()

@@ -10,6 +10,7 @@ coordinates, groups, materials and comments say nothing about a surface and are 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from os import fspath
 
 from stitchmesh.errors import FileError
@@ -66,7 +67,7 @@ def write_obj_mesh(path: FilePath, mesh: Mesh, centimetres: float) -> None:
     starts = mesh.face_start.tolist()
     lines = ["# StitchMesh"]
     lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices]
-    for first, last in zip(starts[:-1], starts[1:], strict=True):
+    for first, last in pairwise(starts):
         lines.append("f " + " ".join(map(str, corners[first:last])))
     write_text(path, "\n".join(lines) + "\n")
 

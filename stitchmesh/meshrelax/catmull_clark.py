@@ -15,8 +15,6 @@ both ends are refined like any other (Catmull and Clark 1978; borders as Bierman
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, vstack
@@ -121,11 +119,6 @@ def refine_surface(mesh: Mesh, spacing: float, max_faces: int) -> tuple[Mesh, Fl
         flat = linear_rule(fine) @ flat
         fine = subdivide(fine)
     return fine, limit_rule(fine) @ fine.vertices, flat
-
-
-def limit_points(mesh: Mesh) -> Mesh:
-    """The same quads with their vertices moved onto the limit surface."""
-    return replace(mesh, vertices=limit_rule(mesh) @ mesh.vertices)
 
 
 def _edge_length(mesh: Mesh) -> float:

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -55,9 +57,5 @@ def tube(rows: int, stitches: int, points_per_stitch: int = 12, radius: float = 
 
 def with_faces(yarns: YarnSet, points_per_stitch: int) -> YarnSet:
     """The same yarns with stitch faces numbered along them, each of ``points_per_stitch`` control points."""
-    count = len(yarns.points)
-    return YarnSet(
-        points=yarns.points, start=yarns.start, closed=yarns.closed, radius=yarns.radius,
-        rest_length=yarns.rest_length, colour=yarns.colour, face=np.arange(count) // points_per_stitch,
-        part=np.arange(count) % points_per_stitch,
-    )  # fmt: skip
+    number = np.arange(len(yarns.points))
+    return replace(yarns, face=number // points_per_stitch, part=number % points_per_stitch)

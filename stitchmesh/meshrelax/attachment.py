@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How a fabric is held by its surface: inner vertices on the sheet, border vertices on their border, corners fixed.
+
+The first association follows Yuksel et al. 2012, section 6.1: vertices are projected onto the input polygons, refined
+like the surface but not smoothed, and the barycentric coordinates found there are evaluated on the limit surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import MeshError
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.meshrelax.catmull_clark import border_vertices, corner_vertices
+from stitchmesh.meshrelax.closest_point import ClosestPoint
+from stitchmesh.meshrelax.limit_surface import LimitSurface
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where the vertices of a fabric are."""
+
+    position: FloatArray
+    """[cm], shape (V, 3)."""
+    normal: FloatArray
+    """Unit normal of the surface there, shape (V, 3)."""
+    arc: FloatArray
+    """Arc length along its border of each border vertex, zero elsewhere [cm], shape (V,)."""
+    tangent: FloatArray
+    """Unit tangent of the border, zero at inner vertices, shape (V, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attachment:
+    """A surface and what holds each vertex of a fabric to it."""
+
+    surface: LimitSurface
+    closest: ClosestPoint
+    """The triangles of the limit surface."""
+    border: IntArray
+    """Border that each vertex is on, -1 for inner vertices, shape (V,)."""
+    fixed: NDArray[np.bool_]
+    """Vertices at corners, which do not move, shape (V,)."""
+
+    @cached_property
+    def inner(self) -> IntArray:
+        """Inner vertices."""
+        return np.flatnonzero(self.border < 0)
+
+    def projector(self, placement: Placement) -> FloatArray:
+        """Projectors onto the directions in which each vertex may move, shape (V, 3, 3)."""
+        normal, tangent = placement.normal, placement.tangent
+        allowed = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        along = tangent[:, :, None] * tangent[:, None, :]
+        allowed = np.where((self.border >= 0)[:, None, None], along, allowed)
+        return np.where(self.fixed[:, None, None], 0.0, allowed)
+
+    def moved(self, placement: Placement, step: FloatArray, stride: float) -> Placement:
+        """The placement after a step along the surface, in strides short enough to stay on the sheet.
+
+        Args:
+            placement: where the vertices are.
+            step: allowed displacement of each vertex [cm], shape (V, 3).
+            stride: largest distance between two projections [cm].
+        """
+        strides = max(1, int(np.ceil(np.linalg.norm(step, axis=1).max() / stride)))
+        position, normal, step = placement.position[self.inner], placement.normal[self.inner], step / strides
+        inner_step = step[self.inner]
+        length = np.linalg.norm(inner_step, axis=1, keepdims=True)
+        for _ in range(strides):
+            found = self.closest.find(position + inner_step, normal)
+            position, normal = self.surface.evaluate(*found)
+            turned = inner_step - np.einsum("ni,ni->n", inner_step, normal)[:, None] * normal
+            inner_step = turned * (length / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-300))
+        arc = placement.arc + strides * np.einsum("vi,vi->v", step, placement.tangent)
+        return self._with_border(_filled(placement.position, self.inner, position), placement.normal, normal, arc)
+
+    def _with_border(
+        self, position: FloatArray, old_normal: FloatArray, inner_normal: FloatArray, arc: FloatArray
+    ) -> Placement:
+        """Put the border vertices at their arc lengths; their normals serve nothing and stay."""
+        tangent = np.zeros_like(position)
+        for number, border in enumerate(self.surface.borders):
+            members = np.flatnonzero((self.border == number) & ~self.fixed)
+            position[members], tangent[members] = border.at(arc[members])
+        return Placement(position, _filled(old_normal, self.inner, inner_normal), arc, tangent)
+
+
+def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None) -> tuple[Attachment, Placement]:
+    """Hold a fabric that lies on the input polygons to their limit surface.
+
+    Args:
+        fabric: stitch faces whose vertices lie on the polygons of the surface's mesh.
+        surface: limit surface of that mesh.
+        reach: distance within which a vertex usually finds its triangle [cm].
+        device: Warp's name of the device.
+
+    Raises:
+        MeshError: the fabric has a border where the surface has none.
+    """
+    flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
+    position, normal = surface.evaluate(*flat.find(fabric.vertices, fabric.vertex_normal))
+    border, arc = _locate_borders(fabric, surface)
+    for number, curve in enumerate(surface.borders):
+        members = np.flatnonzero(border == number)
+        position[members] = curve.at(arc[members])[0]
+    closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
+    attachment = Attachment(surface, closest, border, corner_vertices(fabric))
+    return attachment, attachment._with_border(position, normal, normal[attachment.inner], arc)
+
+
+def _locate_borders(fabric: StitchMesh, surface: LimitSurface) -> tuple[IntArray, FloatArray]:
+    """The surface border of each border loop of the fabric, the closest as a whole, and the arc lengths on it."""
+    border, arc = np.full(len(fabric.vertices), -1), np.zeros(len(fabric.vertices))
+    if border_vertices(fabric).any() and not surface.borders:
+        side = fabric.side_name(int(fabric.boundary_loops[0][0]))
+        raise MeshError(f"{side}: a border of the fabric; got a surface without border, expected the mesh it came from")
+    for loop in fabric.boundary_loops:
+        members = fabric.face_vertex[loop]
+        found = [curve.locate(fabric.vertices[members]) for curve in surface.borders]
+        best = int(np.argmin([np.mean(distance**2) for _, distance in found]))
+        border[members], arc[members] = best, found[best][0]
+    return border, arc
+
+
+def _filled(values: FloatArray, places: IntArray, new: FloatArray) -> FloatArray:
+    result = values.copy()
+    result[places] = new
+    return result

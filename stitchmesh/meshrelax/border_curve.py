@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The border of a limit surface as closed polylines, travelled by arc length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from stitchmesh.mesh import FloatArray, IntArray
+
+CANDIDATES = 4
+"""Vertices of the polyline around which the closest segment is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class BorderCurve:
+    """One closed border, on the limit surface and on the input polygons."""
+
+    points: FloatArray
+    """Its vertices on the limit surface [cm], shape (N, 3)."""
+    flat_points: FloatArray
+    """The same vertices on the input polygons [cm], shape (N, 3)."""
+
+    @cached_property
+    def spans(self) -> FloatArray:
+        """From each vertex to the next [cm], shape (N, 3)."""
+        return np.roll(self.points, -1, axis=0) - self.points
+
+    @cached_property
+    def arc(self) -> FloatArray:
+        """Arc length at each vertex, and last the length of the whole [cm], shape (N + 1,)."""
+        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(self.spans, axis=1))])
+
+    def locate(self, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Arc lengths that belong to points of the flat border, and their distances from it.
+
+        Args:
+            targets: points on or near the flat border [cm], shape (M, 3).
+
+        Returns:
+            Arc lengths on the limit surface [cm], shape (M,), and distances to the flat border [cm], shape (M,).
+        """
+        count = len(self.points)
+        near = cKDTree(self.flat_points).query(targets, k=min(CANDIDATES, count))[1].reshape(len(targets), -1)
+        segment = np.concatenate([near, (near - 1) % count], axis=1)
+        start = self.flat_points[segment]
+        span = self.flat_points[(segment + 1) % count] - start
+        along = np.einsum("mci,mci->mc", targets[:, None] - start, span)
+        along = np.clip(along / np.maximum(np.einsum("mci,mci->mc", span, span), np.finfo(float).tiny), 0.0, 1.0)
+        distance = np.linalg.norm(targets[:, None] - start - along[:, :, None] * span, axis=2)
+        best = (np.arange(len(targets)), distance.argmin(axis=1))
+        segment, along = segment[best], along[best]
+        return self.arc[segment] + along * np.diff(self.arc)[segment], distance[best]
+
+    def at(self, arc: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points and unit tangents at arc lengths, which wrap around the border.
+
+        Args:
+            arc: arc lengths [cm], shape (M,).
+        """
+        arc = np.mod(arc, self.arc[-1])
+        segment = self._segment(arc)
+        length = np.diff(self.arc)[segment]
+        tangent = self.spans[segment] / np.where(length > 0.0, length, 1.0)[:, None]
+        return self.points[segment] + (arc - self.arc[segment])[:, None] * tangent, tangent
+
+    def _segment(self, arc: FloatArray) -> IntArray:
+        return np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, len(self.points) - 1)

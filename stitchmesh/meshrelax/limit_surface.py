@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The surface that the fabric lies on: fine triangles whose vertices are on the Catmull-Clark limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.meshrelax.border_curve import BorderCurve
+from stitchmesh.meshrelax.catmull_clark import refine_surface
+
+MAX_FACES = 400_000
+"""Quads of the fine surface: beyond, edges stay longer than asked for and memory within 1 GB."""
+
+
+@dataclass(frozen=True, eq=False)
+class LimitSurface:
+    """Triangles on the limit surface, each with its twin on the input polygons."""
+
+    vertices: FloatArray
+    """On the limit surface [cm], shape (V, 3)."""
+    flat_vertices: FloatArray
+    """The same vertices on the input polygons [cm], shape (V, 3)."""
+    triangles: IntArray
+    """Shape (T, 3)."""
+    borders: tuple[BorderCurve, ...]
+
+    @cached_property
+    def triangle_vector_area(self) -> FloatArray:
+        """Area of each triangle times its normal [cm^2], shape (T, 3)."""
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        return 0.5 * np.cross(b - a, c - a)
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the surface [cm^2]."""
+        return float(np.linalg.norm(self.triangle_vector_area, axis=1).sum())
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """Unit normal of each vertex, shape (V, 3)."""
+        vertex, weight = self.triangles.ravel(), np.repeat(self.triangle_vector_area, 3, axis=0)
+        total = np.stack([np.bincount(vertex, weight[:, k], len(self.vertices)) for k in range(3)], axis=1)
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return total / np.where(length > 0.0, length, 1.0)
+
+    def evaluate(self, triangle: IntArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points and unit normals of the limit surface at barycentric coordinates.
+
+        Args:
+            triangle: shape (N,).
+            weights: of the triangle's corners, shape (N, 3).
+        """
+        corners = self.triangles[triangle]
+        normal = np.einsum("nc,nci->ni", weights, self.normals[corners])
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return np.einsum("nc,nci->ni", weights, self.vertices[corners]), normal / np.where(length > 0.0, length, 1.0)
+
+
+def limit_surface(mesh: Mesh, spacing: float) -> LimitSurface:
+    """The Catmull-Clark limit of a mesh in triangles.
+
+    Args:
+        mesh: polygons of any size [cm].
+        spacing: root mean square edge length wanted [cm].
+
+    Raises:
+        MeshError: the mesh repeats on a lattice.
+    """
+    fine, vertices, flat = refine_surface(mesh, spacing, MAX_FACES)
+    quads = fine.face_vertex.reshape(-1, 4)
+    triangles = np.stack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], axis=1).reshape(-1, 3)
+    loops = [fine.face_vertex[loop] for loop in fine.boundary_loops]
+    borders = tuple(BorderCurve(vertices[loop], flat[loop]) for loop in loops)
+    return LimitSurface(vertices, flat, triangles, borders)

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where to look from: cameras that frame what is drawn, and the place on the front for the close-up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray
+
+VIEW_ANGLE = 24.0
+"""Vertical opening [degrees]; narrow, so that near and far stitches have about the same size."""
+MARGIN = 1.06
+FLAT = 0.08
+"""A thing whose thinnest extent is this part of its middle one is looked at from its flat side."""
+ELEVATION, AZIMUTH = 10.0, 14.0
+"""Turn of the camera off the front, upwards and to the side [degrees]."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective camera."""
+
+    position: FloatArray
+    """Position [cm], shape (3,)."""
+    focus: FloatArray
+    """Point in the middle of the picture [cm], shape (3,)."""
+    up: FloatArray
+    """Direction that is upright in the picture, shape (3,)."""
+    side: FloatArray
+    """Direction that runs to the right in the picture, shape (3,)."""
+
+
+def front_directions(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Direction towards the viewer and the upright direction: y is up, and the front is the wide side.
+
+    A flat thing is looked at squarely: one that lies in the xz plane from above, z towards the viewer.
+    """
+    extent = np.ptp(points, axis=0)
+    thin = int(extent.argmin())
+    if extent[thin] <= FLAT * np.sort(extent)[1]:
+        up = np.array([0.0, 0.0, -1.0]) if thin == 1 else np.array([0.0, 1.0, 0.0])
+        return np.eye(3)[thin], up
+    towards = np.eye(3)[0 if extent[2] > 1.3 * extent[0] else 2]
+    up = np.array([0.0, 1.0, 0.0])
+    side = np.cross(up, towards)
+    elevation, azimuth = np.radians(ELEVATION), np.radians(AZIMUTH)
+    level = np.cos(azimuth) * towards + np.sin(azimuth) * side
+    return np.cos(elevation) * level + np.sin(elevation) * up, up
+
+
+def camera_around(points: FloatArray, towards: FloatArray, up: FloatArray, aspect: float) -> Camera:
+    """The nearest camera in a direction that has all points in its picture.
+
+    Args:
+        points: what must be seen [cm], shape (n, 3).
+        towards: direction from the points to the camera, shape (3,).
+        up: direction that is upright in the picture, shape (3,).
+        aspect: width of the picture over its height.
+    """
+    depth, side, upright = _axes(towards, up)
+    place = points @ np.stack([side, upright, depth], axis=1)
+    middle = (place.min(axis=0) + place.max(axis=0)) / 2
+    half_height = np.tan(np.radians(VIEW_ANGLE / 2)) / MARGIN
+    offset = np.abs(place - middle)
+    reach = np.maximum(offset[:, 0] / (half_height * aspect), offset[:, 1] / half_height)
+    distance = float((reach + place[:, 2] - middle[2]).max())
+    focus = middle @ np.stack([side, upright, depth])
+    return Camera(focus + distance * depth, focus, upright, side)
+
+
+def camera_at(focus: FloatArray, towards: FloatArray, up: FloatArray, height: float) -> Camera:
+    """A camera whose picture is ``height`` [cm] high at the focus."""
+    depth, side, upright = _axes(towards, up)
+    distance = height / 2 / np.tan(np.radians(VIEW_ANGLE / 2))
+    return Camera(focus + distance * depth, focus, upright, side)
+
+
+def front_patch(points: FloatArray, towards: FloatArray, up: FloatArray, size: float) -> tuple[FloatArray, FloatArray]:
+    """A place in the middle of the front and the outward direction there.
+
+    Args:
+        points: points all over the surface [cm], shape (n, 3).
+        towards: direction from the surface to the camera, shape (3,).
+        up: direction that is upright in the picture, shape (3,).
+        size: width of the patch [cm].
+
+    Returns:
+        The middle of the patch [cm] and its unit normal, shape (3,) each.
+    """
+    depth, side, upright = _axes(towards, up)
+    place = points @ np.stack([side, upright, depth], axis=1)
+    middle = (place[:, :2].min(axis=0) + place[:, :2].max(axis=0)) / 2
+    nearest = place[np.linalg.norm(place[:, :2] - middle, axis=1).argmin()]
+    around = np.linalg.norm(place[:, :2] - nearest[:2], axis=1) < size / 2
+    front = place[around, 2] > place[around, 2].max() - size / 2
+    patch = points[around][front]
+    normal = np.linalg.svd(patch - patch.mean(axis=0), full_matrices=False)[2][2]
+    return patch.mean(axis=0), normal if normal @ depth > 0 else -normal
+
+
+def _axes(towards: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit directions to the camera, to the right and upright."""
+    depth = towards / np.linalg.norm(towards)
+    side = np.cross(up, depth)
+    if np.linalg.norm(side) < 1e-6:  # looking along the upright direction
+        side = np.cross(np.array([0.0, 0.0, -1.0]), depth)
+    side /= np.linalg.norm(side)
+    return depth, side, np.cross(depth, side)

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Colours of wool: rows alternate between two tones while the hue drifts along the garment."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.stitch import Stitch
+
+DYES = np.array([[168, 74, 58], [196, 134, 62], [134, 140, 82], [62, 116, 122], [74, 84, 128], [134, 86, 118]]) / 255
+"""Madder, weld, moss, woad, indigo, heather: the first row takes the first, the last row the last, sRGB."""
+UNDYED = np.array([236, 226, 206]) / 255
+"""Every second row is the dye let down with this, sRGB."""
+SHARE_UNDYED = 0.5
+
+STITCH_COLOURS: dict[Stitch, tuple[int, int, int]] = {
+    Stitch.PANEL: (214, 208, 196),
+    Stitch.KNIT: (226, 214, 190),
+    Stitch.PURL: (150, 168, 186),
+    Stitch.CAST_ON: (122, 150, 104),
+    Stitch.BIND_OFF: (96, 110, 148),
+    Stitch.DRAW_THROUGH: (150, 120, 96),
+    Stitch.KNIT_YARNOVER: (222, 142, 74),
+    Stitch.YARNOVER_KNIT: (240, 186, 84),
+    Stitch.KNIT_YARNOVER_KNIT: (198, 96, 60),
+    Stitch.DECREASE_LEFT: (92, 140, 150),
+    Stitch.DECREASE_RIGHT: (128, 108, 158),
+    Stitch.DECREASE_CENTRE: (164, 72, 98),
+}
+"""Plain stitches are pale and the shaping ones strong: increases warm, decreases cool, sRGB 0 to 255."""
+UNNAMED_STITCH = (90, 90, 90)
+ODD_ROW = 0.9
+"""Brightness of every second row in the picture of stitches."""
+
+
+def row_colours(number: ArrayLike) -> NDArray[np.uint8]:
+    """sRGB of each colour number, shape (n,) to (n, 3); numbers are rows counted from the first."""
+    rows = np.asarray(number, dtype=np.int64)
+    first, last = int(rows.min()), int(rows.max())
+    place = (rows - first) / max(last - first, 1) * (len(DYES) - 1)
+    linear = DYES**2.2  # mixed as light, for an sRGB mean of two hues is dull
+    dye = np.stack([np.interp(place, np.arange(len(DYES)), linear[:, k]) for k in range(3)], axis=-1)
+    pale = (1 - SHARE_UNDYED) * dye + SHARE_UNDYED * UNDYED**2.2
+    colour = np.where((rows % 2 == 0)[..., None], dye, pale)
+    return np.round(255 * colour ** (1 / 2.2)).astype(np.uint8)
+
+
+def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
+    """sRGB of each stitch face, shape (n,) to (n, 3); odd rows are a little darker."""
+    codes = np.asarray(stitch, dtype=np.int64)
+    table = np.array([stitch_colour(code) for code in range(max(Stitch) + 1)], dtype=np.float64)
+    shade = np.where(np.asarray(row) % 2 == 1, ODD_ROW, 1.0)
+    return np.round(table[codes] * shade[..., None]).astype(np.uint8)
+
+
+def stitch_colour(code: int) -> tuple[int, int, int]:
+    """sRGB of a stitch type, 0 to 255."""
+    return STITCH_COLOURS.get(Stitch(code), UNNAMED_STITCH)

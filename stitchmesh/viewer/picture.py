@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The picture of a knitted thing: all of it from the front, and beside it some stitches of the front close up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.io.contents import FilePath
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.viewer.camera import Camera, camera_around, camera_at, front_directions, front_patch
+from stitchmesh.viewer.palette import row_colours
+from stitchmesh.viewer.stage import add_tubes, look, picture, shade_hollows
+from stitchmesh.viewer.tubes import tubes_around
+from stitchmesh.yarn import YarnSet, basis
+
+if TYPE_CHECKING:
+    import pyvista
+
+PANELS = (0.6, 0.4)
+"""Width of the panel with everything and of the close-up."""
+CLOSE_UP_HEIGHT = 110.0
+"""Height of the close-up in yarn radii: some 17 rows of plain knitting, which is about 6 radii a row."""
+CLOSE_UP_SIDES, CLOSE_UP_SAMPLES = 16, 4
+
+DETAIL = ((40_000, 10, 3), (120_000, 8, 2), (400_000, 6, 1))
+"""Sides of a tube and samples of a segment for sets of up to so many segments."""
+COARSEST = (4, 1)
+
+
+def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (1600, 1000)) -> None:
+    """Draw yarns as tubes of their radius, coloured by row.
+
+    Args:
+        yarns: y up; the front is its wide side towards +z.
+        path: a ``.png`` file; missing folders are made.
+        size: width and height [pixels].
+
+    Raises:
+        DisplayError: this machine cannot draw.
+        FileError: the suffix is not ``.png``, or the file cannot be written.
+    """
+    towards, up = front_directions(yarns.points)
+    radius = float(np.median(yarns.radius))
+    colours = row_colours(np.arange(yarns.row.min(), yarns.row.max() + 1))
+    with picture(path, size, panels=PANELS) as plotter:
+        plotter.subplot(0, 0)
+        aspect = size[0] * PANELS[0] / size[1]
+        _draw(plotter, yarns, np.arange(len(yarns.segment_points)), _detail(yarns), colours)
+        look(plotter, camera_around(yarns.points, towards, up, aspect))
+        shade_hollows(plotter, 6 * radius)
+        plotter.subplot(0, 1)
+        camera, segments = _close_up(yarns, towards, up, radius)
+        _draw(plotter, yarns, segments, (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), colours)
+        look(plotter, camera)
+        shade_hollows(plotter, 3 * radius)
+        plotter.enable_anti_aliasing("ssaa")
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Sampled curves."""
+
+    points: list[FloatArray]
+    """Points of each curve [cm], shape (n, 3) each."""
+    closed: list[bool]
+    """Whether each curve is closed."""
+    yarn: IntArray
+    """Yarn of each curve."""
+    row: IntArray
+    """Knitting row of each point of all curves."""
+
+
+def curves_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Curves:
+    """Sample some segments of a set, an unbroken run of segments to a curve.
+
+    Args:
+        yarns: the set.
+        segments: numbers of the segments, ascending, at least one.
+        samples: points to a segment.
+    """
+    parameter = np.arange(samples) / samples
+    corners = yarns.points[yarns.segment_points[segments]]
+    if yarns.point_shift is not None:
+        corners = corners + yarns.point_shift[segments]
+    points = np.einsum("kj,sjd->skd", basis(parameter), corners)
+    ends = np.einsum("j,sjd->sd", basis(1.0)[0], corners)
+    nearest = yarns.segment_points[segments][:, np.where(parameter < 0.5, 1, 2)]
+    rows = yarns.row[nearest]
+    last_rows = yarns.row[yarns.segment_points[segments][:, 2]]
+    curves, closed, starts, row = [], [], [], []
+    for first, last in _runs(yarns, segments):
+        whole = _is_whole_ring(yarns, segments[first], last - first)
+        curves.append(_with_end(points[first:last].reshape(-1, 3), ends[last - 1], whole))
+        row.append(_with_end(rows[first:last].ravel(), last_rows[last - 1], whole))
+        closed.append(whole)
+        starts.append(segments[first])
+    return Curves(curves, closed, yarns.segment_yarn[starts], np.concatenate(row))
+
+
+def _runs(yarns: YarnSet, segments: IntArray) -> Iterator[tuple[int, int]]:
+    owner = yarns.segment_yarn[segments]
+    breaks = np.flatnonzero((np.diff(segments) != 1) | (np.diff(owner) != 0)) + 1
+    return pairwise([0, *breaks.tolist(), len(segments)])
+
+
+def _is_whole_ring(yarns: YarnSet, segment: int, count: int) -> bool:
+    yarn = yarns.segment_yarn[segment]
+    size = yarns.segment_start[yarn + 1] - yarns.segment_start[yarn]
+    return bool(yarns.closed[yarn] and yarns.lattice is None and count == size)
+
+
+def _with_end(values: NDArray, end: NDArray, whole: bool) -> NDArray:
+    return values if whole else np.concatenate([values, end[None]])
+
+
+def _detail(yarns: YarnSet) -> tuple[int, int]:
+    count = len(yarns.segment_points)
+    return next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
+
+
+def _close_up(yarns: YarnSet, towards: FloatArray, up: FloatArray, radius: float) -> tuple[Camera, IntArray]:
+    """A camera in front of the middle of the front, and the segments that it sees."""
+    height = min(CLOSE_UP_HEIGHT * radius, float(np.ptp(yarns.points, axis=0).max()))
+    focus, normal = front_patch(yarns.points, towards, up, 0.5 * height)
+    middle = yarns.points[yarns.segment_points].mean(axis=1)
+    offset = middle - focus
+    depth = offset @ normal
+    near = (np.linalg.norm(offset, axis=1) < height) & (np.abs(depth) < 0.5 * height)
+    return camera_at(focus, normal, up, height), np.flatnonzero(near)
+
+
+def _draw(
+    plotter: pyvista.Plotter, yarns: YarnSet, segments: IntArray, detail: tuple[int, int], colours: NDArray[np.uint8]
+) -> None:
+    sides, samples = detail
+    curves = curves_of_segments(yarns, segments, samples)
+    tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=sides)
+    add_tubes(plotter, tubes, colours[curves.row - yarns.row.min()][tubes.ring])

@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How near yarns come to one another and to themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from stitchmesh.yarn import YarnSet
+
+SAMPLES = 4
+"""Points a segment at which distances are taken."""
+NEIGHBOURS = 2
+"""Segments of one yarn that share control points and do not collide, either way along it."""
+
+
+def smallest_distance(yarns: YarnSet) -> tuple[float, int]:
+    """Smallest distance [cm] between points of segments that may touch, and a control point there.
+
+    Returns infinity where nothing lies within two diameters.
+    """
+    points = np.concatenate([curve[: len(curve) // SAMPLES * SAMPLES] for curve in yarns.sampled(SAMPLES)])
+    segment = np.repeat(np.arange(len(yarns.segment_yarn)), SAMPLES)
+    reach = 4.0 * float(yarns.radius.max())
+    tree = cKDTree(points)
+    best, where = np.inf, 0
+    reach_now = float(yarns.radius.min()) / 2
+    while reach_now <= reach and best == np.inf:
+        pairs = tree.query_pairs(reach_now, output_type="ndarray")
+        pairs = pairs[_may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]])]
+        if len(pairs):
+            distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+            nearest = int(distance.argmin())
+            best, where = float(distance[nearest]), int(yarns.segment_points[segment[pairs[nearest, 0]], 1])
+        reach_now *= 1.5
+    return best, where
+
+
+def _may_touch(yarns: YarnSet, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    yarn = yarns.segment_yarn
+    size = np.diff(yarns.segment_start)[yarn[first]]
+    apart = np.abs(first - second)
+    around = np.where(yarns.closed[yarn[first]], np.minimum(apart, size - apart), apart)
+    return (yarn[first] != yarn[second]) | (around > NEIGHBOURS)

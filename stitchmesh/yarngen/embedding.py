@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Place the templates' yarn on the faces of a stitch mesh.
+
+A template point is carried to its face by mean value coordinates and moved along the surface normal, interpolated
+with the same coordinates, by its height (Yuksel et al. 2012, section 4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mean_value import mean_value_weights
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.stitch import Stitch
+from stitchmesh.yarngen.plain import knit
+from stitchmesh.yarngen.table import template
+from stitchmesh.yarngen.template import Template
+
+FEWEST_POINTS = 2
+"""Points of the shortest part, so that its direction is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedParts:
+    """Yarn parts on a stitch mesh, in compressed rows."""
+
+    points: FloatArray
+    """Points that the yarn passes through [cm], shape (N, 3)."""
+    start: IntArray
+    """Where each part's points start, shape (P + 1,)."""
+    face: IntArray
+    """Stitch face of each part, shape (P,)."""
+    row: IntArray
+    """Knitting row of each part: a head's is the row below, shape (P,)."""
+    index: IntArray
+    """Number of each part within its template, shape (P,)."""
+    end_side: IntArray
+    """Side at the start and at the end of each part, shape (P, 2)."""
+    end_slot: IntArray
+    """Which crossing of that side, counted along it, shape (P, 2)."""
+
+
+def place_parts(fabric: StitchMesh, radius: float, points_per_stitch: int) -> PlacedParts:
+    """The yarn parts of all faces.
+
+    Args:
+        fabric: stitch faces.
+        radius: yarn radius [cm].
+        points_per_stitch: points along one plain loop; other parts get their share by length.
+
+    Raises:
+        YarnError: a face's stitch has no yarn template.
+    """
+    kinds = np.stack([fabric.stitch, fabric.n_bottom, fabric.n_top], axis=1)
+    unique, kind = np.unique(kinds, axis=0, return_inverse=True)
+    density = points_per_stitch / sum(part.length for part in knit().parts)
+    groups = []
+    for number, (stitch, n_bottom, n_top) in enumerate(unique.tolist()):
+        faces = np.flatnonzero(kind == number)
+        groups += _place(fabric, faces, template(Stitch(stitch), n_bottom, n_top), radius, density)
+    return _joined(groups)
+
+
+def _place(fabric: StitchMesh, faces: IntArray, shape: Template, radius: float, density: float) -> list[PlacedParts]:
+    """The parts of all faces of one kind, one group for each part of the template."""
+    first = fabric.face_start[:-1][faces]
+    corners = first[:, None] + np.arange(len(shape.polygon))
+    position, normal = fabric.corner_position[corners], fabric.vertex_normal[fabric.face_vertex[corners]]
+    groups = []
+    for index, part in enumerate(shape.parts):
+        flat = part.evenly(max(FEWEST_POINTS, round(density * part.length)))
+        weights = mean_value_weights(shape.polygon, flat[:, :2])
+        out = np.einsum("pc,fcd->fpd", weights, normal)
+        out /= np.maximum(np.linalg.norm(out, axis=2, keepdims=True), 1e-12)
+        points = np.einsum("pc,fcd->fpd", weights, position) + out * (flat[:, 2] * radius)[None, :, None]
+        sides = np.stack([first + part.start.place, first + part.end.place], axis=1)
+        rows = _rows_below(fabric, sides[:, 0]) if part.is_head else fabric.row[faces]
+        groups.append(
+            PlacedParts(
+                points=points.reshape(-1, 3),
+                start=np.arange(len(faces) + 1) * len(flat),
+                face=faces,
+                row=rows,
+                index=np.full(len(faces), index),
+                end_side=sides,
+                end_slot=np.tile([part.start.slot, part.end.slot], (len(faces), 1)),
+            )
+        )
+    return groups
+
+
+def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:
+    """Row of the face across each bottom side; the face's own row at a border."""
+    across = np.where(fabric.twin[sides] < 0, sides, fabric.twin[sides])
+    return fabric.row[fabric.side_face[across]]
+
+
+def _joined(groups: list[PlacedParts]) -> PlacedParts:
+    counts = np.concatenate([np.diff(group.start) for group in groups])
+    return PlacedParts(
+        points=np.concatenate([group.points for group in groups]),
+        start=np.concatenate([[0], np.cumsum(counts)]),
+        face=np.concatenate([group.face for group in groups]),
+        row=np.concatenate([group.row for group in groups]),
+        index=np.concatenate([group.index for group in groups]),
+        end_side=np.concatenate([group.end_side for group in groups]),
+        end_slot=np.concatenate([group.end_slot for group in groups]),
+    )

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What becomes of the yarn where a row ends at a border (Yuksel et al. 2012, section 4.3).
+
+Rows are knitted to and fro: along each stretch of row ends, those of neighbouring rows are joined in pairs, the
+first two on the right border, the second and third on the left, so that a flat piece is one yarn. A row end without
+a partner is tied: it gets a tail.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.yarngen.template import FOOT_PLACE
+
+TURN_REACH = 0.45
+"""How far the turn between two rows reaches beyond the border, over the stitch width."""
+TAIL = (0.35, 0.7, 1.05, 1.4)
+"""Points of a tail beyond the border, over the stitch width."""
+
+
+@dataclass(frozen=True)
+class RowEnds:
+    """Row ends at wale borders."""
+
+    partner: dict[int, int]
+    """Side that each joined side is joined to, both ways."""
+    turn: dict[int, FloatArray]
+    """Points between a joined side and its partner [cm], in the direction away from the side, shape (n, 3)."""
+    tail: dict[int, FloatArray]
+    """Points of the tail at each tied side [cm], outwards, shape (n, 3)."""
+
+
+def finish_row_ends(fabric: StitchMesh) -> RowEnds:
+    """Join or tie all row ends of a fabric."""
+    ends = RowEnds({}, {}, {})
+    for loop in fabric.boundary_loops:
+        for run in _runs(fabric, loop.tolist()):
+            _finish_run(fabric, run, ends)
+    return ends
+
+
+def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
+    """Stretches of wale sides of one kind along a border, each upwards."""
+    roles = fabric.side_role[loop]
+    breaks = np.flatnonzero(roles != np.roll(roles, 1))
+    first = int(breaks[0]) if len(breaks) else 0
+    loop, roles = loop[first:] + loop[:first], np.roll(roles, -first)
+    cuts = [0, *(np.flatnonzero(np.diff(roles)) + 1).tolist(), len(loop)]
+    runs = [(loop[a:b], int(roles[a])) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [run if role == 1 else run[::-1] for run, role in runs if role % 2 == 1]
+
+
+def _finish_run(fabric: StitchMesh, run: list[int], ends: RowEnds) -> None:
+    skipped = 0 if fabric.side_role[run[0]] == 1 else 1
+    paired = [(run[i], run[i + 1]) for i in range(skipped, len(run) - 1, 2)]
+    for low, high in paired:
+        ends.partner[low], ends.partner[high] = high, low
+        turn = _turn(fabric, low, high)
+        ends.turn[low], ends.turn[high] = turn, turn[::-1]
+    for side in set(run) - {side for pair in paired for side in pair}:
+        ends.tail[side] = np.array([_beyond(fabric, side, reach) for reach in TAIL])
+
+
+def _turn(fabric: StitchMesh, low: int, high: int) -> FloatArray:
+    """A half circle from one row end to the next."""
+    near = _beyond(fabric, low, 0.8 * TURN_REACH), _beyond(fabric, high, 0.8 * TURN_REACH)
+    far = 0.5 * (_beyond(fabric, low, TURN_REACH) + _beyond(fabric, high, TURN_REACH))
+    return np.array([near[0], far, near[1]])
+
+
+def _beyond(fabric: StitchMesh, side: int, reach: float) -> FloatArray:
+    """A point outside the border, level with the foot that crosses this wale side [cm]."""
+    tail, head = fabric.corner_position[side], fabric.corner_position[fabric.side_next[side]]
+    share = FOOT_PLACE if fabric.side_role[side] == 1 else 1.0 - FOOT_PLACE
+    normal = fabric.vertex_normal[fabric.face_vertex[side]]
+    outward = np.cross(head - tail, normal)
+    outward /= max(float(np.linalg.norm(outward)), 1e-300)
+    face = fabric.side_face[side]
+    width = np.linalg.norm(fabric.face_vector_area[face]) / np.linalg.norm(head - tail)
+    return tail + share * (head - tail) + reach * width * outward
+
+

@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stretch: a yarn resists being longer, or more unevenly spread, than at rest (L eq 8; Kaldor 2008).
+
+Energy of one segment of rest length l, y' the derivative by its parameter s in [0, 1]:
+
+    E = k_len int (1 - |y'| / l)^2 ds        [erg]
+
+Under a uniform stretch by lambda every segment holds k_len (1 - lambda)^2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def stretch_energy(speed: Any, rest_length: Any, stiffness: Any):
+    """Energy [erg] at a point of the curve where |y'| is ``speed`` [cm]."""
+    strain = speed / rest_length - type(speed)(1.0)
+    return stiffness * strain * strain
+
+
+@wp.func
+def stretch_slope(speed: Any, rest_length: Any, stiffness: Any):
+    """Derivative of the energy by the speed [erg / cm]."""
+    return type(speed)(2.0) * stiffness * (speed / rest_length - type(speed)(1.0)) / rest_length
