@@ -1,3 +1,96 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""StitchMesh: from a polygon mesh to knitted, relaxed yarns."""
+"""StitchMesh: from a polygon mesh of a garment to knitted, relaxed yarns.
+
+Names are loaded when first used, so that importing the package, and asking the command line for help, stays fast.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+# the one function that shares its name with its package: bound now, before any import can bind the package
+from stitchmesh.tessellate import tessellate
+
+if TYPE_CHECKING:
+    from stitchmesh.errors import StitchMeshError
+    from stitchmesh.io import (
+        read_mesh,
+        read_stitches,
+        read_yarns,
+        write_mesh,
+        write_stitches,
+        write_yarns,
+    )
+    from stitchmesh.labeling import label
+    from stitchmesh.lattice import Lattice
+    from stitchmesh.mesh import Mesh, StitchMesh
+    from stitchmesh.meshrelax import relax_mesh
+    from stitchmesh.quality import Quality
+    from stitchmesh.stitch import Stitch
+    from stitchmesh.yarn import YarnSet
+    from stitchmesh.yarngen import generate_yarns
+    from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "StitchMeshError": "errors",
+    "read_mesh": "io",
+    "read_stitches": "io",
+    "read_yarns": "io",
+    "write_mesh": "io",
+    "write_stitches": "io",
+    "write_yarns": "io",
+    "label": "labeling",
+    "Lattice": "lattice",
+    "Mesh": "mesh",
+    "StitchMesh": "mesh",
+    "relax_mesh": "meshrelax",
+    "Quality": "quality",
+    "Stitch": "stitch",
+    "YarnSet": "yarn",
+    "generate_yarns": "yarngen",
+    "YarnMaterial": "yarnrelax",
+    "linking_certificate": "yarnrelax",
+    "relax_yarns": "yarnrelax",
+    "yarn_energies": "yarnrelax",
+    "yarn_forces": "yarnrelax",
+}
+"""Module of each public name."""
+
+__all__ = [
+    "Lattice",
+    "Mesh",
+    "Quality",
+    "Stitch",
+    "StitchMesh",
+    "StitchMeshError",
+    "YarnMaterial",
+    "YarnSet",
+    "generate_yarns",
+    "label",
+    "linking_certificate",
+    "read_mesh",
+    "read_stitches",
+    "read_yarns",
+    "relax_mesh",
+    "relax_yarns",
+    "tessellate",
+    "write_mesh",
+    "write_stitches",
+    "write_yarns",
+    "yarn_energies",
+    "yarn_forces",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'stitchmesh' has no attribute {name!r}")
+    return getattr(import_module(f"stitchmesh.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

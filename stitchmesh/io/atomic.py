@@ -72,6 +72,8 @@ def _beside(target: Path) -> Path:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise FileError(f"{target}: a file stands where its folder should be; choose another folder") from error
     except OSError as error:
         reason = error.strerror or str(error)
         raise FileError(f"{target}: its folder cannot be written ({reason}); choose another one") from error

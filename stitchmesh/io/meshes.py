@@ -13,10 +13,11 @@ from stitchmesh.io import meshio_mesh
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.obj_mesh import read_obj_polygons, write_obj_mesh
 from stitchmesh.io.off_mesh import read_off_polygons
+from stitchmesh.io.ply_mesh import read_ply_polygons
 from stitchmesh.io.units import centimetres
 from stitchmesh.mesh import Mesh
 
-OWN_READERS = {".obj": read_obj_polygons, ".off": read_off_polygons}
+OWN_READERS = {".obj": read_obj_polygons, ".off": read_off_polygons, ".ply": read_ply_polygons}
 
 READABLE = (*OWN_READERS, *meshio_mesh.FORMATS)
 """Suffixes of the polygon meshes that can be read."""

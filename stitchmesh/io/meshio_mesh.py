@@ -8,6 +8,7 @@ meshio prints its errors and ends the process; here both become one ``FileError`
 from __future__ import annotations
 
 import io
+import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from os import fspath
 from typing import Any
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath, read_bytes
 
-FORMATS = {".ply": "ply", ".stl": "stl", ".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
+FORMATS = {".stl": "stl", ".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
 """meshio's name of the format behind each suffix."""
 
 SURFACE_CELLS = ("triangle", "quad", "polygon")
@@ -59,10 +60,9 @@ def _read(name: str, file_format: str) -> Any:
 
     printed = io.StringIO()
     try:
-        with redirect_stdout(printed), redirect_stderr(printed):
+        with redirect_stdout(printed), redirect_stderr(printed), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # its guess at the kind of an STL file overflows
             return meshio.read(name, file_format=file_format)
-    except MemoryError:
-        raise
     except (SystemExit, Exception) as error:  # meshio leaves by sys.exit, or by whatever a malformed line brings up
         said = printed.getvalue() if isinstance(error, SystemExit) else str(error)
         reason = next((line.strip() for line in said.splitlines() if line.strip()), type(error).__name__)

@@ -72,9 +72,10 @@ class RowGrowth:
         return row
 
     def _bottom_around(self, side: int) -> tuple[int, int]:
-        """First and last side of the run of known course sides around this one."""
+        """First and last side of the run of known course sides around this one; in a quad just this one."""
         mesh, face = self.mesh, self.mesh.side_face[side]
-        room = int(mesh.face_start[face + 1] - mesh.face_start[face]) - 3
+        count = int(mesh.face_start[face + 1] - mesh.face_start[face])
+        room = 0 if count == 4 else count - 3
         first = last = side
         while room > 0 and self._label(mesh.side_next[last]) == COURSE:
             last, room = int(mesh.side_next[last]), room - 1

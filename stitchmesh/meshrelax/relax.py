@@ -23,9 +23,10 @@ from stitchmesh.errors import MeshError, ParameterError, SolverError
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.meshrelax.assembly import Assembly
 from stitchmesh.meshrelax.attachment import Attachment, Placement, attach
-from stitchmesh.meshrelax.conjugate_gradients import filtered_conjugate_gradients, filtered_preconditioner
+from stitchmesh.meshrelax.conjugate_gradients import modified_conjugate_gradients
 from stitchmesh.meshrelax.forces import element_forces, force_assembly
 from stitchmesh.meshrelax.limit_surface import limit_surface
+from stitchmesh.meshrelax.preconditioner import Patches, patches, preconditioner
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import Springs, edge_ends, springs
 
@@ -38,9 +39,9 @@ TOLERANCE = 1e-3
 MAX_ITERATIONS = 200
 SURFACE_SPACING = 0.75
 """Edge length of the fine surface over the size of a stitch."""
-LARGEST_STEP = 1.0
+LARGEST_STEP = 4.0
 """Largest move of a vertex in one iteration over the size of a stitch."""
-STRIDE = 0.5
+STRIDE = 1.0
 """Largest move between two projections over the size of a stitch."""
 STEP_GROWTH, STEP_CUT = 4.0, 0.1
 LARGEST_TIME = 1e5
@@ -125,7 +126,8 @@ def relax_mesh_with_report(
     rest = rest_lengths(fabric, limit.area, aspect=aspect, alpha=alpha)
     attachment, placement = attach(fabric, limit, STRIDE * rest.unit, device)
     model = springs(fabric, rest)
-    relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment)
+    whole = patches(placement.position, placement.normal, limit.area)
+    relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole)
     outcome = relaxation.run(placement, tolerance, max_iterations, progress)
     stretch = edge_stretch(fabric, outcome.placement.position, rest)
     relaxed = replace(fabric, vertices=outcome.placement.position, stretch=stretch)
@@ -176,6 +178,7 @@ class Relaxation:
     springs: Springs
     assembly: Assembly
     attachment: Attachment
+    patches: Patches
 
     def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
         """Step until the residual is below the tolerance or the iterations are used up."""
@@ -215,10 +218,10 @@ class Relaxation:
         """The placement after one backward Euler step, cut to the largest step."""
         matrix = self.assembly.system(state.jacobian, time_step)
         diagonal = matrix.data[self.assembly.diagonal]
-        step, _ = filtered_conjugate_gradients(
+        step, _ = modified_conjugate_gradients(
             matrix,
             time_step * state.force.ravel(),
-            filtered_preconditioner(diagonal, state.projector),
+            preconditioner(matrix, diagonal, state.projector, self.patches),
             tolerance=LINEAR_TOLERANCE,
             max_iterations=LINEAR_ITERATIONS,
         )

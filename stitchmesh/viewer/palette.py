@@ -13,7 +13,7 @@ DYES = np.array([[168, 74, 58], [196, 134, 62], [134, 140, 82], [62, 116, 122], 
 """Madder, weld, moss, woad, indigo, heather: the first row takes the first, the last row the last, sRGB."""
 UNDYED = np.array([236, 226, 206]) / 255
 """Every second row is the dye let down with this, sRGB."""
-SHARE_UNDYED = 0.5
+SHARE_UNDYED = 0.42
 
 STITCH_COLOURS: dict[Stitch, tuple[int, int, int]] = {
     Stitch.PANEL: (214, 208, 196),
@@ -36,7 +36,7 @@ ODD_ROW = 0.9
 
 
 def row_colours(number: ArrayLike) -> NDArray[np.uint8]:
-    """sRGB of each colour number, shape (n,) to (n, 3); numbers are rows counted from the first."""
+    """SRGB of each colour number, shape (n,) to (n, 3); numbers are rows counted from the first."""
     rows = np.asarray(number, dtype=np.int64)
     first, last = int(rows.min()), int(rows.max())
     place = (rows - first) / max(last - first, 1) * (len(DYES) - 1)
@@ -48,7 +48,7 @@ def row_colours(number: ArrayLike) -> NDArray[np.uint8]:
 
 
 def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
-    """sRGB of each stitch face, shape (n,) to (n, 3); odd rows are a little darker."""
+    """SRGB of each stitch face, shape (n,) to (n, 3); odd rows are a little darker."""
     codes = np.asarray(stitch, dtype=np.int64)
     table = np.array([stitch_colour(code) for code in range(max(Stitch) + 1)], dtype=np.float64)
     shade = np.where(np.asarray(row) % 2 == 1, ODD_ROW, 1.0)
@@ -56,5 +56,5 @@ def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
 
 
 def stitch_colour(code: int) -> tuple[int, int, int]:
-    """sRGB of a stitch type, 0 to 255."""
+    """SRGB of a stitch type, 0 to 255."""
     return STITCH_COLOURS.get(Stitch(code), UNNAMED_STITCH)

@@ -16,15 +16,15 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.viewer.camera import Camera, camera_around, camera_at, front_directions, front_patch
 from stitchmesh.viewer.palette import row_colours
-from stitchmesh.viewer.stage import add_tubes, look, picture, shade_hollows
+from stitchmesh.viewer.stage import DUSK, WHOLE, Viewport, add_tubes, look, picture, shade_hollows
 from stitchmesh.viewer.tubes import tubes_around
 from stitchmesh.yarn import YarnSet, basis
 
 if TYPE_CHECKING:
     import pyvista
 
-PANELS = (0.6, 0.4)
-"""Width of the panel with everything and of the close-up."""
+CLOSE_UP: Viewport = (0.61, 0.03, 0.98, 0.97)
+"""Where the close-up lies; everything is shown to the left of it."""
 CLOSE_UP_HEIGHT = 110.0
 """Height of the close-up in yarn radii: some 17 rows of plain knitting, which is about 6 radii a row."""
 CLOSE_UP_SIDES, CLOSE_UP_SAMPLES = 16, 4
@@ -49,18 +49,18 @@ def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (160
     towards, up = front_directions(yarns.points)
     radius = float(np.median(yarns.radius))
     colours = row_colours(np.arange(yarns.row.min(), yarns.row.max() + 1))
-    with picture(path, size, panels=PANELS) as plotter:
+    with picture(path, size, panels=(WHOLE, CLOSE_UP)) as plotter:
         plotter.subplot(0, 0)
-        aspect = size[0] * PANELS[0] / size[1]
         _draw(plotter, yarns, np.arange(len(yarns.segment_points)), _detail(yarns), colours)
-        look(plotter, camera_around(yarns.points, towards, up, aspect))
+        look(plotter, camera_around(yarns.points, towards, up, CLOSE_UP[0] * size[0] / size[1]))
+        plotter.camera.SetWindowCenter(1 - CLOSE_UP[0], 0.0)  # the middle of what the close-up leaves free
         shade_hollows(plotter, 6 * radius)
         plotter.subplot(0, 1)
+        plotter.set_background(DUSK, all_renderers=False)
         camera, segments = _close_up(yarns, towards, up, radius)
         _draw(plotter, yarns, segments, (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), colours)
         look(plotter, camera)
         shade_hollows(plotter, 3 * radius)
-        plotter.enable_anti_aliasing("ssaa")
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,9 +13,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.mesh import FloatArray
 from stitchmesh.viewer.camera import VIEW_ANGLE, Camera
 from stitchmesh.viewer.gl_probe import check_display
+from stitchmesh.viewer.lettering import Colour, draw_key, write_caption
 from stitchmesh.viewer.tubes import Tubes
 
 if TYPE_CHECKING:
@@ -24,21 +23,42 @@ if TYPE_CHECKING:
 
 PAPER = "#efece6"
 SHADE = "#d9d4ca"
-INK = "#3a3632"
+DUSK = "#57514b"
 
-LIGHTS = (((-0.55, 0.75, 0.9), 0.78), ((0.9, 0.1, 0.6), 0.3), ((0.1, -0.6, 0.7), 0.12))
+Viewport = tuple[float, float, float, float]
+"""Left, lower, right and upper border of a panel, as parts of the picture."""
+
+WHOLE: Viewport = (0.0, 0.0, 1.0, 1.0)
+
+LIGHTS = (((-0.55, 0.75, 0.9), 0.6), ((0.9, 0.1, 0.6), 0.22), ((0.1, -0.6, 0.7), 0.1))
 """Key from the upper left, fill from the right, a little from below: direction to the right, up and to the camera,
 and intensity."""
 
+KEY_LEFT = 0.8
+"""Where a key of colours starts, as a part of the picture's width."""
+OVERSIZE = 2
+"""The window is so many times as wide and high as the picture, which takes the mean of each block of its pixels."""
+HOLLOW_SAMPLES = 16
+"""Points looked at around each pixel to find how hemmed in it is; the blur hides the grain of so few."""
+
 
 @contextmanager
-def picture(path: FilePath, size: tuple[int, int], *, panels: tuple[float, ...] = (1.0,)) -> Iterator[pyvista.Plotter]:
-    """An off-screen plotter of one or more panels side by side whose picture is written when the block ends well.
+def picture(
+    path: FilePath,
+    size: tuple[int, int],
+    *,
+    panels: tuple[Viewport, ...] = (WHOLE,),
+    caption: str = "",
+    key: Sequence[tuple[str, Colour]] = (),
+) -> Iterator[pyvista.Plotter]:
+    """An off-screen plotter of one or more panels whose picture is written when the block ends well.
 
     Args:
         path: a ``.png`` file; missing folders are made.
         size: width and height [pixels].
-        panels: relative width of each panel.
+        panels: where each panel lies; later ones cover earlier ones.
+        caption: a line for the lower left corner.
+        key: names of colours, for the part of the picture right of ``KEY_LEFT``.
 
     Raises:
         DisplayError: this machine cannot draw.
@@ -47,16 +67,22 @@ def picture(path: FilePath, size: tuple[int, int], *, panels: tuple[float, ...] 
     suffix_of(path, (".png",))
     check_display()
     import pyvista
+    from PIL import Image
 
+    window = [OVERSIZE * size[0], OVERSIZE * size[1]]
     with atomic_path(path) as temporary:
-        plotter = pyvista.Plotter(off_screen=True, window_size=list(size), shape=(1, len(panels)), border=False)
-        bounds = np.concatenate([[0.0], np.cumsum(panels)]) / sum(panels)
-        for panel, (left, right) in enumerate(pairwise(bounds.tolist())):
-            plotter.renderers[panel].viewport = (left, 0.0, right, 1.0)
+        plotter = pyvista.Plotter(
+            off_screen=True, window_size=window, shape=(1, len(panels)), border=False, lighting="none"
+        )
+        for renderer, viewport in zip(plotter.renderers, panels, strict=True):
+            renderer.viewport = viewport
         try:
             plotter.set_background(SHADE, top=PAPER)
             yield plotter
-            plotter.screenshot(str(temporary))
+            image = Image.fromarray(plotter.screenshot(return_img=True)).reduce(OVERSIZE)
+            write_caption(image, caption)
+            draw_key(image, key, KEY_LEFT)
+            image.save(temporary)
         finally:
             plotter.close()
 
@@ -69,7 +95,7 @@ def add_tubes(plotter: pyvista.Plotter, tubes: Tubes, colours: NDArray[np.uint8]
     surface.point_data["Normals"] = tubes.normals.astype(np.float32)
     surface.point_data.active_normals_name = "Normals"
     plotter.add_mesh(
-        surface, scalars=colours, rgb=True, smooth_shading=True, culling="back", ambient=0.18, diffuse=0.95,
+        surface, scalars=colours, rgb=True, smooth_shading=True, culling="back", ambient=0.16, diffuse=1.0,
         specular=0.08, specular_power=6,
     )  # fmt: skip
 
@@ -83,7 +109,6 @@ def look(plotter: pyvista.Plotter, camera: Camera) -> None:
     plotter.camera.up = camera.up
     plotter.camera.view_angle = VIEW_ANGLE
     plotter.reset_camera_clipping_range()
-    plotter.renderer.remove_all_lights()
     depth = camera.position - camera.focus
     axes = np.stack([camera.side, camera.up, depth / np.linalg.norm(depth)])
     for direction, intensity in LIGHTS:
@@ -95,11 +120,4 @@ def look(plotter: pyvista.Plotter, camera: Camera) -> None:
 
 def shade_hollows(plotter: pyvista.Plotter, reach: float) -> None:
     """Darken places that are hemmed in within a distance [cm]: what makes loops stand out from each other."""
-    plotter.enable_ssao(radius=reach, bias=0.05 * reach, kernel_size=96, blur=True)
-
-
-def bounding_corners(points: FloatArray) -> FloatArray:
-    """The eight corners of the box around points, shape (8, 3)."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    choice = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
-    return np.where(choice == 1, high, low)
+    plotter.enable_ssao(radius=reach, bias=0.05 * reach, kernel_size=HOLLOW_SAMPLES, blur=True)

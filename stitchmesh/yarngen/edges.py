@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.yarngen.plain import knit
+from stitchmesh.yarngen.plain import FALL, HEIGHT_IN_RADII, knit
 from stitchmesh.yarngen.template import (
     STITCH_HEIGHT,
     Crossing,
@@ -25,7 +25,7 @@ from stitchmesh.yarngen.template import (
     trapezoid,
 )
 
-THREAD = ((0.16, 0.15, -1.0), (0.5, 0.32, 0.0), (0.84, 0.15, 1.0))
+THREAD = ((0.17, 0.20, -1.2), (0.5, 0.40, 0.0), (0.83, 0.20, 1.2))
 """Waypoints of the drawn yarn in one loop: across its width, up its height, height in radii."""
 CROSSED = ((0.25, 0.14, 0.4), (0.62, 0.38, 1.0), (0.82, 0.70, 0.6))
 """Waypoints of the first leg of a backward loop; the second leg is their mirror image, behind."""
@@ -70,7 +70,8 @@ def _head(n: tuple[int, int], loop: int) -> Part:
     plain = next(part for part in knit().parts if part.is_head)
     u, v = plain.curve[:, 0], plain.curve[:, 1] / STITCH_HEIGHT
     share = np.linspace(0.0, 1.0, len(u))
-    height = np.sin(np.pi * share) * np.cos(np.pi * share) * 2.0
+    rise = np.clip(np.minimum(share, 1.0 - share) / (FALL / 2), 0.0, 1.0)
+    height = HEIGHT_IN_RADII * np.cos(np.pi * share) * np.sin(np.pi / 2 * rise)
     placed = [_placed(n, loop, n[0], *point) for point in zip(u, v, height, strict=True)]
     curve = np.array([(x, y * STITCH_HEIGHT, h) for x, y, h in placed])
     return Part(bottom(loop, 0), bottom(loop, 1), curve, is_head=True)

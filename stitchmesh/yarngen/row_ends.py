@@ -12,12 +12,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.yarngen.template import FOOT_PLACE
+from stitchmesh.yarngen.template import FOOT_PLACE, RADIUS_OVER_WIDTH
 
 TURN_REACH = 0.45
 """How far the turn between two rows reaches beyond the border, over the stitch width."""
+SHORTEST_REACH = 0.05
+"""The same where another border is so near, at the end of a slit, that turns would meet half way."""
 TAIL = (0.35, 0.7, 1.05, 1.4)
 """Points of a tail beyond the border, over the stitch width."""
 
@@ -37,10 +40,24 @@ class RowEnds:
 def finish_row_ends(fabric: StitchMesh) -> RowEnds:
     """Join or tie all row ends of a fabric."""
     ends = RowEnds({}, {}, {})
-    for loop in fabric.boundary_loops:
-        for run in _runs(fabric, loop.tolist()):
-            _finish_run(fabric, run, ends)
+    runs = [run for loop in fabric.boundary_loops for run in _runs(fabric, loop.tolist())]
+    reach = _reaches(fabric, runs)
+    for run in runs:
+        _finish_run(fabric, run, reach, ends)
     return ends
+
+
+def _reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:
+    """How far turns may reach beyond each side, over the stitch width: half way to the next stretch of row ends."""
+    reach: dict[int, float] = {}
+    middle = 0.5 * (fabric.corner_position + fabric.corner_position[fabric.side_next])
+    for run in runs:
+        others = [side for other in runs if other is not run for side in other]
+        gap = cKDTree(middle[others]).query(middle[run])[0] if others else np.full(len(run), np.inf)
+        for side, distance in zip(run, gap, strict=True):
+            room = 0.5 * distance / _stitch_width(fabric, side) - RADIUS_OVER_WIDTH
+            reach[side] = float(np.clip(room, SHORTEST_REACH, TURN_REACH))
+    return reach
 
 
 def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
@@ -54,21 +71,21 @@ def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
     return [run if role == 1 else run[::-1] for run, role in runs if role % 2 == 1]
 
 
-def _finish_run(fabric: StitchMesh, run: list[int], ends: RowEnds) -> None:
+def _finish_run(fabric: StitchMesh, run: list[int], reach: dict[int, float], ends: RowEnds) -> None:
     skipped = 0 if fabric.side_role[run[0]] == 1 else 1
     paired = [(run[i], run[i + 1]) for i in range(skipped, len(run) - 1, 2)]
     for low, high in paired:
         ends.partner[low], ends.partner[high] = high, low
-        turn = _turn(fabric, low, high)
+        turn = _turn(fabric, low, high, min(reach[low], reach[high]))
         ends.turn[low], ends.turn[high] = turn, turn[::-1]
     for side in set(run) - {side for pair in paired for side in pair}:
-        ends.tail[side] = np.array([_beyond(fabric, side, reach) for reach in TAIL])
+        ends.tail[side] = np.array([_beyond(fabric, side, place) for place in TAIL])
 
 
-def _turn(fabric: StitchMesh, low: int, high: int) -> FloatArray:
-    """A half circle from one row end to the next."""
-    near = _beyond(fabric, low, 0.8 * TURN_REACH), _beyond(fabric, high, 0.8 * TURN_REACH)
-    far = 0.5 * (_beyond(fabric, low, TURN_REACH) + _beyond(fabric, high, TURN_REACH))
+def _turn(fabric: StitchMesh, low: int, high: int, reach: float) -> FloatArray:
+    """Half an ellipse from one row end to the next."""
+    near = _beyond(fabric, low, 0.8 * reach), _beyond(fabric, high, 0.8 * reach)
+    far = 0.5 * (_beyond(fabric, low, reach) + _beyond(fabric, high, reach))
     return np.array([near[0], far, near[1]])
 
 
@@ -79,8 +96,12 @@ def _beyond(fabric: StitchMesh, side: int, reach: float) -> FloatArray:
     normal = fabric.vertex_normal[fabric.face_vertex[side]]
     outward = np.cross(head - tail, normal)
     outward /= max(float(np.linalg.norm(outward)), 1e-300)
-    face = fabric.side_face[side]
-    width = np.linalg.norm(fabric.face_vector_area[face]) / np.linalg.norm(head - tail)
-    return tail + share * (head - tail) + reach * width * outward
+    return tail + share * (head - tail) + reach * _stitch_width(fabric, side) * outward
+
+
+def _stitch_width(fabric: StitchMesh, side: int) -> float:
+    """Width of the face at a wale side [cm]."""
+    area = np.linalg.norm(fabric.face_vector_area[fabric.side_face[side]])
+    return float(area / fabric.side_length[side])
 
 

@@ -92,9 +92,10 @@ def add_contact_forces(
     force0, force1 = type(samples[0])(), type(samples[0])()
     force2, force3 = type(samples[0])(), type(samples[0])()
     stiffness = model.sample_basis[0] * type(watch)(0.0)
-    clearance = watch
+    first = s * model.contact_samples
+    clearance = wp.min(watch, type(watch)(2.0) * (model.sample_radius[first] - sample_reach[first]))
     for k in range(model.contact_samples):
-        p = s * model.contact_samples + k
+        p = first + k
         here = samples[p]
         radius, weight = model.sample_radius[p], model.sample_weight[p] * model.k_contact
         push = type(here)()

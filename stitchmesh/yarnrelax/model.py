@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,11 @@ class Model:
         """Number of segments."""
         return len(self.yarns.rest_length)
 
+    @cached_property
+    def origin(self) -> NDArray[np.float64]:
+        """Middle of the yarns [cm]; positions are relative to it, which saves float32 its digits, shape (3,)."""
+        return (self.yarns.points.min(axis=0) + self.yarns.points.max(axis=0)) / 2
+
     @property
     def sample_count(self) -> int:
         """Number of contact samples."""
@@ -61,6 +67,14 @@ class Model:
     def empty(self, count: int, size: int = 1) -> wp.array[Any]:
         """Zeros: scalars, or vectors of ``size``."""
         return wp.zeros(count, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
+
+    def launch(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> None:
+        """Run a kernel once."""
+        wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=self.device)
+
+    def record(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> wp.Launch:
+        """Prepare a launch that will be repeated."""
+        return wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=self.device, record_cmd=True)
 
     def number(self, value: float) -> Any:
         """A scalar for a kernel argument."""

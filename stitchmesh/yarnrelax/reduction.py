@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 wp.set_module_options({"enable_backward": False})
 
@@ -30,8 +31,34 @@ def strand_sums(
     sums[strand] = total
 
 
+@wp.kernel(module="unique")
+def strand_minima(
+    # state in
+    values: wp.array[Any],
+    # state out
+    minima: wp.array[wp.float64],
+):
+    """Smallest of every 256th value; not a number where one of them is not."""
+    strand = wp.tid()
+    least = wp.float64(1.0e300)
+    for k in range(strand, values.shape[0], 256):
+        value = wp.float64(values[k])
+        if least == least and not (value >= least):  # once it is not a number it stays so
+            least = value
+    minima[strand] = least
+
+
 def ordered_sum(values: wp.array[Any]) -> float:
     """Sum of an array of scalars, read back to the host."""
-    sums = wp.empty(STRANDS, dtype=wp.float64, device=values.device)
-    wp.launch(strand_sums, dim=STRANDS, inputs=[values], outputs=[sums], device=values.device)
-    return float(np.sum(sums.numpy()))
+    return float(np.sum(_reduced(strand_sums, values)))
+
+
+def minimum(values: wp.array[Any]) -> float:
+    """Smallest of an array of scalars, read back to the host; not a number where one of them is not."""
+    return float(np.min(_reduced(strand_minima, values)))
+
+
+def _reduced(kernel: wp.Kernel, values: wp.array[Any]) -> NDArray[np.float64]:
+    partial = wp.empty(STRANDS, dtype=wp.float64, device=values.device)
+    wp.launch(kernel, dim=STRANDS, inputs=[values], outputs=[partial], device=values.device)
+    return partial.numpy()

@@ -9,7 +9,9 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.yarnrelax.damping import LARGEST_EAGERNESS
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.reduction import STRANDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,10 +24,16 @@ class State:
     """Control points when the candidate lists were made [cm], shape (N, 3)."""
     good_points: wp.array[Any]
     """Control points of the last state that was found good [cm], shape (N, 3)."""
+    point_force: wp.array[Any]
+    """Force on each control point [dyn], shape (N, 3)."""
     step: wp.array[Any]
     """Last move of each control point [cm], shape (N, 3)."""
     limit: wp.array[Any]
     """Largest move of each control point in this iteration [cm], shape (N,)."""
+    mobility: wp.array[Any]
+    """Inverse row sum of stiffness at each control point [cm / dyn], shape (N,)."""
+    room: wp.array[Any]
+    """How far each control point may go before the candidate lists are made again [cm], shape (N,)."""
     samples: wp.array[Any]
     """Contact samples [cm], shape (P, 3)."""
     sample_reach: wp.array[Any]
@@ -36,32 +44,33 @@ class State:
     """Row sums of contact stiffness for its four control points [dyn / cm], shape (S, 4)."""
     segment_clearance: wp.array[Any]
     """Smallest clearance of its arcs, where it matters [cm], shape (S,)."""
-    point_stiffness: wp.array[Any]
-    """Row sums of internal stiffness [dyn / cm], shape (N,)."""
     power: wp.array[Any]
     """Force times last move of each control point [erg], shape (N,)."""
     power_sums: wp.array[Any]
     """First stage of the sum of powers [erg]."""
-    momentum: wp.array[Any]
-    """Part of the last move that is kept, and the number of iterations since the last restart, shape (2,)."""
+    pace: wp.array[Any]
+    """Momentum kept, iterations since its restart, eagerness (``damping``), shape (3,)."""
 
 
-def make_state(model: Model, points: wp.array[Any]) -> State:
-    """A state at rest at the given control points."""
+def make_state(model: Model) -> State:
+    """A state at rest where the yarns were given, relative to the model's origin."""
+    points = model.upload(model.yarns.points - model.origin, 3)
     n, s = model.point_count, model.segment_count
     return State(
         points=points,
         listed_points=wp.clone(points),
         good_points=wp.clone(points),
+        point_force=model.empty(n, 3),
         step=model.empty(n, 3),
         limit=model.empty(n),
+        mobility=model.empty(n),
+        room=model.empty(n),
         samples=model.empty(model.sample_count, 3),
         sample_reach=model.empty(model.sample_count),
         segment_force=model.empty(4 * s, 3),
         segment_stiffness=model.empty(s, 4),
         segment_clearance=model.empty(s),
-        point_stiffness=model.empty(n),
         power=model.empty(n),
-        power_sums=wp.zeros(256, dtype=wp.float64, device=model.device),
-        momentum=wp.zeros(2, dtype=wp.float64, device=model.device),
+        power_sums=wp.zeros(STRANDS, dtype=wp.float64, device=model.device),
+        pace=wp.array([0.0, 0.0, LARGEST_EAGERNESS], dtype=wp.float64, device=model.device),
     )

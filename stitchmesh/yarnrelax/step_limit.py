@@ -24,8 +24,9 @@ approach by less than their clearance and cannot touch, at no moment: no yarn pa
 point moves by at most 0.45 of it, so that a clearance that was positive stays so.
 
 Only pairs in the candidate lists are looked at. The lists hold all pairs up to the contact distance plus a margin, and
-no control point moves by more than half the margin before the lists are made again; pairs that are not listed are
-thus farther apart than the contact distance, where the largest step is no danger (``check_sampling``).
+no control point moves by more than half the margin before the lists are made again; samples that are not listed are
+thus at least the contact distance r_p + r_q apart, and their arcs (r_p - e_p) + (r_q - e_q). So 2 (r - e) serves as
+the clearance of an arc towards all of them.
 """
 
 from __future__ import annotations
@@ -36,14 +37,19 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.errors import SolverError
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.reduction import minimum
+from stitchmesh.yarnrelax.state import State
 
 wp.set_module_options({"enable_backward": False})
 
 SAFETY = 0.45
 """Part of the clearance that one control point may use up in an iteration; below one half."""
-LARGEST_REACH = 0.75
-"""Largest reach of a contact sample over the yarn radius; see ``check_sampling``."""
+SMALLEST_CLEARANCE = 1e-3
+"""Clearance over the yarn radius below which a relaxation gives up."""
+LARGEST_REACH = 0.55
+"""Largest reach of a contact sample over the yarn radius at the start; it leaves room for yarns that stretch."""
 
 
 @wp.func
@@ -94,7 +100,7 @@ def largest_step(model: Any, segment_clearance: wp.array[Any], i: int, step_frac
     slots = model.point_segments[i]
     for slot in range(4):
         if slots[slot] >= 0:
-            limit = wp.min(limit, segment_clearance[slots[slot]] * type(room)(0.45))
+            limit = wp.min(limit, segment_clearance[slots[slot]] * type(room)(SAFETY))
     return wp.max(limit, room - room)
 
 
@@ -105,3 +111,35 @@ def shortened(step: Any, limit: Any):
     if length > limit:
         return step * (limit / length)
     return step
+
+
+def samples_needed(yarns: YarnSet, contact_samples: int) -> int:
+    """Contact samples a segment, at least as many as given, that leave no gap between samples.
+
+    Leaf et al. (3.1) ask for spheres that touch; this is about half of that spacing.
+    """
+    corners = yarns.points[yarns.segment_points]
+    leg = np.linalg.norm(np.diff(corners, axis=1), axis=2).max(axis=1)
+    reach = np.maximum(leg, yarns.rest_length) / (2 * yarns.radius[yarns.segment_yarn])
+    return max(contact_samples, int(np.ceil(reach.max() / LARGEST_REACH)))
+
+
+def check_clearance(model: Model, state: State) -> None:
+    """No two arcs may be so close, or a segment so stretched, that the bounds leave no room to move.
+
+    Raises:
+        SolverError: the clearance of a segment is used up; it names the yarn and the stitch face.
+    """
+    smallest = SMALLEST_CLEARANCE * float(model.yarns.radius.min())
+    if not minimum(state.segment_clearance) < smallest:
+        return
+    segment = int(state.segment_clearance.numpy().argmin())
+    place = yarn_place(model.yarns, int(model.yarns.segment_points[segment, 1]))
+    found = f"too close to another yarn, or stretched too far, for {model.contact_samples} contact samples a segment"
+    raise SolverError(f"{place}: {found} to tell it from touching; move the yarns apart or raise contact_samples")
+
+
+def yarn_place(yarns: YarnSet, point: int) -> str:
+    """How messages name a place on a yarn."""
+    face = f", stitch face {yarns.face[point]}" if yarns.face[point] >= 0 else ""
+    return f"yarn {yarns.point_yarn[point]} (control point {point}{face})"

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 
 FORMULA_RADIUS = 0.78
@@ -59,3 +61,28 @@ def with_faces(yarns: YarnSet, points_per_stitch: int) -> YarnSet:
     """The same yarns with stitch faces numbered along them, each of ``points_per_stitch`` control points."""
     number = np.arange(len(yarns.points))
     return replace(yarns, face=number // points_per_stitch, part=number % points_per_stitch)
+
+
+def fabric_of(rows: int, stitches: int, radius: float = 0.125, *, closed: bool) -> StitchMesh:
+    """The stitch mesh of a patch or of a tube, faces numbered as the yarns' control points say."""
+    scale = radius / FORMULA_RADIUS
+    columns = stitches if closed else stitches + 1
+    across, up = np.meshgrid(np.arange(columns), np.arange(rows + 1))
+    around = stitches * STITCH_WIDTH / (2 * np.pi)
+    height = (up.ravel() - 0.5) * ROW_HEIGHT
+    if closed:
+        angle = across.ravel() * STITCH_WIDTH / around
+        vertices = scale * np.stack([around * np.sin(angle), height, around * np.cos(angle)], axis=1)
+    else:
+        vertices = scale * np.stack([across.ravel() * STITCH_WIDTH, height, 0 * height], axis=1)
+    faces = []
+    for row in range(rows):
+        for stitch in range(stitches):
+            left, right = row * columns + stitch, row * columns + (stitch + 1) % columns
+            faces.append([left, right, right + columns, left + columns])
+    mesh = Mesh.from_polygons(vertices, faces)
+    ones = np.ones(mesh.face_count, dtype=np.int64)
+    return StitchMesh(
+        vertices=mesh.vertices, face_start=mesh.face_start, face_vertex=mesh.face_vertex, twin=mesh.twin,
+        n_bottom=ones, n_top=ones, stitch=ones * Stitch.KNIT, row=np.arange(mesh.face_count) // stitches,
+    )  # fmt: skip

@@ -1,0 +1,33 @@
+# `make knit` and `make test` set themselves up; nothing else is needed than Python 3.11 and make.
+
+PYTHON ?= python3
+VENV := .venv
+RUN := $(VENV)/bin/python
+export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
+
+.PHONY: knit test lint setup lock clean
+
+knit: setup
+	$(RUN) -m stitchmesh knit assets/meshes/sweater.obj --stitch-width 1.5 --quality draft --device cpu -o out/sweater
+
+test: setup lint
+	$(RUN) -m pytest -n auto --dist worksteal
+
+lint: setup
+	$(RUN) -m ruff check .
+	$(RUN) -m mypy
+
+setup: $(VENV)/ready
+
+$(VENV)/ready: requirements.lock pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(RUN) -m pip install --quiet --require-hashes --only-binary :all: -r requirements.lock
+	$(RUN) -m pip install --quiet --no-deps --no-build-isolation --editable .
+	touch $@
+
+# after a change of the dependencies; needs uv
+lock:
+	uv pip compile pyproject.toml --extra dev --generate-hashes --no-header --python-version 3.11 -o requirements.lock
+
+clean:
+	rm -rf $(VENV) .cache out

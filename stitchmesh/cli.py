@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command line. What a command does stands in ``commands.py``, which is loaded when one runs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from stitchmesh import __version__
+from stitchmesh.errors import StitchMeshError
+
+BAD_INPUT, INTERRUPTED = 2, 130
+"""Exit statuses."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit status.
+
+    Args:
+        argv: the words after the program's name; those of the process unless given.
+    """
+    arguments = parser().parse_args(argv)
+    from stitchmesh import commands
+
+    try:
+        getattr(commands, arguments.command.replace("-", "_"))(arguments)
+    except StitchMeshError as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("interrupted; what was saved last is whole", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    top = argparse.ArgumentParser(prog="stitchmesh", description="From a polygon mesh to knitted, relaxed yarns.")
+    top.add_argument("--version", action="version", version=f"stitchmesh {__version__}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_knit(commands)
+    _add_stages(commands)
+    _add_file_commands(commands)
+    return top
+
+
+def _add_knit(commands: argparse._SubParsersAction) -> None:
+    knit = commands.add_parser("knit", help="a polygon mesh to relaxed yarns, a picture and a report")
+    knit.add_argument("mesh", metavar="MESH", help="any polygon mesh: OBJ, PLY, OFF, STL, VTK ...")
+    _add_output(knit, "DIR", "folder for stitches.h5, yarns.h5, yarns.bcc, preview.png and report.json")
+    _add_unit(knit)
+    _add_rows(knit)
+    _add_stitch_size(knit)
+    _add_yarn(knit)
+    _add_device(knit)
+    knit.add_argument("--no-picture", action="store_true", help="write no preview.png")
+
+
+def _add_stages(commands: argparse._SubParsersAction) -> None:
+    label = commands.add_parser("label", help="a polygon mesh to knitting rows")
+    label.add_argument("mesh", metavar="MESH", help="any polygon mesh")
+    _add_output(label, "FILE", "labeled mesh, .h5")
+    _add_unit(label)
+    _add_rows(label)
+
+    tessellate = commands.add_parser("tessellate", help="a labeled mesh to stitches")
+    tessellate.add_argument("labeled", metavar="LABELED", help="what `label` wrote, .h5")
+    _add_output(tessellate, "FILE", "stitch mesh, .h5")
+    _add_stitch_size(tessellate)
+    tessellate.add_argument("--stitch-height", type=float, metavar="CM", help="course spacing (0.77 of the width)")
+
+    relax_mesh = commands.add_parser("relax-mesh", help="even out stitches on the surface")
+    relax_mesh.add_argument("fabric", metavar="FABRIC", help="what `tessellate` wrote, .h5")
+    relax_mesh.add_argument("--surface", required=True, metavar="LABELED", help="what `label` wrote, .h5")
+    _add_output(relax_mesh, "FILE", "stitch mesh, .h5")
+
+    yarns = commands.add_parser("yarns", help="stitches to yarn curves")
+    yarns.add_argument("fabric", metavar="FABRIC", help="stitch mesh, .h5")
+    _add_output(yarns, "FILE", "yarns: .h5, .bcc or .obj")
+    _add_yarn(yarns)
+
+    relax = commands.add_parser("relax", help="relax yarns physically")
+    relax.add_argument("yarns", metavar="YARNS", help="yarns: .h5, .bcc or .obj")
+    _add_output(relax, "FILE", "relaxed yarns: .h5, .bcc or .obj")
+    relax.add_argument("--keep-shape", metavar="FABRIC", help="stitch mesh, .h5, whose shape the yarns keep")
+    _add_yarn(relax)
+    _add_unit(relax)
+    _add_device(relax)
+
+
+def _add_file_commands(commands: argparse._SubParsersAction) -> None:
+    info = commands.add_parser("info", help="what a file holds")
+    info.add_argument("file", metavar="FILE")
+    _add_unit(info)
+
+    check = commands.add_parser("check", help="whether a file is sound: status 0, or one line and status 2")
+    check.add_argument("file", metavar="FILE")
+    _add_unit(check)
+
+    convert = commands.add_parser("convert", help="one yarn or mesh format to another")
+    convert.add_argument("file", metavar="IN")
+    convert.add_argument("output", metavar="OUT")
+    _add_unit(convert)
+
+    render = commands.add_parser("render", help="a picture of yarns, stitches, rows or a mesh")
+    render.add_argument("file", metavar="FILE")
+    _add_output(render, "PNG", "picture")
+    render.add_argument("--what", metavar="KIND", help="of a stitch mesh: stitches (default), rows or stretch")
+    _add_unit(render)
+
+
+def _add_output(command: argparse.ArgumentParser, metavar: str, text: str) -> None:
+    command.add_argument("-o", "--output", required=True, metavar=metavar, help=text)
+
+
+def _add_unit(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--unit", default="cm", help="unit of length in files that state none: mm, cm, dm, m, inch (cm)")
+
+
+def _add_rows(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--seed", type=_edge, action="append", default=[], metavar="V,W",
+        help="course edge that rows start from, by its two vertices counted from 0; repeatable",
+    )  # fmt: skip
+    command.add_argument(
+        "--flip", type=int, action="append", default=[], metavar="FACE",
+        help="face whose row is turned over, counted from 0; repeatable",
+    )  # fmt: skip
+
+
+def _add_stitch_size(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--stitch-width", type=float, default=0.8, metavar="CM", help="wale spacing (0.8)")
+
+
+def _add_yarn(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--yarn-radius", type=float, metavar="CM", help="yarn radius (an eighth of the stitch width)")
+    command.add_argument("--quality", default="standard", help="draft, standard (default) or reference")
+
+
+def _add_device(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--device", help="cpu or cuda:0 (the first GPU if there is one)")
+
+
+def _edge(text: str) -> tuple[int, int]:
+    first, second = text.split(",")
+    return int(first), int(second)

@@ -1,0 +1,209 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The whole line from a polygon mesh to relaxed yarns on disk."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from stitchmesh import __version__
+from stitchmesh.io.atomic import write_json
+from stitchmesh.io.stitches import write_stitches
+from stitchmesh.io.yarns import write_yarns
+from stitchmesh.labeling import label
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.tessellate import tessellate
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen.generate import checked_radius
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.device import device_named
+
+STITCH_WIDTH = 0.8
+"""Default wale spacing [cm]: worsted yarn by hand, about 13 stitches in 10 cm."""
+
+Progress = Callable[[str, float, str], None]
+"""Called with the stage, the part of it that is done (0 to 1), and a few words on how it goes."""
+
+
+@dataclass(frozen=True)
+class KnitOptions:
+    """What ``knit`` may be told."""
+
+    stitch_width: float = STITCH_WIDTH
+    """Wale spacing [cm]."""
+    yarn_radius: float | None = None
+    """Yarn radius [cm]; an eighth of the stitch width unless given."""
+    quality: str = "standard"
+    """Preset of ``quality.py``."""
+    device: str | None = None
+    """Warp's name of the device; its preferred one unless given."""
+    seeds: Sequence[int | tuple[int, int]] = ()
+    """Course edges that rows start from."""
+    flip: Sequence[int] = ()
+    """Faces whose rows are turned over."""
+
+
+@dataclass(frozen=True)
+class Knitted:
+    """What ``knit`` made."""
+
+    fabric: StitchMesh
+    yarns: YarnSet
+    report: dict[str, object]
+
+
+def silent(stage: str, done: float, note: str) -> None:
+    """A progress that tells nobody."""
+
+
+def knit(
+    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = silent
+) -> Knitted:
+    """Turn a polygon mesh into relaxed yarns and write them.
+
+    Writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc`` and ``report.json`` into the folder. While yarns relax, the
+    last good state is saved now and then and when the user interrupts, and ``report.json`` says that it is
+    unfinished.
+
+    Raises:
+        StitchMeshError: from the stage that cannot go on.
+    """
+    quality = quality_named(options.quality)
+    device = str(device_named(options.device))
+    report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": options.quality}
+    target = Path(folder)
+    fabric = _stitches(mesh, options, report, progress)
+    yarns = _yarns(fabric, options, quality, report, progress)
+    write_stitches(target / "stitches.h5", fabric)
+    saver = _StateSaver(target, report)
+    try:
+        relaxed = relax_yarns(
+            yarns,
+            quality=quality,
+            device=device,
+            keep_shape=fabric,
+            progress=relaxing_progress("yarnrelax", quality.tolerance, progress),
+            on_state=saver.keep,
+        )
+    except KeyboardInterrupt:
+        saver.save()
+        raise
+    report["yarnrelax"] = relaxed.report
+    save_yarns(target, relaxed.yarns, report)
+    return Knitted(fabric, relaxed.yarns, report)
+
+
+def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
+    """Write yarns and their report, each file atomically."""
+    write_yarns(folder / "yarns.h5", yarns)
+    write_yarns(folder / "yarns.bcc", yarns)
+    write_json(folder / "report.json", report)
+
+
+class _StateSaver:
+    """Saves the relaxation's last good state now and then."""
+
+    EVERY_SECONDS = 60.0
+
+    def __init__(self, folder: Path, report: dict[str, object]) -> None:
+        self._folder, self._report = folder, report
+        self._state: YarnSet | None = None
+        self._saved = time.monotonic()
+
+    def keep(self, state: YarnSet) -> None:
+        """Take a good state; write it if the last one on disk is old."""
+        self._state = state
+        if time.monotonic() - self._saved > self.EVERY_SECONDS:
+            self.save()
+
+    def save(self) -> None:
+        """Write the last good state, marked as unfinished."""
+        if self._state is not None:
+            save_yarns(self._folder, self._state, {**self._report, "yarnrelax": {"unfinished": True}})
+        self._saved = time.monotonic()
+
+
+def _stitches(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+    clock = _Clock()
+    progress("label", 0.0, f"{mesh.face_count} faces")
+    labeled = label(mesh, seeds=options.seeds, flip=options.flip)
+    report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
+    progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
+    fabric = tessellate(labeled, stitch_width=options.stitch_width)
+    checked_radius(fabric, options.yarn_radius)  # before the long work, not after it
+    report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
+    progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
+    relaxed, how = relax_mesh_with_report(
+        fabric, surface=mesh, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
+    )
+    report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
+    return relaxed
+
+
+def stitch_counts(fabric: StitchMesh) -> dict[str, int]:
+    """Faces, increases and decreases of a stitch mesh."""
+    more, fewer = fabric.n_top > fabric.n_bottom, fabric.n_top < fabric.n_bottom
+    shaped = (fabric.n_top > 0) & (fabric.n_bottom > 0)
+    return {
+        "faces": fabric.face_count,
+        "increases": int((more & shaped).sum()),
+        "decreases": int((fewer & shaped).sum()),
+    }
+
+
+def _yarns(
+    fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress
+) -> YarnSet:
+    clock = _Clock()
+    progress("yarngen", 0.0, f"{fabric.face_count} stitches")
+    yarns = generate_yarns(fabric, yarn_radius=options.yarn_radius, quality=quality)
+    report["yarngen"] = {
+        "seconds": clock.lap(),
+        "yarns": yarns.yarn_count,
+        "control_points": len(yarns.points),
+        "length_cm": round(float(yarns.lengths.sum()), 3),
+    }
+    progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
+    return yarns
+
+
+MESH_TOLERANCE = 1e-3
+"""Residual at which the mesh relaxation stops, for its progress."""
+
+
+def relaxing_progress(stage: str, tolerance: float, progress: Progress) -> Callable[..., None]:
+    """Turn a solver's residual into the part done: residuals fall by a factor a turn, so their logarithm counts."""
+    start: list[float] = []
+
+    def tell(iteration: int, residual: float, *_: object) -> None:
+        if not start and residual > tolerance and math.isfinite(residual):
+            start.append(residual)
+        done = 0.0
+        if start and residual > 0.0:
+            done = math.log(start[0] / residual) / math.log(start[0] / tolerance)
+        progress(stage, float(np.clip(done, 0.0, 1.0)), f"iteration {iteration}, residual {residual:.3g}")
+
+    return tell
+
+
+class _Clock:
+    """Seconds between laps."""
+
+    def __init__(self) -> None:
+        self._last = time.perf_counter()
+
+    def lap(self) -> float:
+        """Seconds since the last lap."""
+        now = time.perf_counter()
+        seconds, self._last = now - self._last, now
+        return round(seconds, 4)

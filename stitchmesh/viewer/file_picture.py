@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture of whatever a file holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from os import fspath
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io import read_mesh, read_stitches, read_yarns
+from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
+from stitchmesh.io.hdf5 import stored_format
+from stitchmesh.io.meshes import READABLE
+from stitchmesh.io.stitches import FORMAT as STITCHES
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.stitch import Stitch
+from stitchmesh.viewer.fabric_pictures import (
+    PICTURE_SIZE,
+    Size,
+    render_mesh,
+    render_rows,
+    render_stitches,
+    render_stretch,
+)
+from stitchmesh.viewer.picture import render_yarns
+
+FABRIC_PICTURES: dict[str, Callable[..., None]] = {
+    "rows": render_rows,
+    "stitches": render_stitches,
+    "stretch": render_stretch,
+}
+"""Pictures that can be drawn of a stitch mesh."""
+
+
+def render_file(
+    source: FilePath, path: FilePath, *, what: str | None = None, unit: str = "cm", size: Size = PICTURE_SIZE
+) -> None:
+    """Draw a polygon mesh, a stitch mesh or yarns.
+
+    Args:
+        source: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads; what it holds decides.
+        path: a ``.png`` file; missing folders are made.
+        what: for a stitch mesh ``rows``, ``stitches`` or ``stretch``; where None, rows if it is labeled only, else
+            stitches.
+        unit: unit of the source's coordinates, unless it is HDF5.
+        size: width and height [pixels].
+
+    Raises:
+        ParameterError: the unit is unknown, or the file holds nothing of which such a picture can be drawn.
+        FileError: the source cannot be read or the picture cannot be written.
+        MeshError: the polygons do not form an oriented manifold surface.
+        DisplayError: this machine cannot draw.
+    """
+    kind = content_of(source)
+    if kind == "stitches":
+        _render_fabric(read_stitches(source), path, what, size)
+        return
+    if what is not None and what != kind:
+        raise ParameterError(
+            f"what: {fspath(source)} holds {'a mesh' if kind == 'mesh' else kind}; a picture of its {what} cannot be drawn"
+        )
+    if kind == "yarns":
+        render_yarns(read_yarns(source, unit=unit), path, size=size)
+    else:
+        render_mesh(read_mesh(source, unit=unit), path, size=size)
+
+
+def content_of(source: FilePath) -> str:
+    """What a file holds: ``mesh``, ``stitches`` or ``yarns``.
+
+    Raises:
+        FileError: the suffix is unknown or the file cannot be read.
+    """
+    suffix = suffix_of(source, (".h5", ".bcc", *READABLE))
+    read_bytes(source)
+    if suffix == ".h5":
+        return "stitches" if stored_format(source) == STITCHES else "yarns"
+    if suffix == ".obj":
+        lines = read_lines(source)
+        has_faces = any(line.startswith("f ") for line in lines)
+        return "yarns" if not has_faces and any(line.startswith("l ") for line in lines) else "mesh"
+    return "yarns" if suffix == ".bcc" else "mesh"
+
+
+def _render_fabric(fabric: StitchMesh, path: FilePath, what: str | None, size: Size) -> None:
+    if what is None:
+        what = "rows" if (fabric.stitch == Stitch.PANEL).all() else "stitches"
+    if what not in FABRIC_PICTURES:
+        raise ParameterError(f"what: got {what!r}; expected one of {', '.join(FABRIC_PICTURES)} for a stitch mesh")
+    FABRIC_PICTURES[what](fabric, path, size=size)

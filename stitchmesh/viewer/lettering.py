@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Words on pictures: a caption in the corner and a key of colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+INK = "#3a3632"
+LETTER_HEIGHT = 0.018
+"""Height of the letters as a part of the picture's height."""
+LEAST_LETTER_HEIGHT = 9.0
+"""Height below which letters cannot be read [pixels]."""
+
+Colour = tuple[int, int, int]
+
+
+def write_caption(image: Image, text: str) -> None:
+    """Write a line into the lower left corner."""
+    from PIL import ImageDraw, ImageFont
+
+    height = _letter_height(image)
+    font = ImageFont.load_default(height)
+    ImageDraw.Draw(image).text((height, image.height - height), text, fill=INK, font=font, anchor="lb")
+
+
+def draw_key(image: Image, entries: Sequence[tuple[str, Colour]], left: float) -> None:
+    """Draw a column of coloured squares with their names, halfway up the picture.
+
+    Args:
+        image: where to.
+        entries: name and sRGB colour of each.
+        left: where the column starts, as a part of the picture's width.
+    """
+    from PIL import ImageDraw, ImageFont
+
+    height = _letter_height(image)
+    font = ImageFont.load_default(height)
+    draw = ImageDraw.Draw(image)
+    x, y = left * image.width, (image.height - 2 * height * len(entries)) / 2
+    for text, colour in entries:
+        draw.rectangle((x, y, x + 1.2 * height, y + 1.2 * height), fill=colour, outline=INK)
+        draw.text((x + 2 * height, y + 0.6 * height), text, fill=INK, font=font, anchor="lm")
+        y += 2 * height
+
+
+def _letter_height(image: Image) -> float:
+    return max(LETTER_HEIGHT * image.height, LEAST_LETTER_HEIGHT)

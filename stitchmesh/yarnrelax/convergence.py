@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""When a relaxation has come to rest.
+
+The residual compares the force that is left with the forces that balance one another,
+
+    residual = rms over control points of |F| / rms over control points of sum over terms of |F_term|
+
+where F is the net force less what the held borders carry, and the terms are stretch, bending, length, contact and shape.
+It is 0 at balance and at most 1, has no unit and knows nothing of the start. Yarns without any force are at rest. A
+relaxation has converged when the residual is below ``Quality.tolerance``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.yarnrelax import forces
+from stitchmesh.yarnrelax.borders import free_forces
+from stitchmesh.yarnrelax.candidates import Candidates
+from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.reduction import ordered_sum
+from stitchmesh.yarnrelax.shape import Shape, shape_energy, shape_forces
+from stitchmesh.yarnrelax.state import State
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.kernel(module="unique")
+def add_effort(
+    # state in
+    point_force: wp.array[Any],
+    # state out
+    net: wp.array[Any],
+    effort: wp.array[Any],
+):
+    """Add one term's force to the net force, and its magnitude to the effort [dyn]."""
+    i = wp.tid()
+    net[i] += point_force[i]
+    effort[i] += wp.length(point_force[i])
+
+
+@wp.kernel(module="unique")
+def square_forces(
+    # state in
+    net: wp.array[Any],
+    effort: wp.array[Any],
+    # state out
+    net2: wp.array[Any],
+    effort2: wp.array[Any],
+):
+    """Squares of the net force and of the effort [dyn^2]."""
+    i = wp.tid()
+    net2[i] = wp.dot(net[i], net[i])
+    effort2[i] = effort[i] * effort[i]
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What is known of a state."""
+
+    residual: float
+    """Relative force residual."""
+    energies: dict[str, float]
+    """Energy of each term [erg]."""
+    nearest: float
+    """Smallest distance of contact samples over the sum of their radii, at most 1."""
+
+    @property
+    def energy(self) -> float:
+        """Total energy [erg]."""
+        return sum(self.energies.values())
+
+    @property
+    def finite(self) -> bool:
+        """Whether all of it is finite."""
+        return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
+
+
+def assess(model: Model, state: State, candidates: Candidates, shape: Shape | None) -> Assessment:
+    """Residual and energies of a state; its segment and point forces are overwritten."""
+    n = model.point_count
+    net, effort = model.empty(n, 3), model.empty(n)
+    forces.sample(model, state, model.launch)
+    for _ in forces.each_term(model, state, candidates):
+        model.launch(add_effort, n, [state.point_force], [net, effort])
+    if shape is not None:
+        state.point_force.zero_()
+        shape_forces(model, shape, state, model.launch)
+        model.launch(add_effort, n, [state.point_force], [net, effort])
+        free_forces(shape, net, model.launch)
+    net2, effort2 = model.empty(n), model.empty(n)
+    model.launch(square_forces, n, [net, effort], [net2, effort2])
+    whole = ordered_sum(effort2)
+    residual = float(np.sqrt(ordered_sum(net2) / whole)) if whole != 0.0 else 0.0
+    energies, nearest = forces.energies(model, state, candidates)
+    if shape is not None:
+        energies["shape"] = shape_energy(shape)
+    return Assessment(residual, energies, nearest)

@@ -1,0 +1,356 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Polygon meshes: what is written is read back, and each bad file gets its own message."""
+
+from __future__ import annotations
+
+import os
+import struct
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from stitchmesh.errors import FileError, MeshError, ParameterError, StitchMeshError
+from stitchmesh.io import read_mesh, write_mesh
+from stitchmesh.mesh import Mesh
+
+DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "meshes"
+
+# two triangles, a quad and a pentagon around one vertex; coordinates without a finite decimal form
+VERTICES = np.array(
+    [
+        [0, 0, 0],
+        [1, 0, 1 / 3],
+        [1.2, 0.9, 0],
+        [0.1, 1, 0],
+        [-1, 0.7, np.pi],
+        [-1, -1, 1e-17],
+        [0, -1.1, 1e5],
+        [0.9, -0.8, 0],
+    ]
+)
+FACES = [[0, 1, 2], [0, 2, 3], [0, 3, 4, 5], [0, 5, 6, 7, 1]]
+
+
+def polygons() -> Mesh:
+    return Mesh.from_polygons(VERTICES / 7, FACES)
+
+
+def faces_of(mesh: Mesh) -> list[list[int]]:
+    return [part.tolist() for part in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
+
+
+def read_text(tmp_path: Path, text: str, name: str = "m.obj", **options: str) -> Mesh:
+    path = tmp_path / name
+    path.write_text(text)
+    return read_mesh(path, **options)
+
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+def test_obj_round_trip_is_the_identity(tmp_path):
+    mesh = polygons()
+    write_mesh(tmp_path / "m.obj", mesh)
+    again = read_mesh(tmp_path / "m.obj")
+    np.testing.assert_array_equal(again.vertices, mesh.vertices)
+    assert faces_of(again) == FACES
+
+
+def test_writer_leaves_its_input_alone(tmp_path):
+    mesh = polygons()
+    before = mesh.vertices.copy()
+    write_mesh(tmp_path / "m.obj", mesh, unit="inch")
+    np.testing.assert_array_equal(mesh.vertices, before)
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("mm", 0.1), ("cm", 1), ("dm", 10), ("m", 100), ("inch", 2.54)])
+def test_units_are_centimetres_inside(tmp_path, unit, scale):
+    mesh = read_text(tmp_path, TRIANGLE + "f 1 2 3\n", unit=unit)
+    np.testing.assert_array_equal(mesh.vertices, np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * scale)
+    write_mesh(tmp_path / "n.obj", mesh, unit=unit)
+    # one division after one multiplication: an error of at most one rounding
+    np.testing.assert_allclose(read_mesh(tmp_path / "n.obj", unit=unit).vertices, mesh.vertices, rtol=3e-16)
+
+
+def test_obj_corners_may_be_written_in_every_way(tmp_path):
+    text = (
+        "# a comment\nmtllib a.mtl\no thing\ng part\nv 0 0 0 1.0 0.5\nv 1 0 0\nvt 0 0\nvn 0 0 1\nv 1 1 0\nv 0 1 0  # corner\n"
+        "usemtl wool\ns off\n\nf 1/1 2/1/1 3//1\nf -4 \\\n  -2 4\nl 1 2\n"
+    )
+    assert faces_of(read_text(tmp_path, text)) == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_obj_face_may_come_before_its_vertices(tmp_path):
+    assert faces_of(read_text(tmp_path, "f 1 2 3\n" + TRIANGLE)) == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "the file is empty"),
+        ("# nothing here\n", "no faces"),
+        (TRIANGLE, "got 3 vertices and no faces"),
+        (TRIANGLE + "f 1 2\n", "line 4: got a face of 2 corners; expected at least 3"),
+        (TRIANGLE + "f 1 2 4\n", "line 4: vertex 4 does not exist; the file has 3 vertices"),
+        (TRIANGLE + "f 0 1 2\n", "line 4: vertex 0 does not exist; OBJ counts from 1"),
+        (TRIANGLE + "f -4 2 3\n", "line 4: vertex -4 does not exist"),
+        (TRIANGLE + "f 1 2 x\n", "line 4: got corner 'x'"),
+        (TRIANGLE + "f 1 2 3/a\n", "line 4: got corner '3/a'"),
+        (TRIANGLE + "f 1 2 2.5\n", "line 4: got corner '2.5'"),
+        ("v 0 0 0\nv 1 0\n", "line 2: got 'v 1 0'"),
+        ("v 0 zero 0\n", "line 1: got 'v 0 zero 0'"),
+        ("v 0 0 0\nv 1 nan 0\n", "line 2: got 'v 1 nan 0'; coordinates must be finite"),
+        ("v 0 0 -inf\n", "line 1: got 'v 0 0 -inf'; coordinates must be finite"),
+        ("v 0 0 1e999\n", "coordinates must be finite"),
+        ("hello world\n", "line 1: unknown element 'hello'"),
+        ("v 0 0 0\n\nv 0 0 \\\n", "line 3: got 'v 0 0'"),
+    ],
+)
+def test_each_malformed_obj_gets_its_message(tmp_path, text, message):
+    with pytest.raises(FileError) as caught:
+        read_text(tmp_path, text)
+    assert message in str(caught.value)
+    assert str(tmp_path / "m.obj") in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TRIANGLE + "v 5 5 5\nf 1 2 3\n", "vertex 3: no face uses it"),
+        (TRIANGLE + "f 1 2 3\nf 1 2 3\n", "same vertices as face 0"),
+        ("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "area is zero"),
+        (TRIANGLE + "v 1 1 0\nf 1 2 3\nf 2 3 4\n", "reverse the vertex order"),
+        (TRIANGLE + "v 1 1 0\nv 1 1 1\nf 1 2 3\nf 3 2 4\nf 3 2 5\n", "3 faces share it"),
+    ],
+)
+def test_a_bad_surface_is_named_with_its_file(tmp_path, text, message):
+    with pytest.raises(MeshError) as caught:
+        read_text(tmp_path, text)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path / "m.obj"))
+
+
+def test_a_truncated_obj_is_an_error_wherever_it_is_cut(tmp_path):
+    write_mesh(tmp_path / "whole.obj", polygons())
+    whole = (tmp_path / "whole.obj").read_text()
+    end_of_last_vertex = whole.index("f ")
+    for cut in range(0, end_of_last_vertex, 7):
+        with pytest.raises(StitchMeshError):
+            read_text(tmp_path, whole[:cut])
+
+
+def test_binary_content_is_not_read_as_text(tmp_path):
+    (tmp_path / "m.obj").write_bytes(bytes(range(256)))
+    with pytest.raises(FileError, match="binary data"):
+        read_mesh(tmp_path / "m.obj")
+
+
+def test_missing_file_folder_and_unknown_names(tmp_path):
+    with pytest.raises(FileError, match="no such file"):
+        read_mesh(tmp_path / "none.obj")
+    (tmp_path / "folder.obj").mkdir()
+    with pytest.raises(FileError, match="is a folder"):
+        read_mesh(tmp_path / "folder.obj")
+    with pytest.raises(FileError, match="unknown format '.xyz'; expected one of .obj"):
+        read_mesh(tmp_path / "m.xyz")
+    with pytest.raises(FileError, match="has no suffix"):
+        read_mesh(tmp_path / "m")
+    with pytest.raises(ParameterError, match="got 'furlong'; expected one of mm, cm, dm, m, inch"):
+        read_mesh(tmp_path / "m.obj", unit="furlong")
+    with pytest.raises(FileError, match=r"unknown format '.ply'; expected one of .obj"):
+        write_mesh(tmp_path / "m.ply", polygons())
+
+
+def test_unreadable_file_says_so(tmp_path, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", os.fspath(path))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)  # the superuser who may run the tests can read everything
+    with pytest.raises(FileError, match="no permission to read it"):
+        read_mesh(tmp_path / "m.obj")
+
+
+def write_by_meshio(path: Path, faces: list[list[int]], file_format: str, **options: object) -> None:
+    blocks: list[tuple[str, list[list[int]]]] = []
+    for face in faces:
+        kind = {3: "triangle", 4: "quad"}.get(len(face), "polygon")
+        if not blocks or blocks[-1][0] != kind:
+            blocks.append((kind, []))
+        blocks[-1][1].append(face)
+    meshio.Mesh(VERTICES / 7, blocks).write(path, file_format=file_format, **options)
+
+
+@pytest.mark.parametrize(
+    ("name", "file_format", "binary"),
+    [("m.ply", "ply", True), ("m.ply", "ply", False), ("m.vtk", "vtk", True), ("m.vtu", "vtu", True)],
+)
+def test_polygons_come_through_meshio_in_order(tmp_path, name, file_format, binary):
+    write_by_meshio(tmp_path / name, FACES, file_format, binary=binary)
+    mesh = read_mesh(tmp_path / name)
+    np.testing.assert_array_equal(mesh.vertices, VERTICES / 7)
+    assert faces_of(mesh) == FACES
+
+
+@pytest.mark.parametrize(("name", "file_format"), [("m.msh", "gmsh22"), ("m.mesh", "medit"), ("m.vtk", "vtk")])
+def test_triangles_and_quads_come_through_meshio(tmp_path, name, file_format):
+    faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4, 5], [0, 5, 6, 7]]
+    write_by_meshio(tmp_path / name, faces, file_format)
+    assert faces_of(read_mesh(tmp_path / name)) == faces
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_stl_points_are_welded_where_equal(tmp_path, binary):
+    write_by_meshio(tmp_path / "m.stl", [[0, 1, 2], [0, 2, 3]], "stl", binary=binary)
+    mesh = read_mesh(tmp_path / "m.stl")
+    assert len(mesh.vertices) == 4
+    assert len(mesh.boundary_loops) == 1
+    # the format holds float32
+    np.testing.assert_allclose(mesh.corner_position[:3], VERTICES[[0, 1, 2]] / 7, rtol=1e-7)
+
+
+PLY = """ply
+format ascii 1.0
+comment made by hand
+element vertex 4
+property float x
+property float y
+property float z
+property uchar red
+element face 2
+property uchar flag
+property list uchar int vertex_index
+end_header
+0 0 0 9
+1 0 0 9
+1 1 0 9
+0 1 0 9
+7 3 0 1 2
+7 3 0 2 3
+"""
+
+
+def test_ply_passes_over_other_properties(tmp_path):
+    assert faces_of(read_text(tmp_path, PLY, "m.ply")) == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_big_endian_ply_is_read(tmp_path):
+    head = PLY[: PLY.index("end_header")].replace("ascii", "binary_big_endian").encode() + b"end_header\n"
+    vertices = b"".join(struct.pack(">3fB", x, y, 0, 9) for x, y in [(0, 0), (1, 0), (1, 1), (0, 1)])
+    faces = struct.pack(">BB3i", 7, 3, 0, 1, 2) + struct.pack(">BB3i", 7, 3, 0, 2, 3)
+    (tmp_path / "m.ply").write_bytes(head + vertices + faces)
+    mesh = read_mesh(tmp_path / "m.ply")
+    assert faces_of(mesh) == [[0, 1, 2], [0, 2, 3]]
+    np.testing.assert_array_equal(mesh.vertices[2], [1, 1, 0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("ply\n", "plx\n", "has no complete PLY header"),
+        ("end_header", "end_head", "has no complete PLY header"),
+        ("format ascii 1.0\n", "", "the header has no format line"),
+        ("format ascii", "format morse", "line 2: got 'format morse 1.0'"),
+        ("element vertex 4", "element vertex four", "line 4: got 'element vertex four'"),
+        ("float z", "float w", "vertices have the properties x y w red; expected x, y and z"),
+        ("vertex_index", "corners", "faces have no list vertex_indices or vertex_index"),
+        ("element face 2", "element face 3", "ends within face 2 of 3; the file was cut short"),
+        ("element face 2", "element face 2000000000", "ends within face 0 of 2000000000"),
+        ("element face 2", "element face 0", "got 4 vertices and 0 faces"),
+        ("7 3 0 2 3", "7 3 0 2", "ends within face 1 of 2"),
+        ("7 3 0 2 3", "7 2 0 2", "face 1 has 2 corners; expected at least 3"),
+        ("7 3 0 2 3", "7 3 0 2 4", "face 1 has the vertices [0, 2, 4]; expected numbers from 0 to 3"),
+        ("1 1 0 9", "1 nan 0 9", "vertex 2 is [1.0, nan, 0.0]; coordinates must be finite"),
+        ("1 1 0 9", "1 one 0 9", "vertex 2: could not convert"),
+    ],
+)
+def test_each_malformed_ply_gets_its_message(tmp_path, old, new, message):
+    with pytest.raises(FileError) as caught:
+        read_text(tmp_path, PLY.replace(old, new, 1), "m.ply")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_truncated_binary_ply_is_an_error_wherever_it_is_cut(tmp_path):
+    write_by_meshio(tmp_path / "whole.ply", FACES, "ply", binary=True)
+    whole = (tmp_path / "whole.ply").read_bytes()
+    for cut in range(0, len(whole), 11):
+        (tmp_path / "m.ply").write_bytes(whole[:cut])
+        with pytest.raises(FileError):
+            read_mesh(tmp_path / "m.ply")
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".off", ".stl", ".vtk", ".vtu", ".msh", ".mesh"])
+@pytest.mark.parametrize("content", [b"hello\n", b"\x00\xff" * 50, b"OFF\n3 1 0\n0 0 0\n", b"ply\nformat ascii 1.0\n"])
+def test_junk_of_every_format_is_one_quiet_line(tmp_path, capfd, suffix, content):
+    path = tmp_path / f"m{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(FileError) as caught:
+        read_mesh(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_cells_that_are_not_a_surface_are_refused(tmp_path):
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    meshio.Mesh(points, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "m.vtu")
+    with pytest.raises(FileError, match="got tetra cells"):
+        read_mesh(tmp_path / "m.vtu")
+    meshio.Mesh(points, [("line", [[0, 1]])]).write(tmp_path / "n.vtu")
+    with pytest.raises(FileError, match="has no faces"):
+        read_mesh(tmp_path / "n.vtu")
+
+
+def test_lines_beside_faces_are_passed_over(tmp_path):
+    meshio.Mesh(VERTICES[:3], [("line", [[0, 1]]), ("triangle", [[0, 1, 2]])]).write(tmp_path / "m.vtu")
+    assert read_mesh(tmp_path / "m.vtu").face_count == 1
+
+
+def test_points_that_are_not_finite_are_named(tmp_path):
+    points = VERTICES[:3].copy()
+    points[1, 2] = np.nan
+    meshio.Mesh(points, [("triangle", [[0, 1, 2]])]).write(tmp_path / "m.vtu")
+    with pytest.raises(FileError, match="point 1 is"):
+        read_mesh(tmp_path / "m.vtu")
+
+
+OFF = "OFF # four kinds of things\n\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 .5 0\n4 0 1 2 3\n3 1 4 2 255 0 0\n"
+
+
+def test_off_keeps_polygons_and_passes_over_colours(tmp_path):
+    assert faces_of(read_text(tmp_path, OFF, "m.off")) == [[0, 1, 2, 3], [1, 4, 2]]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("OFF", "ON", "line 1: expected the word OFF"),
+        ("5 2 0", "5 two", "line 3: expected the numbers of vertices, faces and edges"),
+        ("5 2 0", "5 0 0", "line 3: got 5 vertices and 0 faces"),
+        ("5 2 0", "5 3 0", "got 7 lines for 5 vertices and 3 faces; the file was cut short"),
+        ("1 1 0", "1 nan 0", "line 6: got '1 nan 0'; expected three finite coordinates"),
+        ("1 1 0", "1 1", "line 6: got '1 1'"),
+        ("3 1 4 2", "3 1 5 2", "line 10: vertex 5 does not exist; expected 0 to 4"),
+        ("4 0 1 2 3", "5 0 1 2 3", "line 9: got '5 0 1 2 3'"),
+        ("4 0 1 2 3", "2 0 1", "line 9: got '2 0 1'"),
+    ],
+)
+def test_each_malformed_off_gets_its_message(tmp_path, old, new, message):
+    with pytest.raises(FileError) as caught:
+        read_text(tmp_path, OFF.replace(old, new, 1), "m.off")
+    assert message in str(caught.value)
+
+
+@pytest.mark.skipif(not DATA.exists(), reason="the shared data folder is not there")
+@pytest.mark.parametrize(
+    ("name", "faces", "borders"), [("helper-skirt", 684, 2), ("helper-tights", 2650, 3), ("body", 13378, 0)]
+)
+def test_garments_that_others_made_are_read(name, faces, borders):
+    mesh = read_mesh(DATA / f"makehuman-{name}.obj", unit="dm")
+    assert mesh.face_count == faces
+    assert len(mesh.boundary_loops) == borders
+    assert (np.diff(mesh.face_start) == 4).all()

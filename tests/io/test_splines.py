@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Conversions between curves: they agree where they must, and undo each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
+from stitchmesh.yarn import YarnSet, basis_derivative
+
+ROUNDING = 1e-13  # a few hundred operations on numbers of size 1 in float64
+
+CURVES = [(closed, count) for closed, least in ((True, 3), (False, 4)) for count in (least, least + 1, 8, 101)]
+
+
+def some_points(count: int) -> np.ndarray:
+    return np.random.default_rng(count).standard_normal((count, 3))
+
+
+def knots(control: np.ndarray, closed: bool) -> np.ndarray:
+    """Where the segments of a B-spline begin, and where the last of an open one ends."""
+    return np.concatenate(YarnSet.from_curves([control], closed=[closed], radius=1.0).sampled(1))
+
+
+@pytest.mark.parametrize(("closed", "count"), CURVES)
+def test_bspline_passes_through_the_points_of_a_catmull_rom_curve(closed, count):
+    points = some_points(count)
+    control, _ = catmull_rom_to_bspline(points, closed)
+    expected = np.roll(points, -1, axis=0) if closed else points[1:-1]  # a segment starts at its second control point
+    np.testing.assert_allclose(knots(control, closed), expected, atol=ROUNDING)
+
+
+@pytest.mark.parametrize(("closed", "count"), CURVES)
+def test_conversions_undo_each_other(closed, count):
+    points = some_points(count)
+    control, there = catmull_rom_to_bspline(points, closed)
+    again, back = bspline_to_catmull_rom(control, closed)
+    np.testing.assert_allclose(again, points, atol=ROUNDING)
+    assert there == pytest.approx(back, rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [4, 5, 20])
+def test_an_open_curve_keeps_its_end_tangents(count):
+    points = some_points(count)
+    control, _ = catmull_rom_to_bspline(points, closed=False)
+    slope = basis_derivative([0.0, 1.0])
+    np.testing.assert_allclose(slope[0] @ control[:4], (points[2] - points[0]) / 2, atol=ROUNDING)
+    np.testing.assert_allclose(slope[1] @ control[-4:], (points[-1] - points[-3]) / 2, atol=ROUNDING)
+
+
+def test_a_straight_even_line_converts_without_error():
+    line = np.outer(np.arange(9.0), [1.0, 2.0, -0.5])
+    control, error = catmull_rom_to_bspline(line, closed=False)
+    np.testing.assert_allclose(control, line, atol=ROUNDING)
+    assert error < ROUNDING
+
+
+@pytest.mark.parametrize("count", [32, 64, 128])
+def test_the_stated_error_on_a_circle_is_the_one_of_theory(count):
+    """Of a step h on the unit circle the Catmull-Rom tangent is sin h = h - h^3 / 6, the spline's h to the next order.
+
+    Equal differences d of the end tangents make cubics differ by d s (1 - s) (1 - 2 s), at most d / (6 sqrt 3).
+    """
+    step = 2 * np.pi / count
+    angle = step * np.arange(count)
+    error = catmull_rom_to_bspline(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), True)[1]
+    # the largest of 15 samples is 1% below the maximum, and the next order of h adds h^2 / 20 of it
+    assert error == pytest.approx(step**3 / 6 / (6 * np.sqrt(3)), rel=0.015)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_the_stated_error_is_the_distance_of_the_curves(closed):
+    points = some_points(12)
+    control, error = catmull_rom_to_bspline(points, closed)
+    around = np.concatenate([points[-1:], points, points[:2]]) if closed else points
+    hermite = CubicHermiteSpline(np.arange(len(around) - 2), around[1:-1], (around[2:] - around[:-2]) / 2)
+    if closed:
+        control = np.roll(control, 1, axis=0)  # so that its first segment starts at the first point
+    curve = YarnSet.from_curves([control], closed=[closed], radius=1.0).sampled(16)[0]
+    distance = np.linalg.norm(curve - hermite(np.arange(len(curve)) / 16), axis=1)
+    assert error == pytest.approx(distance.max(), rel=1e-12)
+
+
+@pytest.mark.parametrize(("closed", "count"), [(True, 3), (True, 10), (False, 2), (False, 3), (False, 4), (False, 30)])
+def test_polyline_corners_lie_on_the_curve(closed, count):
+    points = some_points(count)
+    np.testing.assert_allclose(knots(polyline_to_bspline(points, closed), closed), points, atol=ROUNDING)
+
+
+def test_an_open_polyline_ends_without_curvature():
+    control = polyline_to_bspline(some_points(7), closed=False)
+    np.testing.assert_allclose(control[0] - 2 * control[1] + control[2], 0.0, atol=ROUNDING)
+    np.testing.assert_allclose(control[-1] - 2 * control[-2] + control[-3], 0.0, atol=ROUNDING)

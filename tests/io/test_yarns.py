@@ -1,0 +1,313 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarn files: round trips, the estimated radius, and a message for each bad file."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import struct
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io import read_yarns, write_yarns
+from stitchmesh.io.radius import estimated_radius
+from stitchmesh.lattice import Lattice
+from stitchmesh.yarn import YarnSet
+from tests.gallery import shared
+
+HEADER = 64
+
+
+def awkward_yarns() -> YarnSet:
+    """Closed and open yarns of the fewest control points, with numbers that have no short decimal form."""
+    rng = np.random.default_rng(3)
+    curves = [
+        rng.standard_normal((count, 3)) * scale for count, scale in ((3, 1 / 3), (4, np.pi), (30, 1e3), (17, 1e-3))
+    ]
+    yarns = YarnSet.from_curves(curves, closed=[True, False, True, False], radius=[0.1, 1 / 3, 1e-3, 7.0])
+    count = len(yarns.points)
+    return dataclasses.replace(
+        yarns,
+        rest_length=yarns.lengths * 1.01,
+        row=np.arange(count) // 4,
+        face=np.arange(count) - 1,
+        part=np.arange(count) % 5,
+    )
+
+
+def assert_same(first: YarnSet, second: YarnSet) -> None:
+    for field in dataclasses.fields(YarnSet):
+        a, b = getattr(first, field.name), getattr(second, field.name)
+        if field.name == "lattice" and a is not None:
+            a, b = a.periods, b.periods
+        np.testing.assert_array_equal(a, b, err_msg=field.name)
+
+
+def test_hdf5_keeps_everything(tmp_path):
+    yarns = awkward_yarns()
+    write_yarns(tmp_path / "y.h5", yarns)
+    assert_same(read_yarns(tmp_path / "y.h5"), yarns)
+
+
+def test_hdf5_keeps_a_lattice(tmp_path):
+    step = np.array([[1, 0], [0, -2], [0, 0], [3, 1]])
+    yarns = dataclasses.replace(awkward_yarns(), lattice=Lattice([[1, 0, 0], [0.1, 2, 0]]), lattice_step=step)
+    write_yarns(tmp_path / "y.h5", yarns)
+    assert_same(read_yarns(tmp_path / "y.h5"), yarns)
+    for name in ("y.bcc", "y.obj"):
+        with pytest.raises(FileError, match=r"cannot hold yarns that repeat on a lattice; write \.h5"):
+            write_yarns(tmp_path / name, yarns)
+
+
+@pytest.mark.parametrize("curve", ["bspline", "catmull-rom"])
+def test_bcc_keeps_control_points_to_float32(tmp_path, curve):
+    yarns = awkward_yarns()
+    write_yarns(tmp_path / "y.bcc", yarns, curve=curve)
+    again = read_yarns(tmp_path / "y.bcc", radius=0.1)
+    np.testing.assert_array_equal(again.start, yarns.start)
+    np.testing.assert_array_equal(again.closed, yarns.closed)
+    for index in range(yarns.yarn_count):
+        part = slice(yarns.start[index], yarns.start[index + 1])
+        size = np.abs(yarns.points[part]).max()
+        # float32 keeps 6e-8; solving for control points amplifies rounding by at most 3
+        np.testing.assert_allclose(again.points[part], yarns.points[part], atol=3e-7 * size)
+
+
+@pytest.mark.parametrize("suffix", [".bcc", ".obj"])
+def test_units_are_centimetres_inside(tmp_path, suffix):
+    yarns = YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1)
+    write_yarns(tmp_path / f"y{suffix}", yarns, unit="m")
+    for unit, scale in (("m", 1.0), ("cm", 0.01)):
+        again = read_yarns(tmp_path / f"y{suffix}", unit=unit, radius=0.1)
+        # a polyline of 4 points a segment: the spline through them differs by far less than the units do
+        assert again.lengths.sum() == pytest.approx(scale * yarns.lengths.sum(), rel=1e-2)
+
+
+def test_obj_polylines_keep_the_points_written(tmp_path):
+    yarns = awkward_yarns()
+    write_yarns(tmp_path / "y.obj", yarns)
+    again = read_yarns(tmp_path / "y.obj", radius=0.1)
+    np.testing.assert_array_equal(again.closed, yarns.closed)
+    for read, written in zip(again.sampled(1), yarns.sampled(4), strict=True):
+        np.testing.assert_allclose(read, written, atol=1e-12 * np.abs(written).max())  # a linear solve in float64
+
+
+def test_writers_leave_their_input_alone(tmp_path):
+    yarns = awkward_yarns()
+    for name in ("y.h5", "y.bcc", "y.obj"):
+        write_yarns(tmp_path / name, yarns)
+    assert_same(yarns, awkward_yarns())
+
+
+@pytest.mark.parametrize(("name", "curve"), [("glove.bcc", "catmull-rom"), ("knittube.bcc", "bspline")])
+def test_real_bcc_files_come_back_byte_for_byte(tmp_path, name, curve):
+    source = shared(f"yarns/{name}")
+    yarns = read_yarns(source, radius=0.1)
+    write_yarns(tmp_path / name, yarns, curve=curve)
+    before, after = source.read_bytes(), (tmp_path / name).read_bytes()
+    assert before[:24] == after[:24]
+    assert before[HEADER:] == after[HEADER:]  # the free text in between is the writer's own
+    np.testing.assert_array_equal(read_yarns(tmp_path / name, radius=0.1).points, yarns.points)
+
+
+def test_the_conversion_error_is_logged(tmp_path, caplog):
+    with caplog.at_level(logging.INFO, "stitchmesh"):
+        write_yarns(tmp_path / "y.bcc", awkward_yarns())
+    assert "Catmull-Rom curves and B-splines lie up to" in caplog.text
+
+
+def test_z_up_is_turned_to_y_up(tmp_path):
+    write_yarns(tmp_path / "y.bcc", YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1), curve="bspline")
+    content = bytearray((tmp_path / "y.bcc").read_bytes())
+    assert content[7] == 1
+    content[7] = 2
+    (tmp_path / "y.bcc").write_bytes(content)
+    turned = read_yarns(tmp_path / "y.bcc", radius=0.1).points
+    np.testing.assert_array_equal(turned, [[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+
+
+def bcc(
+    *, magic: bytes = b"BCCD", kind: bytes = b"C0", dimensions: int = 3, up: int = 1, curves: int = 1, points: int = 4,
+    count: int = -4, values: list[float] | None = None, tail: bytes = b"",
+) -> bytes:  # fmt: skip
+    numbers = list(range(12)) if values is None else values
+    head = magic + kind + bytes([dimensions, up]) + struct.pack("<QQ40s", curves, points, b"")
+    return head + struct.pack("<i", count) + struct.pack(f"<{len(numbers)}f", *numbers) + tail
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "the file is empty"),
+        (b"BCC", "does not start with a BCC header"),
+        (bcc(magic=b"ABCD"), "does not start with a BCC header"),
+        (bcc(magic=b"BCC\x88"), "byte 3 is 0x88; expected 0x44"),
+        (bcc(kind=b"BZ"), "holds Bezier curves"),
+        (bcc(kind=b"QQ"), "kind of curve is 'QQ'"),
+        (bcc(dimensions=2), "points have 2 dimensions; expected 3"),
+        (bcc(up=0), "up axis is 0; expected 1 (y) or 2 (z)"),
+        (bcc()[:-1], "need 116 bytes, the file has 115; it was cut short or altered"),
+        (bcc(tail=b"\0"), "need 116 bytes, the file has 117"),
+        (bcc(curves=0, points=0, count=0, values=[]), "0 curves of 0 points"),
+        (bcc(curves=2**60), "it was cut short or altered"),
+        (bcc(count=0), "curve 0 is open and has 0 points; expected at least 4"),
+        (bcc(count=-2), "curve 0 is closed and has 2 points; expected at least 3"),
+        (bcc(count=5), "curve 0 overruns the file"),
+        (bcc(count=-(2**31)), "curve 0 overruns the file"),
+        (bcc(count=-3), "12 bytes are left after the last curve"),
+        (bcc(values=[0.0] * 11 + [np.nan]), "curve 0, point 3 is [0.0, 0.0, nan]; coordinates must be finite"),
+        (bcc(values=[np.inf] + [0.0] * 11), "curve 0, point 0 is [inf, 0.0, 0.0]"),
+    ],
+)
+def test_each_bad_bcc_gets_its_message(tmp_path, content, message):
+    path = tmp_path / "y.bcc"
+    path.write_bytes(content)
+    with pytest.raises(FileError) as caught:
+        read_yarns(path, radius=0.1)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_open_polyline_bcc_of_two_points_is_a_straight_yarn(tmp_path):
+    (tmp_path / "y.bcc").write_bytes(bcc(kind=b"PL", points=2, count=2, values=[0, 0, 0, 3, 0, 4]))
+    yarns = read_yarns(tmp_path / "y.bcc", radius=0.1)
+    assert yarns.lengths.sum() == pytest.approx(5.0, rel=1e-12)
+
+
+def test_coordinates_beyond_float32_are_not_written(tmp_path):
+    yarns = YarnSet.from_curves([np.eye(3) * 1e39], closed=[True], radius=0.1)
+    with pytest.raises(FileError, match="too large for the format's float32"):
+        write_yarns(tmp_path / "y.bcc", yarns)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("v 0 0 0\n", "has no 'l' elements"),
+        ("v 0 0 0\nl 1 2\n", "line 2: vertex 2 does not exist"),
+        ("v 0 0 0\nl 1\n", "line 2: got a polyline of 1 points; expected at least 2"),
+        ("v 0 0 0\nv 1 0 0\nl 1 2 1\n", "line 3: got a polyline of 2 points; expected at least 3"),
+        ("v 0 0 0\nv 1 0 zero\nl 1 2\n", "line 2: got 'v 1 0 zero'"),
+        ("v 0 0 0\nv 0 0 0\nl 1 2\n", "expected a positive number of cm"),
+    ],
+)
+def test_each_bad_obj_gets_its_message(tmp_path, text, message):
+    (tmp_path / "y.obj").write_text(text)
+    with pytest.raises(FileError) as caught:
+        read_yarns(tmp_path / "y.obj", radius=0.1)
+    assert message in str(caught.value)
+    assert str(tmp_path / "y.obj") in str(caught.value)
+
+
+def damage(path: Path, name: str, values: object) -> None:
+    with h5py.File(path, "r+") as file:
+        del file[name]
+        if values is not None:
+            file[name] = values
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        ("points", None, "dataset 'points' is missing"),
+        ("points", np.full((54, 3), np.nan), "coordinates are not finite"),
+        ("points", np.zeros((54, 2)), "expected (N, 3)"),
+        ("start", np.zeros(0, dtype=int), "y.h5"),
+        ("start", [0.5, 1.5], "dataset 'start' holds float64; expected int64"),
+        ("closed", [1, 2, 3, 4], "dataset 'closed' holds int64; expected bool"),
+        ("radius", [0.1, 0.1, 0.1, -0.1], "expected a positive number of cm"),
+        ("row", np.zeros(3, dtype=int), "row: got shape (3,)"),
+    ],
+)
+def test_each_damaged_hdf5_gets_its_message(tmp_path, name, values, message):
+    path = tmp_path / "y.h5"
+    write_yarns(path, awkward_yarns())
+    damage(path, name, values)
+    with pytest.raises(FileError) as caught:
+        read_yarns(path)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_other_hdf5_content_is_refused(tmp_path):
+    path = tmp_path / "y.h5"
+    with h5py.File(path, "w") as file:
+        file["points"] = np.eye(3)
+    with pytest.raises(FileError, match="holds something else; expected 'stitchmesh yarns'"):
+        read_yarns(path)
+    write_yarns(path, awkward_yarns())
+    with h5py.File(path, "r+") as file:
+        file.attrs["version"] = 99
+    with pytest.raises(FileError, match="has version 99"):
+        read_yarns(path)
+    path.write_bytes(b"not HDF5")
+    with pytest.raises(FileError, match="is not an HDF5 file"):
+        read_yarns(path)
+
+
+def test_a_truncated_hdf5_is_an_error_wherever_it_is_cut(tmp_path):
+    write_yarns(tmp_path / "whole.h5", awkward_yarns())
+    whole = (tmp_path / "whole.h5").read_bytes()
+    for cut in range(0, len(whole) - 1, len(whole) // 40):
+        (tmp_path / "y.h5").write_bytes(whole[:cut])
+        with pytest.raises(FileError):
+            read_yarns(tmp_path / "y.h5")
+
+
+def test_bad_parameters_are_named(tmp_path):
+    yarns = awkward_yarns()
+    write_yarns(tmp_path / "y.h5", yarns)
+    with pytest.raises(ParameterError, match="always in cm"):
+        read_yarns(tmp_path / "y.h5", unit="mm")
+    with pytest.raises(ParameterError, match="got 'ell'; expected one of mm"):
+        write_yarns(tmp_path / "y.bcc", yarns, unit="ell")
+    with pytest.raises(ParameterError, match="got 'hermite'; expected one of catmull-rom, bspline"):
+        write_yarns(tmp_path / "y.bcc", yarns, curve="hermite")
+    with pytest.raises(ParameterError, match="radius: got -1"):
+        read_yarns(tmp_path / "y.h5", radius=-1.0)
+    with pytest.raises(FileError, match=r"unknown format '.txt'; expected one of .h5 .bcc .obj"):
+        write_yarns(tmp_path / "y.txt", yarns)
+
+
+def ring(centre: list[float], size: float = 1.0, count: int = 40) -> np.ndarray:
+    angle = 2 * np.pi * np.arange(count) / count
+    return np.array(centre) + size * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+
+
+def test_radius_of_stacked_rings_is_half_their_distance():
+    yarns = YarnSet.from_curves([ring([0, 0, 0.3 * k]) for k in range(4)], closed=[True] * 4, radius=1.0)
+    assert estimated_radius(yarns) == pytest.approx(0.15, rel=1e-9)
+
+
+def test_radius_of_a_coil_is_half_its_pitch():
+    turn = np.linspace(0, 10 * np.pi, 400)
+    coil = np.stack([np.cos(turn), np.sin(turn), 0.2 * turn / (2 * np.pi)], axis=1)
+    yarns = YarnSet.from_curves([coil], closed=[False], radius=1.0)
+    # neighbouring turns are closest a little off the axis direction, by the squared slope of 0.03; samples add 1%
+    assert estimated_radius(yarns) == pytest.approx(0.1, rel=0.02)
+
+
+def test_a_radius_that_cannot_be_estimated_is_asked_for(tmp_path):
+    yarns = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=1.0)
+    write_yarns(tmp_path / "y.bcc", yarns)
+    with pytest.raises(ParameterError, match="radius: the yarns never come close"):
+        read_yarns(tmp_path / "y.bcc")
+
+
+def test_an_estimated_radius_is_announced_and_a_given_one_is_not(tmp_path, caplog):
+    rings = [ring([0, 0, 0]), ring([0, 0, 0.5])]
+    write_yarns(tmp_path / "y.bcc", YarnSet.from_curves(rings, closed=[True, True], radius=1.0))
+    # float32 rounding of the file
+    np.testing.assert_allclose(read_yarns(tmp_path / "y.bcc").radius, [0.25, 0.25], rtol=1e-6)
+    assert "holds no yarn radius; estimated 0.25 cm" in caplog.text
+    caplog.clear()
+    np.testing.assert_array_equal(read_yarns(tmp_path / "y.bcc", radius=0.2).radius, [0.2, 0.2])
+    assert not caplog.text

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Labeling: rows on awkward meshes, on every garment and on a real skirt."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import LabelError, ParameterError
+from stitchmesh.io import read_mesh
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, Mesh, StitchMesh
+from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, odd_corner, pentagon_row, shared, torus, tube
+
+
+def assert_rows(fabric: StitchMesh) -> None:
+    """Rows are what is connected across wale edges, and they are consistently directed."""
+    inner = np.flatnonzero(fabric.is_wale & (fabric.twin != BORDER))
+    faces, across = fabric.side_face[inner], fabric.side_face[fabric.twin[inner]]
+    assert (fabric.row[faces] == fabric.row[across]).all()
+    assert not fabric.mismatched[fabric.is_wale].any(), "a row turns over within itself"
+    assert sorted(set(fabric.row)) == list(range(fabric.row.max() + 1))
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+def test_rows_exist_on_every_mesh_of_the_gallery(name):
+    assert_rows(label(FLAT_AND_ROUND[name]()))
+
+
+@pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
+def test_every_garment_is_labeled_without_help(path):
+    fabric = label(read_mesh(path))
+    assert_rows(fabric)
+    assert (fabric.n_bottom == 1).all() and (fabric.n_top == 1).all()
+
+
+def test_the_garments_are_all_there():
+    names = {"sweater", "dress", "glove", "tea_cozy", "poncho", "hat", "sock", "swatch"}
+    assert names <= {path.stem for path in GARMENTS}
+
+
+def test_a_real_skirt_has_the_nineteen_rows_it_was_modelled_with():
+    fabric = label(read_mesh(shared("meshes/makehuman-helper-skirt.obj"), unit="dm"))
+    assert_rows(fabric)
+    assert np.bincount(fabric.row).tolist() == [36] * 19
+    assert not fabric.mismatched.any()
+
+
+def test_the_longest_border_is_the_cast_on():
+    fabric = label(tube(8, 3, radius=2.0, top_radius=4.0))
+    first = fabric.row[fabric.side_face[fabric.boundary_loops[0]]]
+    widest = max(fabric.boundary_loops, key=lambda loop: fabric.side_length[loop].sum())
+    assert (fabric.row[fabric.side_face[widest]] == 0).all() and len(set(first)) == 1
+    assert (fabric.side_role[widest] == 0).all()
+
+
+def test_a_flat_piece_is_knitted_upwards_from_its_lowest_side():
+    fabric = label(grid(4, 3))
+    bottom = fabric.corner_position[fabric.face_start[:-1], 1]
+    np.testing.assert_array_equal(fabric.row, bottom.astype(int))
+
+
+def test_a_pentagon_between_quads_gets_two_top_edges():
+    fabric = label(pentagon_row(), seeds=[(0, 1)])
+    assert sorted(zip(fabric.n_bottom.tolist(), fabric.n_top.tolist(), strict=True)) == [(1, 1)] * 4 + [(1, 2)] * 2
+
+
+def test_triangles_at_a_pole_end_their_row():
+    fabric = label(closed_cone(6))
+    last = fabric.row == fabric.row.max()
+    assert (fabric.n_top[last] == 0).all() and (fabric.n_bottom[last] == 1).all()
+
+
+def test_a_seed_chooses_the_border_that_rows_start_from():
+    mesh = tube(8, 3)
+    fabric = label(mesh, seeds=[(8 * 3 + 1, 8 * 3)])
+    assert (fabric.face_vertex[fabric.side_role == 0].max()) >= 8 * 3
+    assert (fabric.row[-8:] == 0).all()
+
+
+def test_seeding_a_wale_edge_turns_the_rows_by_a_right_angle():
+    mesh = grid(4, 3)
+    assert np.bincount(label(mesh).row).tolist() == [4, 4, 4]
+    assert np.bincount(label(mesh, seeds=[(0, 5)]).row).tolist() == [3, 3, 3, 3]
+
+
+def test_flipping_a_row_turns_its_direction_and_no_other():
+    mesh = tube(8, 3)
+    plain, flipped = label(mesh), label(mesh, flip=[8])
+    row = plain.row[8]
+    assert flipped.mismatched.sum() == 2 * 2 * 8  # both course seams of the row, counted from both sides
+    bottoms = [set(f.face_vertex[f.side_role == 0][f.row[f.side_face[f.side_role == 0]] != row]) for f in (plain, flipped)]
+    assert bottoms[0] == bottoms[1]
+
+
+def test_a_closed_mesh_is_seeded_by_an_edge_loop():
+    mesh = torus(6, 8)
+    with pytest.raises(LabelError, match="no border to start from"):
+        label(mesh)
+    fabric = label(mesh, seeds=[(0, 1)])
+    assert_rows(fabric)
+    assert np.bincount(fabric.row).tolist() == [6] * 8
+    assert not fabric.mismatched.any()
+
+
+def test_labels_do_not_depend_on_where_the_mesh_lies():
+    mesh = read_mesh(next(path for path in GARMENTS if path.stem == "sock"))
+    moved = Mesh(mesh.vertices * 1.0 + [100.0, -50.0, 7.0], mesh.face_start, mesh.face_vertex, mesh.twin)
+    np.testing.assert_array_equal(label(moved).face_vertex, label(mesh).face_vertex)
+
+
+def test_a_mesh_without_rows_names_the_faces_and_a_remedy():
+    with pytest.raises(LabelError, match=r"face \d+ and \d+: edge \d+-\d+ would be both wale and course.*seeds"):
+        label(odd_corner())
+
+
+@pytest.mark.parametrize("seed", [(0, 99), 1000, (0, 5)])
+def test_a_seed_that_is_no_edge_is_refused(seed):
+    with pytest.raises(ParameterError, match="seed"):
+        label(grid(2, 2), seeds=[seed if seed != (0, 5) else (0, 4)])
+
+
+def test_a_face_that_does_not_exist_cannot_be_flipped():
+    with pytest.raises(ParameterError, match="face 77 does not exist"):
+        label(grid(2, 2), flip=[77])

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tessellation gives exactly the stitches that the counts promise, joined without gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError, TessellationError
+from stitchmesh.io import read_mesh
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mean_value import mean_value_weights
+from stitchmesh.stitch import Stitch
+from stitchmesh.tessellate import tessellate
+from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
+from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, pentagon_row, shared, tube
+
+
+def euler(mesh: StitchMesh) -> int:
+    return len(mesh.vertices) - len(mesh.edge_side) + mesh.face_count
+
+
+def assert_legal(fabric: StitchMesh) -> None:
+    """Each face has one to three loops on its wide side and at most one on the other, none on both never."""
+    wide = np.maximum(fabric.n_bottom, fabric.n_top)
+    narrow = np.minimum(fabric.n_bottom, fabric.n_top)
+    assert wide.min() >= 1 and wide.max() <= 3 and narrow.max() <= 1
+    assert (fabric.stitch != Stitch.PANEL).all()
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+@pytest.mark.parametrize("width", [0.13, 0.4])
+def test_topology_survives_tessellation(name, width):
+    labeled = label(FLAT_AND_ROUND[name]())
+    fabric = tessellate(labeled, stitch_width=width)
+    assert euler(fabric) == euler(labeled)
+    assert len(fabric.boundary_loops) == len(labeled.boundary_loops)
+    assert_legal(fabric)
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+def test_there_are_no_t_junctions(name):
+    """Every vertex that lies on a side is an end of that side: the border has the length of the input's."""
+    labeled = label(FLAT_AND_ROUND[name]())
+    fabric = tessellate(labeled, stitch_width=0.3)
+    before = sorted(labeled.side_length[loop].sum() for loop in labeled.boundary_loops)
+    after = sorted(fabric.side_length[loop].sum() for loop in fabric.boundary_loops)
+    np.testing.assert_allclose(after, before, rtol=1e-12)  # sums of the same straight pieces
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(1, 1), (7, 5), (20, 3)])
+def test_counts_give_exactly_their_faces(columns, rows):
+    labeled = label(grid(1, 1))
+    fabric = tessellate(labeled, stitch_width=0.5, counts={(0, 1): columns, (2, 3): columns, (0, 2): rows})
+    assert fabric.face_count == columns * rows
+    assert (fabric.n_bottom == 1).all() and (fabric.n_top == 1).all()
+    assert np.bincount(fabric.row).tolist() == [columns] * rows
+
+
+def test_stitches_have_the_size_asked_for():
+    fabric = tessellate(label(grid(5, 4, width=4.0, height=3.85)), stitch_width=0.8)
+    np.testing.assert_allclose(fabric.side_length[~fabric.is_wale], 0.8, rtol=1e-12)
+    # 3.85 / (0.77 * 0.8) = 6.25 courses, rounded to 6
+    np.testing.assert_allclose(fabric.side_length[fabric.is_wale], 3.85 / 6, rtol=1e-12)
+
+
+def test_the_two_wale_edges_of_a_face_have_one_count():
+    """A panel whose wale edges differ in length is divided alike on both, and so is its whole row."""
+    labeled = label(tube(8, 3, radius=5.0, top_radius=2.0))
+    fabric = tessellate(labeled, stitch_width=0.37)
+    rings = [loop for loop in fabric.boundary_loops]
+    assert len(rings) == 2
+    counts = np.bincount(fabric.row[fabric.side_face[fabric.right_wale]])
+    assert len(counts) == fabric.row.max() + 1 and counts.min() >= 8
+
+
+@pytest.mark.parametrize(("bottom", "top", "courses"), [(6, 9, 4), (9, 6, 4), (1, 3, 1), (3, 1, 1), (2, 40, 5), (5, 5, 3)])
+def test_increases_and_decreases_add_up(bottom, top, courses):
+    labeled = label(grid(1, 1))
+    fabric = tessellate(labeled, stitch_width=1.0, counts={(0, 1): bottom, (2, 3): top, (0, 2): courses})
+    below = [int(fabric.n_bottom[fabric.row == row].sum()) for row in range(courses)]
+    above = [int(fabric.n_top[fabric.row == row].sum()) for row in range(courses)]
+    assert below[0] == bottom and above[-1] == top and below[1:] == above[:-1]
+
+
+def test_changes_stand_at_the_wale_edges_or_at_the_marked_one():
+    labeled = label(grid(1, 1))
+    counts = {(0, 1): 8, (2, 3): 12, (0, 2): 4}
+    for marked, expected in [((), {0, 1}), (((0, 2),), {0}), (((1, 3),), {1})]:
+        fabric = tessellate(labeled, stitch_width=1.0, counts=counts, marked=marked)
+        centre = np.add.reduceat(fabric.corner_position[:, 0], fabric.face_start[:-1]) / np.diff(fabric.face_start)
+        ends = {int(centre[face] > 0.5) for face in np.flatnonzero(fabric.n_top > 1)}
+        assert ends == expected
+
+
+def test_a_course_edge_cannot_be_marked():
+    with pytest.raises(ParameterError, match="is a course edge"):
+        tessellate(label(grid(1, 1)), stitch_width=0.5, marked=[(0, 1)])
+
+
+def test_a_pole_ends_in_stitches_without_a_top():
+    fabric = tessellate(label(closed_cone(6)), stitch_width=0.5)
+    assert (fabric.stitch == Stitch.DRAW_THROUGH).sum() == (fabric.n_top == 0).sum() > 0
+    assert euler(fabric) == 1
+
+
+def test_the_first_row_is_cast_on():
+    fabric = tessellate(label(tube(8, 2)), stitch_width=0.5)
+    on_border = (fabric.twin == BORDER) & (fabric.side_role == 0)
+    assert set(fabric.side_face[on_border]) == set(np.flatnonzero(fabric.stitch == Stitch.CAST_ON))
+
+
+@pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
+def test_every_garment_tessellates(path):
+    labeled = label(read_mesh(path))
+    fabric = tessellate(labeled, stitch_width=1.0)
+    assert_legal(fabric)
+    assert euler(fabric) == euler(labeled)
+
+
+def test_the_real_skirt_tessellates():
+    labeled = label(read_mesh(shared("meshes/makehuman-helper-skirt.obj"), unit="dm"))
+    fabric = tessellate(labeled, stitch_width=2.0)
+    assert_legal(fabric)
+    assert euler(fabric) == 0
+
+
+def test_inner_points_of_a_flat_panel_stay_inside_it():
+    fabric = tessellate(label(pentagon_row(), seeds=[(0, 1)]), stitch_width=0.2)
+    assert (fabric.face_vector_area[:, 2] > 0).all()
+
+
+def test_mean_value_weights_reproduce_linear_functions():
+    polygon = np.array([[0.0, 0], [1, 0], [2, 0], [1.5, 1], [0.5, 1]])
+    rng = np.random.default_rng(3)
+    points = rng.uniform([0.6, 0.05], [1.4, 0.95], (50, 2))
+    on_sides = np.array([[0.25, 0.0], [1.75, 0.0], [1.75, 0.5], [1.0, 1.0], [0.0, 0.0]])
+    for at in (points, on_sides):
+        weights = mean_value_weights(polygon, at)
+        np.testing.assert_allclose(weights @ polygon, at, atol=1e-12)  # rounding of a few dozen operations
+        np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-14)
+        assert weights.min() > -1e-12
+
+
+def test_loops_change_by_at_most_three_a_course():
+    loops = loops_per_course(2, 54, 4, 0)
+    assert loops[0] == 2 and loops[-1] == 54 and (loops[1:] <= 3 * loops[:-1]).all()
+
+
+def test_stitch_widths_sum_to_the_wide_side():
+    for narrow in range(1, 6):
+        for wide in range(narrow, 3 * narrow + 1):
+            for marked in ("", "left", "right"):
+                widths = stitch_widths(narrow, wide, course=1, marked=marked)
+                assert widths.sum() == wide and widths.min() >= 1 and widths.max() <= 3
+
+
+def test_too_steep_a_change_names_the_face():
+    with pytest.raises(TessellationError, match="face 0: 1 stitches at the bottom and 20 at the top within 2"):
+        tessellate(label(grid(1, 1)), stitch_width=0.5, counts={(0, 1): 1, (2, 3): 20, (0, 2): 2})
+
+
+def test_two_counts_for_one_row_are_refused():
+    with pytest.raises(TessellationError, match="all wale edges of a row take one count"):
+        tessellate(label(grid(2, 1)), stitch_width=0.5, counts={(0, 3): 3, (2, 5): 4})
+
+
+@pytest.mark.parametrize(
+    ("width", "message"),
+    [(0.0, "expected a positive number"), (-1.0, "expected a positive number"), (np.nan, "expected a positive"),
+     (1e3, "the widest row is 4 cm around"), (np.inf, "expected a positive number")],
+)  # fmt: skip
+def test_a_stitch_has_a_sensible_size(width, message):
+    with pytest.raises(ParameterError, match=message):
+        tessellate(label(grid(4, 4)), stitch_width=width)
+
+
+def test_a_billion_stitches_are_refused_with_the_memory_they_need():
+    with pytest.raises(TessellationError, match=r"needs about .* stitches and .* GB of memory"):
+        tessellate(label(grid(4, 4)), stitch_width=1e-4)

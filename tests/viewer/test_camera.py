@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cameras hold what they must show, and curves of segments are the yarns they come from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.viewer.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_directions, front_patch
+from stitchmesh.viewer.palette import row_colours
+from stitchmesh.viewer.picture import curves_of_segments
+from stitchmesh.yarn import YarnSet
+
+
+def cloud(*size: float) -> np.ndarray:
+    return (np.random.default_rng(1).random((500, 3)) - 0.5) * size + [3, -7, 20]
+
+
+def in_picture(camera: Camera, points: np.ndarray, aspect: float) -> np.ndarray:
+    """Picture coordinates, -1 to 1 inside the picture, shape (n, 2)."""
+    depth = (camera.focus - camera.position) / np.linalg.norm(camera.focus - camera.position)
+    offset = points - camera.position
+    reach = np.tan(np.radians(VIEW_ANGLE / 2)) * (offset @ depth)
+    return np.stack([offset @ camera.side / (reach * aspect), offset @ camera.up / reach], axis=1)
+
+
+@pytest.mark.parametrize("size", [(30, 60, 20), (60, 30, 20), (100, 1, 1), (1, 100, 1), (5, 5, 0.01)])
+@pytest.mark.parametrize("aspect", [0.5, 1.6])
+def test_all_points_are_in_the_picture_and_fill_it(size, aspect):
+    points = cloud(*size)
+    towards, up = front_directions(points)
+    place = np.abs(in_picture(camera_around(points, towards, up, aspect), points, aspect))
+    assert place.max() <= 1.0
+    assert place.max() > 0.9  # the margin is 6%
+
+
+def test_a_garment_is_seen_from_its_wide_side_and_upright():
+    towards, up = front_directions(cloud(50, 60, 20))
+    assert towards[2] > 0.9 and towards[1] > 0
+    assert up.tolist() == [0, 1, 0]
+    assert front_directions(cloud(20, 60, 50))[0][0] > 0.9
+
+
+def test_a_flat_swatch_is_seen_squarely():
+    np.testing.assert_array_equal(front_directions(cloud(30, 20, 0.5))[0], [0, 0, 1])
+    towards, up = front_directions(cloud(30, 0.5, 20))
+    np.testing.assert_array_equal(towards, [0, 1, 0])
+    np.testing.assert_array_equal(up, [0, 0, -1])
+
+
+def test_the_patch_lies_on_the_front_of_a_cylinder():
+    turn, height = np.random.default_rng(2).random((2, 20_000)) * [[2 * np.pi], [40.0]]
+    points = np.stack([10 * np.sin(turn), height, 10 * np.cos(turn)], axis=1)
+    middle, normal = front_patch(points, np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), 4.0)
+    # a patch of half-width 2 on radius 10 sags by at most 0.2 and its random points scatter its middle
+    np.testing.assert_allclose(middle, [0, 20, 10], atol=0.4)
+    np.testing.assert_allclose(normal, [0, 0, 1], atol=0.05)
+
+
+def test_a_camera_at_a_place_shows_the_height_asked_for():
+    camera = camera_at(np.array([1.0, 2, 3]), np.array([1.0, 1, 0]), np.array([0, 1.0, 0]), 6.0)
+    edge = camera.focus + 3.0 * camera.up
+    np.testing.assert_allclose(in_picture(camera, np.array([edge, camera.focus]), 1.0), [[0, 1], [0, 0]], atol=1e-12)
+
+
+def yarns() -> YarnSet:
+    rng = np.random.default_rng(5)
+    return YarnSet.from_curves([rng.random((n, 3)) for n in (7, 9, 5)], closed=[True, False, True], radius=0.1)
+
+
+def test_curves_of_all_segments_are_the_sampled_yarns():
+    curves = curves_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
+    assert curves.closed == [True, False, True]
+    for mine, sampled in zip(curves.points, yarns().sampled(3), strict=True):
+        np.testing.assert_allclose(mine, sampled, atol=1e-15)  # the same sums in another order
+    np.testing.assert_array_equal(curves.row, np.repeat([0, 1, 2], [21, 19, 15]))
+
+
+def test_a_run_of_segments_is_an_open_piece_of_its_yarn():
+    curves = curves_of_segments(yarns(), np.array([1, 2, 6, 7, 8, 17]), 2)
+    assert [len(points) for points in curves.points] == [5, 3, 5, 3]
+    assert curves.closed == [False] * 4
+    assert curves.yarn.tolist() == [0, 0, 1, 2]
+    whole = np.concatenate([yarns().sampled(2)[0]] * 2)
+    np.testing.assert_allclose(curves.points[0], whole[2:7], atol=1e-15)
+    np.testing.assert_allclose(curves.points[1], whole[12:15], atol=1e-15)
+
+
+def test_neighbouring_rows_differ_clearly_in_brightness():
+    for count in (2, 7, 300):
+        brightness = row_colours(np.arange(count)) @ [0.299, 0.587, 0.114]
+        assert (np.abs(np.diff(brightness)) > 25).all()  # a tenth of the range is seen at once
+
+
+def test_one_row_has_a_colour():
+    assert row_colours([4, 4]).shape == (2, 3)
