@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Polygon File Format (PLY) meshes, ASCII and binary of either byte order.
 
-The header names elements, each with a count and its properties; a property is a number or a list with its own count.
-Read here: x, y, z of ``vertex`` and the list ``vertex_indices`` or ``vertex_index`` of ``face``. All else is passed over.
-meshio waits for ever at a header that was cut short, and knows only one of the two names.
+The header names elements, each with a count and its properties; a property is a number or a list with its own
+count. Read here: x, y, z of ``vertex`` and the list ``vertex_indices`` or ``vertex_index`` of ``face``. All else is
+passed over. meshio waits for ever at a header that was cut short, and knows only one of the two names.
 """
 
 from __future__ import annotations

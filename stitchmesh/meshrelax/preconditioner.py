@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Preconditioner of the step's linear system: single vertices, and patches of the fabric as a whole.
+"""Preconditioner of the step's linear system: single vertices, and small patches of the fabric as a whole.
 
 The inverse of each vertex's diagonal block evens out neighbours fast, but passes a move of the whole garment on by one
-stitch an iteration. Patches of some hundred stitches, each of which may shift and deform linearly in its plane, solve
-for such moves at once (additive Schwarz with a coarse space; Nicolaides 1987):
+stitch an iteration. Patches of some thirty stitches, each of which may shift in its plane, solve for such moves at
+once (additive Schwarz with a coarse space; Nicolaides 1987):
 
     M^-1 = P D^-1 P + Z (Z^T A Z)^-1 Z^T
 
 P is the projector onto the allowed directions and the columns of Z lie in them, so the filter of Baraff and Witkin is
-part of the preconditioner: it answers with allowed directions whatever it is given.
+part of the preconditioner: it answers with allowed directions whatever it is given. The patches' matrix is sparse and
+factored as such: dense factorizations stall where threads share few cores.
 """
 
 from __future__ import annotations
@@ -18,17 +19,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import bsr_array
+from scipy.sparse import bsr_array, diags_array
+from scipy.sparse.linalg import splu
 
 from stitchmesh.mesh import FloatArray, IntArray
 
-PATCHES = 250
-"""Patches to aim at: the dense system of six motions each costs less than the iterations it saves."""
-SMALLEST_PATCH = 16
-"""Mean number of vertices of a patch below which more patches save nothing."""
+PATCH_VERTICES = 30
+"""Vertices of a patch to aim at: larger ones cost iterations, smaller ones factorization."""
 REGULARIZATION = 1e-6
-"""Part of its diagonal added to the patches' matrix: on patches of few vertices the motions depend on each other."""
+"""Part of its diagonal added to the patches' matrix: on a patch of border vertices its two motions are one."""
 
 Preconditioner = Callable[[FloatArray], FloatArray]
 
@@ -41,7 +40,7 @@ class Patches:
     """Patch of each vertex, shape (V,)."""
     count: int
     motions: FloatArray
-    """Displacement of each vertex under the six motions of its patch, shape (V, 3, 6)."""
+    """Displacement of each vertex under the two motions of its patch, shape (V, 3, 2)."""
 
 
 def patches(position: FloatArray, normal: FloatArray, area: float) -> Patches:
@@ -52,16 +51,12 @@ def patches(position: FloatArray, normal: FloatArray, area: float) -> Patches:
         normal: unit normals of the surface there, shape (V, 3).
         area: area of the surface [cm^2].
     """
-    size = np.sqrt(area / max(1.0, min(PATCHES, len(position) / SMALLEST_PATCH)))
+    size = np.sqrt(area * PATCH_VERTICES / len(position))
     key = np.concatenate([np.floor((position - position.mean(axis=0)) / size), normal > 0.0], axis=1)
     patch = np.unique(key, axis=0, return_inverse=True)[1].ravel()
     count = int(patch.max()) + 1
-    members = np.bincount(patch)[:, None]
-    centre = _patch_sums(position, patch, count) / members
-    frame = _tangent_frames(_patch_sums(normal, patch, count))[patch]
-    place = np.einsum("vi,vik->vk", position - centre[patch], frame) / size
-    motions = np.concatenate([frame, frame * place[:, None, :1], frame * place[:, None, 1:]], axis=2)
-    return Patches(patch, count, motions)
+    total = np.stack([np.bincount(patch, normal[:, k], count) for k in range(3)], axis=1)
+    return Patches(patch, count, _tangent_frames(total)[patch])
 
 
 def preconditioner(
@@ -78,26 +73,19 @@ def preconditioner(
     count = len(diagonal)
     inverse = projector @ np.linalg.inv(projector @ diagonal @ projector + (np.eye(3) - projector)) @ projector
     vertex_part = bsr_array((inverse, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
-    columns = 6 * fabric_patches.count
-    motions = bsr_array(
-        (projector @ fabric_patches.motions, fabric_patches.patch, np.arange(count + 1)), shape=(3 * count, columns)
-    )
-    rows = motions.T.tocsr()
-    reduced = (rows @ (matrix @ motions)).toarray()
-    own = np.diagonal(reduced).copy()
-    reduced[np.arange(columns), np.arange(columns)] += np.where(own > 0.0, REGULARIZATION * own, 1.0)
-    factor = cho_factor(reduced, lower=True, overwrite_a=True, check_finite=False)
-    spread = motions.tocsr()
+    vectors, patch = projector @ fabric_patches.motions, fabric_patches.patch
+    shape = (3 * count, 2 * fabric_patches.count)
+    motions = bsr_array((vectors, patch, np.arange(count + 1)), shape=shape)
+    rows, columns = motions.T.tocsr(), motions.tocsr()
+    reduced = rows @ (matrix @ motions)
+    own = reduced.diagonal()
+    steadied = reduced + diags_array(np.where(own > 0.0, REGULARIZATION * own, 1.0))
+    factor = splu(steadied.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def apply(residual: FloatArray) -> FloatArray:
-        shifted = cho_solve(factor, rows @ residual, check_finite=False)
-        return vertex_part @ residual + spread @ shifted
+        return vertex_part @ residual + columns @ factor.solve(rows @ residual)
 
     return apply
-
-
-def _patch_sums(values: FloatArray, patch: IntArray, count: int) -> FloatArray:
-    return np.stack([np.bincount(patch, values[:, k], count) for k in range(values.shape[1])], axis=1)
 
 
 def _tangent_frames(normal: FloatArray) -> FloatArray:

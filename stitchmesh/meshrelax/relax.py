@@ -44,9 +44,13 @@ LARGEST_STEP = 4.0
 STRIDE = 1.0
 """Largest move between two projections over the size of a stitch."""
 STEP_GROWTH, STEP_CUT = 4.0, 0.1
-LARGEST_TIME = 1e5
-"""Largest time step over the size of a stitch: beyond it the identity no longer steadies free motions."""
-LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.1, 200
+"""Factors of the time step where the residual fell and where it rose."""
+LARGEST_RISE = 1.2
+"""Rise of the residual at which a step is taken back."""
+SHORTEST_TIME, LONGEST_TIME = 0.1, 1e5
+"""Bounds of the time step over the size of a stitch: a short one is always good, and beyond the long one the identity
+no longer steadies free motions."""
+LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.01, 200
 
 
 @dataclass(frozen=True)
@@ -183,18 +187,16 @@ class Relaxation:
     def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
         """Step until the residual is below the tolerance or the iterations are used up."""
         state = self.state(placement)
+        shortest, longest = SHORTEST_TIME * self.springs.rest.unit, LONGEST_TIME * self.springs.rest.unit
         time_step = self.springs.rest.unit
         iteration = 0
         while state.residual > tolerance and iteration < max_iterations:
             trial = self.state(self.stepped(state, time_step))
             iteration += 1
-            if trial.residual < 2.0 * state.residual:
-                falling = trial.residual < state.residual
-                time_step *= STEP_GROWTH if falling else STEP_CUT
+            falling = trial.residual < state.residual
+            if falling or trial.residual < LARGEST_RISE * state.residual or time_step <= shortest:
                 state = trial
-            else:
-                time_step *= STEP_CUT
-            time_step = min(time_step, LARGEST_TIME * self.springs.rest.unit)
+            time_step = min(max((STEP_GROWTH if falling else STEP_CUT) * time_step, shortest), longest)
             if progress is not None:
                 progress(iteration, state.residual)
         return Outcome(state.placement, state.residual, iteration)

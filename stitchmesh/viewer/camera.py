@@ -51,7 +51,15 @@ def front_directions(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.cos(elevation) * level + np.sin(elevation) * up, up
 
 
-def camera_around(points: FloatArray, towards: FloatArray, up: FloatArray, aspect: float) -> Camera:
+def camera_around(
+    points: FloatArray,
+    towards: FloatArray,
+    up: FloatArray,
+    aspect: float,
+    *,
+    part: tuple[float, float] = (1.0, 1.0),
+    clearance: float = 0.0,
+) -> Camera:
     """The nearest camera in a direction that has all points in its picture.
 
     Args:
@@ -59,21 +67,24 @@ def camera_around(points: FloatArray, towards: FloatArray, up: FloatArray, aspec
         towards: direction from the points to the camera, shape (3,).
         up: direction that is upright in the picture, shape (3,).
         aspect: width of the picture over its height.
+        part: part of the picture's width and of its height that the points may take, around its middle.
+        clearance: how far things reach beyond the points [cm].
     """
-    depth, side, upright = _axes(towards, up)
-    place = points @ np.stack([side, upright, depth], axis=1)
+    axes = picture_axes(towards, up)
+    side, upright, depth = axes.T
+    place = points @ axes
     middle = (place.min(axis=0) + place.max(axis=0)) / 2
     half_height = np.tan(np.radians(VIEW_ANGLE / 2)) / MARGIN
-    offset = np.abs(place - middle)
-    reach = np.maximum(offset[:, 0] / (half_height * aspect), offset[:, 1] / half_height)
+    offset = np.abs(place - middle) + clearance
+    reach = np.maximum(offset[:, 0] / (half_height * aspect * part[0]), offset[:, 1] / (half_height * part[1]))
     distance = float((reach + place[:, 2] - middle[2]).max())
-    focus = middle @ np.stack([side, upright, depth])
+    focus = axes @ middle
     return Camera(focus + distance * depth, focus, upright, side)
 
 
 def camera_at(focus: FloatArray, towards: FloatArray, up: FloatArray, height: float) -> Camera:
     """A camera whose picture is ``height`` [cm] high at the focus."""
-    depth, side, upright = _axes(towards, up)
+    side, upright, depth = picture_axes(towards, up).T
     distance = height / 2 / np.tan(np.radians(VIEW_ANGLE / 2))
     return Camera(focus + distance * depth, focus, upright, side)
 
@@ -90,22 +101,22 @@ def front_patch(points: FloatArray, towards: FloatArray, up: FloatArray, size: f
     Returns:
         The middle of the patch [cm] and its unit normal, shape (3,) each.
     """
-    depth, side, upright = _axes(towards, up)
-    place = points @ np.stack([side, upright, depth], axis=1)
+    axes = picture_axes(towards, up)
+    place = points @ axes
     middle = (place[:, :2].min(axis=0) + place[:, :2].max(axis=0)) / 2
     nearest = place[np.linalg.norm(place[:, :2] - middle, axis=1).argmin()]
     around = np.linalg.norm(place[:, :2] - nearest[:2], axis=1) < size / 2
     front = place[around, 2] > place[around, 2].max() - size / 2
     patch = points[around][front]
     normal = np.linalg.svd(patch - patch.mean(axis=0), full_matrices=False)[2][2]
-    return patch.mean(axis=0), normal if normal @ depth > 0 else -normal
+    return patch.mean(axis=0), normal if normal @ axes[:, 2] > 0 else -normal
 
 
-def _axes(towards: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Unit directions to the camera, to the right and upright."""
+def picture_axes(towards: FloatArray, up: FloatArray) -> FloatArray:
+    """Unit directions to the right, upright and to the camera, as the columns of a matrix, shape (3, 3)."""
     depth = towards / np.linalg.norm(towards)
     side = np.cross(up, depth)
     if np.linalg.norm(side) < 1e-6:  # looking along the upright direction
         side = np.cross(np.array([0.0, 0.0, -1.0]), depth)
     side /= np.linalg.norm(side)
-    return depth, side, np.cross(depth, side)
+    return np.stack([side, np.cross(depth, side), depth], axis=1)

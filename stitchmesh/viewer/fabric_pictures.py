@@ -40,7 +40,7 @@ def render_mesh(mesh: Mesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> Non
     """
     caption = f"{mesh.face_count} faces, {len(mesh.boundary_loops)} borders"
     with picture(path, size, caption=caption) as plotter:
-        add_faces(plotter, mesh, np.tile(np.uint8(stitch_colour(Stitch.KNIT)), (mesh.face_count, 1)))
+        add_faces(plotter, mesh, np.tile(np.array(stitch_colour(Stitch.KNIT), dtype=np.uint8), (mesh.face_count, 1)))
         if mesh.face_count <= MOST_LINES:
             add_edges(plotter, mesh, np.ones(mesh.side_count, dtype=bool), 2.0, 0.6)
         _look_at_front(plotter, mesh, size, 0.0)
@@ -104,7 +104,7 @@ def render_stretch(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_S
     with picture(path, size, caption=caption) as plotter:
         plotter.add_mesh(
             surface, scalars=fabric.face_stretch, cmap="RdBu_r", clim=(1.0 - spread, 1.0 + spread), scalar_bar_args=bar,
-            smooth_shading=True, ambient=0.35, diffuse=0.8, specular=0.0,
+            smooth_shading=True, ambient=0.35, diffuse=0.5, specular=0.0,
         )  # fmt: skip
         if fabric.face_count <= MOST_LINES:
             add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.25)
@@ -114,5 +114,5 @@ def render_stretch(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_S
 def _look_at_front(plotter: pyvista.Plotter, mesh: Mesh, size: Size, kept_free: float) -> None:
     """Look at all of a mesh, leaving part of the picture's width free on the right."""
     towards, up = front_directions(mesh.corner_position)
-    look(plotter, camera_around(mesh.corner_position, towards, up, (1 - kept_free) * size[0] / size[1]))
+    look(plotter, camera_around(mesh.corner_position, towards, up, size[0] / size[1], part=(1 - kept_free, 1.0)))
     plotter.camera.SetWindowCenter(kept_free, 0.0)

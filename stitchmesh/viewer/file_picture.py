@@ -57,9 +57,8 @@ def render_file(
         _render_fabric(read_stitches(source), path, what, size)
         return
     if what is not None and what != kind:
-        raise ParameterError(
-            f"what: {fspath(source)} holds {'a mesh' if kind == 'mesh' else kind}; a picture of its {what} cannot be drawn"
-        )
+        held = "a mesh" if kind == "mesh" else kind
+        raise ParameterError(f"what: {fspath(source)} holds {held}; a picture of its {what} cannot be drawn")
     if kind == "yarns":
         render_yarns(read_yarns(source, unit=unit), path, size=size)
     else:

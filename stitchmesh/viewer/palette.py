@@ -35,20 +35,19 @@ ODD_ROW = 0.9
 """Brightness of every second row in the picture of stitches."""
 
 
-def row_colours(number: ArrayLike) -> NDArray[np.uint8]:
-    """SRGB of each colour number, shape (n,) to (n, 3); numbers are rows counted from the first."""
-    rows = np.asarray(number, dtype=np.int64)
-    first, last = int(rows.min()), int(rows.max())
-    place = (rows - first) / max(last - first, 1) * (len(DYES) - 1)
+def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
+    """Colour (sRGB) of each row number, shape (n,) to (n, 3); gaps between the numbers do not count."""
+    rows, rank = np.unique(np.asarray(row, dtype=np.int64), return_inverse=True)
+    place = np.arange(len(rows)) / max(len(rows) - 1, 1) * (len(DYES) - 1)
     linear = DYES**2.2  # mixed as light, for an sRGB mean of two hues is dull
     dye = np.stack([np.interp(place, np.arange(len(DYES)), linear[:, k]) for k in range(3)], axis=-1)
     pale = (1 - SHARE_UNDYED) * dye + SHARE_UNDYED * UNDYED**2.2
-    colour = np.where((rows % 2 == 0)[..., None], dye, pale)
-    return np.round(255 * colour ** (1 / 2.2)).astype(np.uint8)
+    striped = np.where((np.arange(len(rows)) % 2 == 0)[:, None], dye, pale)
+    return np.round(255 * striped ** (1 / 2.2)).astype(np.uint8)[rank]
 
 
 def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
-    """SRGB of each stitch face, shape (n,) to (n, 3); odd rows are a little darker."""
+    """Colour (sRGB) of each stitch face, shape (n,) to (n, 3); odd rows are a little darker."""
     codes = np.asarray(stitch, dtype=np.int64)
     table = np.array([stitch_colour(code) for code in range(max(Stitch) + 1)], dtype=np.float64)
     shade = np.where(np.asarray(row) % 2 == 1, ODD_ROW, 1.0)
@@ -56,5 +55,5 @@ def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
 
 
 def stitch_colour(code: int) -> tuple[int, int, int]:
-    """SRGB of a stitch type, 0 to 255."""
+    """Colour (sRGB) of a stitch type, 0 to 255."""
     return STITCH_COLOURS.get(Stitch(code), UNNAMED_STITCH)

@@ -15,18 +15,15 @@ from numpy.typing import NDArray
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.viewer.camera import Camera, camera_around, camera_at, front_directions, front_patch
+from stitchmesh.viewer.layout import ALONE, layout_for
 from stitchmesh.viewer.palette import row_colours
-from stitchmesh.viewer.stage import DUSK, WHOLE, Viewport, add_tubes, look, picture, shade_hollows
+from stitchmesh.viewer.stage import DUSK, add_tubes, look, picture, shade_hollows
 from stitchmesh.viewer.tubes import tubes_around
 from stitchmesh.yarn import YarnSet, basis
 
 if TYPE_CHECKING:
     import pyvista
 
-CLOSE_UP: Viewport = (0.61, 0.03, 0.98, 0.97)
-"""Where the close-up lies; everything is shown to the left of it."""
-CLOSE_UP_HEIGHT = 110.0
-"""Height of the close-up in yarn radii: some 17 rows of plain knitting, which is about 6 radii a row."""
 CLOSE_UP_SIDES, CLOSE_UP_SAMPLES = 16, 4
 
 DETAIL = ((40_000, 10, 3), (120_000, 8, 2), (400_000, 6, 1))
@@ -48,19 +45,23 @@ def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (160
     """
     towards, up = front_directions(yarns.points)
     radius = float(np.median(yarns.radius))
-    colours = row_colours(np.arange(yarns.row.min(), yarns.row.max() + 1))
-    with picture(path, size, panels=(WHOLE, CLOSE_UP)) as plotter:
+    colours = row_colours(yarns.row)
+    layout = layout_for(yarns.points, towards, up, radius)
+    with picture(path, size, panels=layout.panels) as plotter:
         plotter.subplot(0, 0)
         _draw(plotter, yarns, np.arange(len(yarns.segment_points)), _detail(yarns), colours)
-        look(plotter, camera_around(yarns.points, towards, up, CLOSE_UP[0] * size[0] / size[1]))
-        plotter.camera.SetWindowCenter(1 - CLOSE_UP[0], 0.0)  # the middle of what the close-up leaves free
+        aspect = size[0] / size[1]
+        look(plotter, camera_around(yarns.points, towards, up, aspect, part=layout.part, clearance=radius))
+        plotter.camera.SetWindowCenter(*layout.centre)
         shade_hollows(plotter, 6 * radius)
-        plotter.subplot(0, 1)
-        plotter.set_background(DUSK, all_renderers=False)
-        camera, segments = _close_up(yarns, towards, up, radius)
-        _draw(plotter, yarns, segments, (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), colours)
-        look(plotter, camera)
-        shade_hollows(plotter, 3 * radius)
+        if layout is not ALONE:
+            plotter.subplot(0, 1)
+            plotter.set_background(DUSK, all_renderers=False)
+            height = layout.close_up_height(size, radius)
+            camera, segments = _close_up(yarns, towards, up, height, layout.close_up_aspect(size))
+            _draw(plotter, yarns, segments, (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), colours)
+            look(plotter, camera)
+            shade_hollows(plotter, 3 * radius)
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,8 @@ class Curves:
     """Whether each curve is closed."""
     yarn: IntArray
     """Yarn of each curve."""
-    row: IntArray
-    """Knitting row of each point of all curves."""
+    control_point: IntArray
+    """Nearest control point of each point of all curves."""
 
 
 def curves_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Curves:
@@ -92,16 +93,15 @@ def curves_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Curv
     points = np.einsum("kj,sjd->skd", basis(parameter), corners)
     ends = np.einsum("j,sjd->sd", basis(1.0)[0], corners)
     nearest = yarns.segment_points[segments][:, np.where(parameter < 0.5, 1, 2)]
-    rows = yarns.row[nearest]
-    last_rows = yarns.row[yarns.segment_points[segments][:, 2]]
-    curves, closed, starts, row = [], [], [], []
+    nearest_to_end = yarns.segment_points[segments][:, 2]
+    curves, closed, starts, control_point = [], [], [], []
     for first, last in _runs(yarns, segments):
         whole = _is_whole_ring(yarns, segments[first], last - first)
         curves.append(_with_end(points[first:last].reshape(-1, 3), ends[last - 1], whole))
-        row.append(_with_end(rows[first:last].ravel(), last_rows[last - 1], whole))
+        control_point.append(_with_end(nearest[first:last].ravel(), nearest_to_end[last - 1], whole))
         closed.append(whole)
         starts.append(segments[first])
-    return Curves(curves, closed, yarns.segment_yarn[starts], np.concatenate(row))
+    return Curves(curves, closed, yarns.segment_yarn[starts], np.concatenate(control_point))
 
 
 def _runs(yarns: YarnSet, segments: IntArray) -> Iterator[tuple[int, int]]:
@@ -125,14 +125,14 @@ def _detail(yarns: YarnSet) -> tuple[int, int]:
     return next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
 
 
-def _close_up(yarns: YarnSet, towards: FloatArray, up: FloatArray, radius: float) -> tuple[Camera, IntArray]:
+def _close_up(
+    yarns: YarnSet, towards: FloatArray, up: FloatArray, height: float, aspect: float
+) -> tuple[Camera, IntArray]:
     """A camera in front of the middle of the front, and the segments that it sees."""
-    height = min(CLOSE_UP_HEIGHT * radius, float(np.ptp(yarns.points, axis=0).max()))
-    focus, normal = front_patch(yarns.points, towards, up, 0.5 * height)
-    middle = yarns.points[yarns.segment_points].mean(axis=1)
-    offset = middle - focus
-    depth = offset @ normal
-    near = (np.linalg.norm(offset, axis=1) < height) & (np.abs(depth) < 0.5 * height)
+    extent = height * max(aspect, 1.0)
+    focus, normal = front_patch(yarns.points, towards, up, 0.5 * height * min(aspect, 1.0))
+    offset = yarns.points[yarns.segment_points].mean(axis=1) - focus
+    near = (np.linalg.norm(offset, axis=1) < extent) & (np.abs(offset @ normal) < 0.5 * height)
     return camera_at(focus, normal, up, height), np.flatnonzero(near)
 
 
@@ -142,4 +142,4 @@ def _draw(
     sides, samples = detail
     curves = curves_of_segments(yarns, segments, samples)
     tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=sides)
-    add_tubes(plotter, tubes, colours[curves.row - yarns.row.min()][tubes.ring])
+    add_tubes(plotter, tubes, colours[curves.control_point][tubes.ring])

@@ -30,7 +30,7 @@ Viewport = tuple[float, float, float, float]
 
 WHOLE: Viewport = (0.0, 0.0, 1.0, 1.0)
 
-LIGHTS = (((-0.55, 0.75, 0.9), 0.6), ((0.9, 0.1, 0.6), 0.22), ((0.1, -0.6, 0.7), 0.1))
+LIGHTS = (((-0.55, 0.75, 0.9), 1.15), ((0.9, 0.1, 0.6), 0.42), ((0.1, -0.6, 0.7), 0.2))
 """Key from the upper left, fill from the right, a little from below: direction to the right, up and to the camera,
 and intensity."""
 
@@ -113,9 +113,8 @@ def look(plotter: pyvista.Plotter, camera: Camera) -> None:
     axes = np.stack([camera.side, camera.up, depth / np.linalg.norm(depth)])
     for direction, intensity in LIGHTS:
         place = camera.focus + np.array(direction) @ axes
-        plotter.add_light(
-            pyvista.Light(position=place, focal_point=camera.focus, intensity=intensity, light_type="scene light")
-        )
+        light = pyvista.Light(position=place, focal_point=camera.focus, intensity=intensity, light_type="scene light")
+        plotter.add_light(light, only_active=True)
 
 
 def shade_hollows(plotter: pyvista.Plotter, reach: float) -> None:

@@ -15,7 +15,7 @@ from stitchmesh.viewer.lettering import INK
 if TYPE_CHECKING:
     import pyvista
 
-LIFT = 0.01
+LIFT = 0.03
 """Arrows and edges lie above the surface by this part of the mean side length, or they would drown in it."""
 
 
@@ -34,7 +34,7 @@ def polygon_surface(mesh: Mesh) -> pyvista.PolyData:
 def add_faces(plotter: pyvista.Plotter, mesh: Mesh, colours: NDArray[np.uint8]) -> None:
     """Add the faces with one sRGB colour each, shape (F, 3)."""
     plotter.add_mesh(
-        polygon_surface(mesh), scalars=colours, rgb=True, smooth_shading=True, ambient=0.32, diffuse=0.95, specular=0.0
+        polygon_surface(mesh), scalars=colours, rgb=True, smooth_shading=True, ambient=0.32, diffuse=0.55, specular=0.0
     )
 
 

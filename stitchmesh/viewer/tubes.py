@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Triangle tubes around curves, wound outward, in frames that do not twist.
 
-The frame of a curve is its reference frame (any normal u of the tangent t, and v = t x u) turned by an angle. Carrying u
-from one point to the next by the smallest rotation between the tangents, ``u - (t + t') (t' . u) / (1 + t . t')``, and
-reading off its angle in the next reference frame gives the turn of that step; the angles are the running sums of these
-turns, so frames of any number of curves come without a loop. A closed curve ends with a leftover turn, which is spread
-over its length.
+The frame of a curve is its reference frame (any normal u of the tangent t, and v = t x u) turned by an angle.
+Carrying u from one point to the next by the smallest rotation between the tangents,
+``u - (t + t') (t' . u) / (1 + t . t')``, and reading off its angle in the next reference frame gives the turn of
+that step; the angles are the running sums of these turns, so frames of any number of curves come without a loop. A
+closed curve ends with a leftover turn, which is spread over its length.
 """
 
 from __future__ import annotations

@@ -25,8 +25,10 @@ from stitchmesh.yarngen.template import (
     trapezoid,
 )
 
-THREAD = ((0.17, 0.20, -1.2), (0.5, 0.40, 0.0), (0.83, 0.20, 1.2))
+THREAD = ((0.07, 0.05, -1.54), (0.5, 0.44, 0.0), (0.93, 0.05, 1.54))
 """Waypoints of the drawn yarn in one loop: across its width, up its height, height in radii."""
+SLOW_FALL = 0.25
+"""Share of a held head within which its right leg, which lies behind, leaves the face below at height zero."""
 CROSSED = ((0.25, 0.14, 0.4), (0.62, 0.38, 1.0), (0.82, 0.70, 0.6))
 """Waypoints of the first leg of a backward loop; the second leg is their mirror image, behind."""
 
@@ -70,7 +72,7 @@ def _head(n: tuple[int, int], loop: int) -> Part:
     plain = next(part for part in knit().parts if part.is_head)
     u, v = plain.curve[:, 0], plain.curve[:, 1] / STITCH_HEIGHT
     share = np.linspace(0.0, 1.0, len(u))
-    rise = np.clip(np.minimum(share, 1.0 - share) / (FALL / 2), 0.0, 1.0)
+    rise = np.clip(np.minimum(share / FALL, (1.0 - share) / SLOW_FALL), 0.0, 1.0)
     height = HEIGHT_IN_RADII * np.cos(np.pi * share) * np.sin(np.pi / 2 * rise)
     placed = [_placed(n, loop, n[0], *point) for point in zip(u, v, height, strict=True)]
     curve = np.array([(x, y * STITCH_HEIGHT, h) for x, y, h in placed])

@@ -21,7 +21,7 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def bend_energy(tangent: Any, turn: Any, stiffness: Any):
+def bend_energy(tangent: Any, turn: Any, stiffness: Any) -> Any:
     """Energy [erg] at a point of the curve; ``stiffness`` is k_bend times the rest length."""
     normal = wp.cross(tangent, turn)
     speed2 = wp.dot(tangent, tangent)
@@ -29,7 +29,7 @@ def bend_energy(tangent: Any, turn: Any, stiffness: Any):
 
 
 @wp.func
-def bend_slopes(tangent: Any, turn: Any, stiffness: Any):
+def bend_slopes(tangent: Any, turn: Any, stiffness: Any) -> tuple[Any, Any]:
     """Derivatives of the energy by y' and by y''."""
     normal = wp.cross(tangent, turn)
     inverse = type(stiffness)(1.0) / wp.dot(tangent, tangent)

@@ -37,7 +37,7 @@ def hold_loops(
     mobility: wp.array[Any],
     # state out
     step: wp.array[Any],
-):
+) -> None:
     """Take from the steps of each border loop what would move its mean, then shorten all of them alike."""
     loop = held[wp.tid()]
     first, last = loop_start[loop], loop_start[loop + 1]
@@ -67,7 +67,7 @@ def centre_forces(
     loop_points: wp.array[wp.int32],
     # state out
     force: wp.array[Any],
-):
+) -> None:
     """Take the mean, which the constraint carries, from the forces of each border loop."""
     loop = held[wp.tid()]
     first, last = loop_start[loop], loop_start[loop + 1]

@@ -8,8 +8,9 @@ by more than half the margin since it was made (the weights of the spline sum to
 the step limit keeps them from moving farther. The force does not depend on the margin: samples beyond the contact
 distance add nothing.
 
-Lists have a fixed capacity. The longest one is measured while they are filled; if it does not fit they are made again
-with more room, so that nothing is dropped.
+They are found coarsely and filtered finely: a hash grid of the balls around segments gives pairs of segments, whose
+samples are then compared. Lists have a fixed capacity. The longest one is measured while they are filled; if it does
+not fit they are made again with more room, so that nothing is dropped.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ GRID_CELLS = 64
 
 
 @wp.func
-def may_collide(model: Any, i: int, j: int):
+def may_collide(model: Any, i: int, j: int) -> Any:
     """Whether segments i and j are of different yarns, or far enough apart along one."""
     if model.segment_yarn[i] != model.segment_yarn[j]:
         return True
@@ -43,6 +44,54 @@ def may_collide(model: Any, i: int, j: int):
 
 
 @wp.kernel(module="unique")
+def bound_segments(
+    # model
+    model: Any,
+    # state in
+    samples: wp.array[Any],
+    # state out
+    centre: wp.array[Any],
+    extent: wp.array[Any],
+) -> None:
+    """A ball around the samples of each segment: its centre and its radius [cm]."""
+    s = wp.tid()
+    first = s * model.contact_samples
+    middle = (samples[first] + samples[first + model.contact_samples - 1]) * type(extent[0])(0.5)
+    farthest = type(extent[0])(0.0)
+    for k in range(model.contact_samples):
+        farthest = wp.max(farthest, wp.length(samples[first + k] - middle))
+    centre[s] = middle
+    extent[s] = farthest
+
+
+@wp.func
+def list_pairs(
+    model: Any,
+    margin: Any,
+    samples: wp.array[Any],
+    i: int,
+    j: int,
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+) -> None:
+    """Put the samples of segment j that are near into the lists of the samples of segment i."""
+    count = model.contact_samples
+    limit = model.sample_radius[i * count] + model.sample_radius[j * count] + margin
+    for p in range(i * count, i * count + count):
+        here = samples[p]
+        for q in range(j * count, j * count + count):
+            apart = samples[q] - here
+            if wp.dot(apart, apart) < limit * limit:
+                place = candidate_count[p]
+                candidate_count[p] = place + 1
+                if place < candidates.shape[1]:
+                    while place > 0 and candidates[p, wp.max(place - 1, 0)] > q:
+                        candidates[p, place] = candidates[p, place - 1]
+                        place -= 1
+                    candidates[p, place] = q
+
+
+@wp.kernel(module="unique")
 def list_candidates(
     # model
     model: Any,
@@ -51,30 +100,30 @@ def list_candidates(
     # state in
     grid: wp.uint64,
     samples: wp.array[Any],
+    centre: wp.array[Any],
+    extent: wp.array[Any],
     # state out
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     longest: wp.array[wp.int32],
-):
-    """List the candidates of each sample in ascending order; ``longest`` tells whether all of them fitted."""
-    p = wp.tid()
-    segment = p // model.contact_samples
-    here = samples[p]
-    reach = model.sample_radius[p] + margin
-    count = int(0)
-    for q in wp.hash_grid_query(grid, here, search_radius):
-        apart = samples[q] - here
-        limit = reach + model.sample_radius[q]
-        if wp.dot(apart, apart) < limit * limit and may_collide(model, segment, q // model.contact_samples):
-            if count < candidates.shape[1]:
-                place = count
-                while place > 0 and candidates[p, wp.max(place - 1, 0)] > q:
-                    candidates[p, place] = candidates[p, place - 1]
-                    place -= 1
-                candidates[p, place] = q
-            count += 1
-    candidate_count[p] = wp.min(count, candidates.shape[1])
-    wp.atomic_max(longest, 0, count)
+) -> None:
+    """List the candidates of each segment's samples in ascending order; ``longest`` tells whether all fitted."""
+    i = wp.tid()
+    first = i * model.contact_samples
+    for k in range(model.contact_samples):
+        candidate_count[first + k] = 0
+    here = centre[i]
+    reach = model.sample_radius[first] + margin + extent[i]
+    for j in wp.hash_grid_query(grid, here, search_radius):
+        apart = centre[j] - here
+        limit = reach + model.sample_radius[j * model.contact_samples] + extent[j]
+        if wp.dot(apart, apart) < limit * limit and may_collide(model, i, j):
+            list_pairs(model, margin, samples, i, j, candidate_count, candidates)
+    most = int(0)
+    for k in range(model.contact_samples):
+        most = wp.max(most, candidate_count[first + k])
+        candidate_count[first + k] = wp.min(candidate_count[first + k], candidates.shape[1])
+    wp.atomic_max(longest, 0, most)
 
 
 @dataclass(eq=False)
@@ -105,20 +154,18 @@ def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates
     Returns:
         Whether the lists had to grow, so that ``candidates.lists`` is a new array.
     """
-    radius = 2.0 * float(model.yarns.radius.max()) + candidates.margin
-    candidates.grid.build(samples, 2.0 * radius)
+    centre, extent = model.empty(model.segment_count, 3), model.empty(model.segment_count)
+    model.launch(bound_segments, model.segment_count, [model.constants, samples], [centre, extent])
+    radius = 2.0 * float(model.yarns.radius.max()) + candidates.margin + 2.0 * float(extent.numpy().max())
+    candidates.grid.build(centre, 2.0 * radius)  # eight cells a query, most of them not empty
     longest = wp.zeros(1, dtype=wp.int32, device=model.device)
+    inputs = [model.constants, model.number(candidates.margin), model.number(radius), wp.uint64(candidates.grid.id),
+              samples, centre, extent]  # fmt: skip
     grown = False
     while True:
         longest.zero_()
-        wp.launch(
-            list_candidates,
-            dim=model.sample_count,
-            inputs=[model.constants, model.number(candidates.margin), model.number(radius),
-                    wp.uint64(candidates.grid.id), samples],
-            outputs=[candidates.count, candidates.lists, longest],
-            device=model.device,
-        )  # fmt: skip
+        outputs = [candidates.count, candidates.lists, longest]
+        model.launch(list_candidates, model.segment_count, inputs, outputs)
         needed = int(longest.numpy()[0])
         if needed <= candidates.lists.shape[1]:
             return grown

@@ -28,21 +28,21 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def contact_energy(distance2: Any, reach2: Any, stiffness: Any):
+def contact_energy(distance2: Any, reach2: Any, stiffness: Any) -> Any:
     """Energy [erg] of two samples at a squared distance below ``reach2`` [cm^2]."""
     d2 = distance2 / reach2
     return stiffness * (type(d2)(1.0) / d2 + d2 - type(d2)(2.0))
 
 
 @wp.func
-def contact_push(distance2: Any, reach2: Any, stiffness: Any):
+def contact_push(distance2: Any, reach2: Any, stiffness: Any) -> Any:
     """Force over the vector from the other sample [dyn / cm]."""
     ratio = reach2 / distance2
     return type(ratio)(2.0) * stiffness * (ratio * ratio - type(ratio)(1.0)) / reach2
 
 
 @wp.func
-def contact_stiffness(distance2: Any, reach2: Any, stiffness: Any):
+def contact_stiffness(distance2: Any, reach2: Any, stiffness: Any) -> Any:
     """Second derivative of the energy by the distance [dyn / cm]."""
     ratio = reach2 / distance2
     return stiffness * (type(ratio)(6.0) * ratio * ratio + type(ratio)(2.0)) / reach2
@@ -57,7 +57,7 @@ def place_samples(
     # state out
     samples: wp.array[Any],
     sample_reach: wp.array[Any],
-):
+) -> None:
     """Contact samples [cm], and how far the curve they stand for lies from them at most [cm]."""
     s = wp.tid()
     corner = model.segment_points[s]
@@ -86,7 +86,7 @@ def add_contact_forces(
     segment_force: wp.array[Any],
     segment_stiffness: wp.array[Any],
     segment_clearance: wp.array[Any],
-):
+) -> None:
     """Add contact forces [dyn]; row sums of their stiffness [dyn / cm]; clearance where below ``watch`` [cm]."""
     s = wp.tid()
     force0, force1 = type(samples[0])(), type(samples[0])()
@@ -137,7 +137,7 @@ def contact_energies(
     # state out
     sample_energy: wp.array[Any],
     sample_nearest: wp.array[Any],
-):
+) -> None:
     """Half of each pair's energy [erg]; smallest distance over the sum of radii, at most 1."""
     p = wp.tid()
     here = samples[p]

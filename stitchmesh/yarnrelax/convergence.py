@@ -6,9 +6,10 @@ The residual compares the force that is left with the forces that balance one an
 
     residual = rms over control points of |F| / rms over control points of sum over terms of |F_term|
 
-where F is the net force less what the held borders carry, and the terms are stretch, bending, length, contact and shape.
-It is 0 at balance and at most 1, has no unit and knows nothing of the start. Yarns without any force are at rest. A
-relaxation has converged when the residual is below ``Quality.tolerance``.
+where F is the net force less what the held borders carry, and the terms are stretch, bending, length, contact and
+shape. It is 0 at balance and at most 1, has no unit and knows nothing of the start. Yarns without any force are at
+rest: no force means no more than the rounding of coordinates makes, the rms of the row sums of stiffness times the
+size of the set times the precision. A relaxation has converged when the residual is below ``Quality.tolerance``.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.borders import free_forces
@@ -37,7 +39,7 @@ def add_effort(
     # state out
     net: wp.array[Any],
     effort: wp.array[Any],
-):
+) -> None:
     """Add one term's force to the net force, and its magnitude to the effort [dyn]."""
     i = wp.tid()
     net[i] += point_force[i]
@@ -52,7 +54,7 @@ def square_forces(
     # state out
     net2: wp.array[Any],
     effort2: wp.array[Any],
-):
+) -> None:
     """Squares of the net force and of the effort [dyn^2]."""
     i = wp.tid()
     net2[i] = wp.dot(net[i], net[i])
@@ -81,7 +83,14 @@ class Assessment:
         return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
 
 
-def assess(model: Model, state: State, candidates: Candidates, shape: Shape | None) -> Assessment:
+def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> float:
+    """Root mean square of the force that the rounding of coordinates makes [dyn]."""
+    precision = np.finfo(np.float32 if model.scalar is wp.float32 else np.float64).eps
+    size = float(np.abs(model.yarns.points - model.origin).max())
+    return float(np.sqrt(np.mean(stiffness**2)) * size * precision)
+
+
+def assess(model: Model, state: State, candidates: Candidates, shape: Shape | None, *, rounding: float) -> Assessment:
     """Residual and energies of a state; its segment and point forces are overwritten."""
     n = model.point_count
     net, effort = model.empty(n, 3), model.empty(n)
@@ -95,8 +104,8 @@ def assess(model: Model, state: State, candidates: Candidates, shape: Shape | No
         free_forces(shape, net, model.launch)
     net2, effort2 = model.empty(n), model.empty(n)
     model.launch(square_forces, n, [net, effort], [net2, effort2])
-    whole = ordered_sum(effort2)
-    residual = float(np.sqrt(ordered_sum(net2) / whole)) if whole != 0.0 else 0.0
+    left, whole = np.sqrt(ordered_sum(net2) / n), np.sqrt(ordered_sum(effort2) / n)
+    residual = 0.0 if whole <= rounding else float(left / whole)
     energies, nearest = forces.energies(model, state, candidates)
     if shape is not None:
         energies["shape"] = shape_energy(shape)

@@ -25,7 +25,7 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def curve_speed(rule: Any, leg0: Any, leg1: Any, leg2: Any):
+def curve_speed(rule: Any, leg0: Any, leg1: Any, leg2: Any) -> Any:
     """Length |y'| [cm] of the derivative at one point of the rule."""
     return wp.length(leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2])
 

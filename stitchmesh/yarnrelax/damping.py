@@ -32,7 +32,7 @@ LARGEST_EAGERNESS = 2.0
 
 
 @wp.func
-def damped_step(force: Any, last_step: Any, stiffness: Any, pace: wp.array[wp.float64]):
+def damped_step(force: Any, last_step: Any, stiffness: Any, pace: wp.array[wp.float64]) -> Any:
     """The move [cm] that momentum and force ask for."""
     kept, eagerness = type(stiffness)(pace[0]), type(stiffness)(pace[2])
     return last_step * kept + force * (eagerness / stiffness)
@@ -44,7 +44,7 @@ def update_pace(
     power_sums: wp.array[wp.float64],
     # state out
     pace: wp.array[wp.float64],
-):
+) -> None:
     """Let momentum grow, or restart it; one thread."""
     power = wp.float64(0.0)
     for k in range(power_sums.shape[0]):

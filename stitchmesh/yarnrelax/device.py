@@ -15,7 +15,7 @@ from stitchmesh.errors import ParameterError
 @functools.cache
 def start_warp() -> None:
     """Initialise Warp without its banner."""
-    wp.config.quiet = True
+    wp.config.log_level = wp.LOG_WARNING
     wp.init()
 
 

@@ -24,9 +24,7 @@ Run = Callable[[wp.Kernel, int, list[Any], list[Any]], Any]
 
 def sample(model: Model, state: State, run: Run) -> Any:
     """Place the contact samples on the curves."""
-    return run(
-        place_samples, model.segment_count, [model.constants, state.points], [state.samples, state.sample_reach]
-    )
+    return run(place_samples, model.segment_count, [model.constants, state.points], [state.samples, state.sample_reach])
 
 
 def internal(model: Model, state: State, run: Run, *, k_len: float, k_bend: float) -> Any:

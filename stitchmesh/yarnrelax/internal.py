@@ -24,7 +24,7 @@ def internal_forces(
     points: wp.array[Any],
     # state out
     segment_force: wp.array[Any],
-):
+) -> None:
     """Force [dyn] of stretch and bending on the four control points of each segment."""
     s = wp.tid()
     corner = model.segment_points[s]
@@ -60,7 +60,7 @@ def internal_energies(
     # state out
     stretch: wp.array[Any],
     bend: wp.array[Any],
-):
+) -> None:
     """Stretch and bending energy [erg] of each segment."""
     s = wp.tid()
     corner = model.segment_points[s]

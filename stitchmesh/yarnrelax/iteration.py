@@ -17,7 +17,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.borders import hold_borders
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
-from stitchmesh.yarnrelax.convergence import Assessment, assess
+from stitchmesh.yarnrelax.convergence import Assessment, assess, rounding_force
 from stitchmesh.yarnrelax.damping import EAGERNESS, LARGEST_EAGERNESS, update_pace
 from stitchmesh.yarnrelax.device import scalar_named
 from stitchmesh.yarnrelax.material import YarnMaterial
@@ -53,6 +53,8 @@ class Iteration:
     step_fraction: float
     watch: float
     """Clearance above which the step limit does not bind [cm]."""
+    rounding: float
+    """Force that the rounding of coordinates makes [dyn]."""
     eagerness: float = LARGEST_EAGERNESS
     launches: list[wp.Launch] = field(default_factory=list)
     graph: Any = None
@@ -82,6 +84,7 @@ class Iteration:
             model.upload(np.maximum(stiffness, np.finfo(np.float32).tiny)),
             quality.step_fraction,
             quality.step_fraction * float(yarns.radius.max()) / SAFETY,
+            rounding_force(model, stiffness),
         )
         iteration._list_candidates()
         iteration._record()
@@ -103,10 +106,14 @@ class Iteration:
         Raises:
             SolverError: the step limit has no room left.
         """
+        self.look_around()
+        check_clearance(self.model, self.state)
+        return assess(self.model, self.state, self.candidates, self.shape, rounding=self.rounding)
+
+    def look_around(self) -> None:
+        """Compute the clearance of each segment as it lies now."""
         forces.sample(self.model, self.state, self.model.launch)
         forces.contact(self.model, self.state, self.candidates, self.model.launch, watch=self.watch)
-        check_clearance(self.model, self.state)
-        return assess(self.model, self.state, self.candidates, self.shape)
 
     def keep(self) -> None:
         """Call the state good, and grow eager again."""

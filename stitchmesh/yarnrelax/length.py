@@ -21,20 +21,20 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def length_energy(length: Any, rest_length: Any, stiffness: Any):
+def length_energy(length: Any, rest_length: Any, stiffness: Any) -> Any:
     """Energy [erg] of a segment that is ``length`` [cm] long."""
     strain = length / rest_length - type(length)(1.0)
     return stiffness * strain * strain
 
 
 @wp.func
-def length_slope(length: Any, rest_length: Any, stiffness: Any):
+def length_slope(length: Any, rest_length: Any, stiffness: Any) -> Any:
     """Derivative of the energy by the length [erg / cm]."""
     return type(length)(2.0) * stiffness * (length / rest_length - type(length)(1.0)) / rest_length
 
 
 @wp.func
-def segment_length(rule: wp.array[Any], quadrature_points: int, leg0: Any, leg1: Any, leg2: Any):
+def segment_length(rule: wp.array[Any], quadrature_points: int, leg0: Any, leg1: Any, leg2: Any) -> Any:
     """Arc length of a segment [cm] by Gauss quadrature."""
     length = leg0[0] - leg0[0]
     for g in range(quadrature_points):
@@ -50,7 +50,7 @@ def add_length_forces(
     points: wp.array[Any],
     # state out
     segment_force: wp.array[Any],
-):
+) -> None:
     """Add the force [dyn] of the penalty on the four control points of each segment."""
     s = wp.tid()
     corner = model.segment_points[s]
@@ -81,7 +81,7 @@ def length_energies(
     points: wp.array[Any],
     # state out
     segment_energy: wp.array[Any],
-):
+) -> None:
     """Energy [erg] of the penalty in each segment."""
     s = wp.tid()
     corner = model.segment_points[s]

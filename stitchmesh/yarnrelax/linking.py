@@ -98,8 +98,8 @@ def _closed_polylines(
         first, last = places[yarn][0], places[yarn][-1]
         loops.append(np.stack([_outside(first, far), first, *curve, last, _outside(last, far)]))
         angles[yarn] = (float(np.arctan2(last[1], last[0])), float(np.arctan2(first[1], first[0])))
-    yarn = np.repeat(np.arange(len(loops)), [len(loop) - 1 for loop in loops])
-    edges = _Edges(np.concatenate([p[:-1] for p in loops]), np.concatenate([p[1:] for p in loops]), yarn)
+    owner = np.repeat(np.arange(len(loops)), [len(loop) - 1 for loop in loops])
+    edges = _Edges(np.concatenate([p[:-1] for p in loops]), np.concatenate([p[1:] for p in loops]), owner)
     return edges, angles
 
 

@@ -22,7 +22,7 @@ def gather_forces(
     segment_force: wp.array[Any],
     # state out
     point_force: wp.array[Any],
-):
+) -> None:
     """Force [dyn] on each control point: its segments' forces, always added in the same order."""
     i = wp.tid()
     slots = model.point_segments[i]
@@ -52,7 +52,7 @@ def propose_steps(
     limit: wp.array[Any],
     mobility: wp.array[Any],
     power: wp.array[Any],
-):
+) -> None:
     """The next move of each control point [cm], within its limit, and the power of the last one [erg]."""
     i = wp.tid()
     slots = model.point_segments[i]
@@ -78,7 +78,7 @@ def move_points(
     # state out
     points: wp.array[Any],
     room: wp.array[Any],
-):
+) -> None:
     """Move, and note how far each control point may still go before the candidate lists are made again [cm]."""
     i = wp.tid()
     moved = points[i] + step[i]

@@ -22,7 +22,7 @@ def strand_sums(
     values: wp.array[Any],
     # state out
     sums: wp.array[wp.float64],
-):
+) -> None:
     """Sum of every 256th value, in ascending order."""
     strand = wp.tid()
     total = wp.float64(0.0)
@@ -37,7 +37,7 @@ def strand_minima(
     values: wp.array[Any],
     # state out
     minima: wp.array[wp.float64],
-):
+) -> None:
     """Smallest of every 256th value; not a number where one of them is not."""
     strand = wp.tid()
     least = wp.float64(1.0e300)

@@ -54,7 +54,7 @@ STIFFENED = 10.0
 
 
 @wp.func
-def patch_energy(mean: Any, normal: Any, stiffness: Any, threshold: Any):
+def patch_energy(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
     """Energy [erg] for one unit of weight; ``stiffness`` is (kappa_T, kappa_N, kappa_S)."""
     across = wp.dot(mean, normal)
     along = mean - normal * across
@@ -64,7 +64,7 @@ def patch_energy(mean: Any, normal: Any, stiffness: Any, threshold: Any):
 
 
 @wp.func
-def patch_slope(mean: Any, normal: Any, stiffness: Any, threshold: Any):
+def patch_slope(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
     """Derivative of the energy by the mean displacement [dyn]."""
     across = wp.dot(mean, normal)
     along = mean - normal * across
@@ -83,7 +83,7 @@ def displace_loops(
     points: wp.array[Any],
     # state out
     displacement: wp.array[Any],
-):
+) -> None:
     """Sum of the displacements of each loop's control points [cm]."""
     loop = wp.tid()
     total = type(points[0])()
@@ -107,7 +107,7 @@ def pull_patches(
     # state out
     pull: wp.array[Any],
     energy: wp.array[Any],
-):
+) -> None:
     """Derivative of each patch's energy by a loop's displacement, at weight one [dyn]; its energy [erg]."""
     patch = wp.tid()
     mean = type(normal[0])()
@@ -130,7 +130,7 @@ def add_shape_forces(
     pull: wp.array[Any],
     # state out
     point_force: wp.array[Any],
-):
+) -> None:
     """Add the pull of all patches of a loop to its control points [dyn]."""
     loop = wp.tid()
     total = type(pull[0])()

@@ -53,7 +53,7 @@ LARGEST_REACH = 0.55
 
 
 @wp.func
-def distance_of_pieces(centre: Any, half1: Any, half2: Any):
+def distance_of_pieces(centre: Any, half1: Any, half2: Any) -> Any:
     """Distance of two straight pieces whose middles are ``centre`` apart and whose half lengths are vectors."""
     zero = centre[0] - centre[0]
     one = type(zero)(1.0)
@@ -71,7 +71,7 @@ def distance_of_pieces(centre: Any, half1: Any, half2: Any):
 
 
 @wp.func
-def tangent_piece(model: Any, points: wp.array[Any], p: int):
+def tangent_piece(model: Any, points: wp.array[Any], p: int) -> tuple[Any, Any]:
     """Half of the tangent piece of an arc, and the arc's sag."""
     s = p // model.contact_samples
     weight = model.sample_legs[p - s * model.contact_samples]
@@ -86,7 +86,7 @@ def tangent_piece(model: Any, points: wp.array[Any], p: int):
 
 
 @wp.func
-def pair_clearance(model: Any, points: wp.array[Any], p: int, q: int, apart: Any, gap: Any):
+def pair_clearance(model: Any, points: wp.array[Any], p: int, q: int, apart: Any, gap: Any) -> Any:
     """The better of the two bounds on the distance of two arcs [cm]."""
     half1, sag1 = tangent_piece(model, points, p)
     half2, sag2 = tangent_piece(model, points, q)
@@ -94,7 +94,7 @@ def pair_clearance(model: Any, points: wp.array[Any], p: int, q: int, apart: Any
 
 
 @wp.func
-def largest_step(model: Any, segment_clearance: wp.array[Any], i: int, step_fraction: Any, room: Any):
+def largest_step(model: Any, segment_clearance: wp.array[Any], i: int, step_fraction: Any, room: Any) -> Any:
     """How far control point ``i`` may move in this iteration [cm]."""
     limit = wp.min(step_fraction * model.point_radius[i], room)
     slots = model.point_segments[i]
@@ -105,7 +105,7 @@ def largest_step(model: Any, segment_clearance: wp.array[Any], i: int, step_frac
 
 
 @wp.func
-def shortened(step: Any, limit: Any):
+def shortened(step: Any, limit: Any) -> Any:
     """The step, no longer than the limit."""
     length = wp.length(step)
     if length > limit:

@@ -30,7 +30,8 @@ def internal_stiffness(model: Model) -> NDArray[np.float64]:
     length = yarns.rest_length[:, None]
     along = 2 * (material.k_len * _rows(_gram(1)) + material.k_length * _rows(_mean_gram())) / length**2
     rows = along + 2 * material.k_bend * _rows(_gram(2)) / length**3
-    return np.bincount(yarns.segment_points.ravel(), weights=rows.ravel(), minlength=model.point_count)
+    total = np.bincount(yarns.segment_points.ravel(), weights=rows.ravel(), minlength=model.point_count)
+    return total.astype(np.float64)
 
 
 def _rows(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -19,13 +19,13 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def stretch_energy(speed: Any, rest_length: Any, stiffness: Any):
+def stretch_energy(speed: Any, rest_length: Any, stiffness: Any) -> Any:
     """Energy [erg] at a point of the curve where |y'| is ``speed`` [cm]."""
     strain = speed / rest_length - type(speed)(1.0)
     return stiffness * strain * strain
 
 
 @wp.func
-def stretch_slope(speed: Any, rest_length: Any, stiffness: Any):
+def stretch_slope(speed: Any, rest_length: Any, stiffness: Any) -> Any:
     """Derivative of the energy by the speed [erg / cm]."""
     return type(speed)(2.0) * stiffness * (speed / rest_length - type(speed)(1.0)) / rest_length

@@ -77,7 +77,8 @@ def test_units_are_centimetres_inside(tmp_path, unit, scale):
 
 def test_obj_corners_may_be_written_in_every_way(tmp_path):
     text = (
-        "# a comment\nmtllib a.mtl\no thing\ng part\nv 0 0 0 1.0 0.5\nv 1 0 0\nvt 0 0\nvn 0 0 1\nv 1 1 0\nv 0 1 0  # corner\n"
+        "# a comment\nmtllib a.mtl\no thing\ng part\nv 0 0 0 1.0 0.5\nv 1 0 0\nvt 0 0\nvn 0 0 1\nv 1 1 0\n"
+        "v 0 1 0  # corner\n"
         "usemtl wool\ns off\n\nf 1/1 2/1/1 3//1\nf -4 \\\n  -2 4\nl 1 2\n"
     )
     assert faces_of(read_text(tmp_path, text)) == [[0, 1, 2], [0, 2, 3]]
@@ -155,7 +156,7 @@ def test_missing_file_folder_and_unknown_names(tmp_path):
     (tmp_path / "folder.obj").mkdir()
     with pytest.raises(FileError, match="is a folder"):
         read_mesh(tmp_path / "folder.obj")
-    with pytest.raises(FileError, match="unknown format '.xyz'; expected one of .obj"):
+    with pytest.raises(FileError, match=r"unknown format '.xyz'; expected one of .obj"):
         read_mesh(tmp_path / "m.xyz")
     with pytest.raises(FileError, match="has no suffix"):
         read_mesh(tmp_path / "m")

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarn energies and forces against closed forms.
 
-Crossing and parallel yarns: integrate the contact energy k f(d / 2r) over two straight lines. Ring and stretch: insert a
-constant curvature or a constant strain into L eqs 7 and 8. Contact samples stand 0.1 r apart or closer, so that what is
-left is far below the one per cent asked for.
+Crossing and parallel yarns: integrate the contact energy k f(d / 2r) over two straight lines. Ring and stretch: insert
+a constant curvature or a constant strain into L eqs 7 and 8. Contact samples stand 0.1 r apart or closer, so that what
+is left is far below the one per cent asked for.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
 
 
-def straight(direction: tuple[float, float, float], through: tuple[float, float, float], half: float = 1.5) -> np.ndarray:
+Vector = tuple[float, float, float]
+
+
+def straight(direction: Vector, through: Vector, half: float = 1.5) -> np.ndarray:
     """Control points every 0.1 cm along a line."""
     place = np.arange(-half, half + 0.05, 0.1)
     return np.asarray(through) + place[:, None] * np.asarray(direction)
@@ -42,7 +45,8 @@ def test_crossing_yarns_push_as_the_integral_says(angle: float, delta: float) ->
 @pytest.mark.parametrize("delta", [0.9, 0.8, 0.5])
 def test_parallel_yarns_hold_the_energy_of_the_integral(delta: float) -> None:
     """E / L = 2 r k [(2 / delta) atan(s / delta) + 2 (delta^2 - 2) s + 2/3 s^3], s = sqrt(1 - delta^2)."""
-    lower, longer = (straight((1.0, 0.0, 0.0), (0.0, z, 0.0), half) for z, half in ((0.0, 1.5), (delta * 2 * RADIUS, 3.0)))
+    lower = straight((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    longer = straight((1.0, 0.0, 0.0), (0.0, delta * 2 * RADIUS, 0.0), half=3.0)
     yarns = YarnSet.from_curves([lower, longer], closed=[False, False], radius=RADIUS)
     length = yarns.rest_length[: len(lower) - 3].sum()
     s = np.sqrt(1 - delta**2)

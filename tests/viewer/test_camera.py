@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.viewer.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_directions, front_patch
+from stitchmesh.viewer.layout import ALONE, BELOW, BESIDE, CLOSE_UP_AREA, layout_for
 from stitchmesh.viewer.palette import row_colours
 from stitchmesh.viewer.picture import curves_of_segments
 from stitchmesh.yarn import YarnSet
@@ -33,6 +34,30 @@ def test_all_points_are_in_the_picture_and_fill_it(size, aspect):
     place = np.abs(in_picture(camera_around(points, towards, up, aspect), points, aspect))
     assert place.max() <= 1.0
     assert place.max() > 0.9  # the margin is 6%
+
+
+def test_points_keep_to_their_part_of_the_picture_with_their_clearance():
+    points = cloud(30, 60, 20)
+    towards, up = front_directions(points)
+    camera = camera_around(points, towards, up, 1.6, part=(0.3, 0.5), clearance=5.0)
+    for step in 5.0 * np.concatenate([np.eye(3), -np.eye(3)]) @ np.stack([camera.side, camera.up, [0, 0, 0]]):
+        place = np.abs(in_picture(camera, points + step, 1.6))
+        assert (place.max(axis=0) <= [0.3, 0.5]).all()
+
+
+def test_wide_things_have_their_close_up_below_and_tiny_ones_have_none():
+    towards, up = np.array([0, 0, 1.0]), np.array([0, 1.0, 0])
+    assert layout_for(cloud(50, 60, 20), towards, up, 0.1) is BESIDE
+    assert layout_for(cloud(90, 20, 1), towards, up, 0.1) is BELOW
+    assert layout_for(cloud(3, 4, 1), towards, up, 0.1) is ALONE
+
+
+@pytest.mark.parametrize("layout", [BESIDE, BELOW])
+def test_close_ups_show_the_same_area_and_leave_the_rest_free(layout):
+    size = (1600, 1000)
+    assert layout.close_up_height(size, 0.1) ** 2 * layout.close_up_aspect(size) == pytest.approx(CLOSE_UP_AREA * 0.01)
+    left, _, _, high = layout.panels[1]
+    assert layout.part[0] <= left or layout.part[1] <= 1 - high
 
 
 def test_a_garment_is_seen_from_its_wide_side_and_upright():
@@ -74,7 +99,9 @@ def test_curves_of_all_segments_are_the_sampled_yarns():
     assert curves.closed == [True, False, True]
     for mine, sampled in zip(curves.points, yarns().sampled(3), strict=True):
         np.testing.assert_allclose(mine, sampled, atol=1e-15)  # the same sums in another order
-    np.testing.assert_array_equal(curves.row, np.repeat([0, 1, 2], [21, 19, 15]))
+    np.testing.assert_array_equal(yarns().row[curves.control_point], np.repeat([0, 1, 2], [21, 19, 15]))
+    # a segment starts beside its second control point, and ends beside its third
+    np.testing.assert_array_equal(curves.control_point[:5], [1, 1, 2, 2, 2])
 
 
 def test_a_run_of_segments_is_an_open_piece_of_its_yarn():

@@ -140,7 +140,7 @@ def test_bad_requests_are_named(tmp_path):
         render_file(tmp_path / "m.obj", tmp_path / "a.png", what="stretch")
     with pytest.raises(FileError, match=r"unknown format '.jpg'; expected one of .png"):
         render_mesh(tube(12, 5), tmp_path / "a.jpg")
-    with pytest.raises(FileError, match="unknown format '.txt'"):
+    with pytest.raises(FileError, match=r"unknown format '.txt'"):
         render_file(tmp_path / "m.txt", tmp_path / "a.png")
     with pytest.raises(StitchMeshError, match="no such file"):
         render_file(tmp_path / "none.h5", tmp_path / "a.png")

@@ -25,7 +25,7 @@ def loop_curve(stitches: int, points_per_stitch: int) -> NDArray[np.float64]:
     curve = np.stack([t + 1.5 * np.sin(2 * t), 4 * np.cos(t), np.cos(2 * t)], axis=1)
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
     one = CubicSpline(arc, curve)(np.arange(points_per_stitch) / points_per_stitch * arc[-1])
-    rows = [one + [stitch * STITCH_WIDTH, 0.0, 0.0] for stitch in range(stitches)]
+    rows = [one + np.array([stitch * STITCH_WIDTH, 0.0, 0.0]) for stitch in range(stitches)]
     return np.concatenate(rows)
 
 
@@ -39,7 +39,7 @@ def flat_patch(rows: int, stitches: int, points_per_stitch: int = 12, radius: fl
     """A swatch of open rows; its control points know their stitch face, numbered row by row."""
     scale = radius / FORMULA_RADIUS
     row = control_points(loop_curve(stitches, points_per_stitch), wraps=False)
-    curves = [scale * (row + [0.0, ROW_HEIGHT * index, 0.0]) for index in range(rows)]
+    curves = [scale * (row + np.array([0.0, ROW_HEIGHT * index, 0.0])) for index in range(rows)]
     yarns = YarnSet.from_curves(curves, closed=[False] * rows, radius=radius)
     return with_faces(yarns, points_per_stitch)
 

@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns of whole fabrics: paths, rings, row ends, distances."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError, YarnError
+from stitchmesh.labeling import label
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.stitch import Stitch
+from stitchmesh.tessellate import tessellate
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen.bind_off import with_bind_off
+from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.embedding import place_parts
+from stitchmesh.yarngen.row_ends import finish_row_ends
+from stitchmesh.yarngen.tracing import TIED, link_ends, trace
+from tests.gallery import FLAT_AND_ROUND, closed_cone, grid, torus, tube
+
+QUALITIES = ("draft", "standard", "reference")
+
+
+def panel(bottom: int, top: int) -> StitchMesh:
+    """Two courses of ``bottom`` stitches, one course that leads to ``top``, two more; evenly shaped."""
+    height, wide = 0.77, max(bottom, top)
+    a, b = (wide - bottom) / 2, (wide - top) / 2
+    levels = [(a, bottom, 0.0), (a, bottom, 1.5), (b, top, 3.0), (b, top, 4.0)]
+    vertices = [[x, y * height, 0.0] for left, n, y in levels for x in (left, left + n)]
+    mesh = Mesh.from_polygons(vertices, [[0, 1, 3, 2], [2, 3, 5, 4], [4, 5, 7, 6]])
+    counts = {(0, 1): bottom, (2, 3): bottom, (4, 5): top, (6, 7): top, (0, 2): 2, (2, 4): 1, (4, 6): 2}
+    return tessellate(label(mesh, seeds=[(0, 1)]), stitch_width=1.0, counts=counts)
+
+
+def fabric_of(name: str) -> StitchMesh:
+    return tessellate(label(FLAT_AND_ROUND[name]()), stitch_width=0.5)
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+def test_every_part_belongs_to_exactly_one_yarn(name):
+    whole = with_bind_off(fabric_of(name))
+    parts = place_parts(whole, 0.05, 12)
+    link = link_ends(whole, parts, finish_row_ends(whole).partner)
+    joined = np.flatnonzero(link != TIED)
+    assert (link[link[joined]] == joined).all(), "links are mutual"
+    entries = [entry // 2 for yarn, _ in trace(link) for entry in yarn]
+    assert sorted(entries) == list(range(len(link) // 2))
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+def test_yarns_cross_every_side_as_often_as_they_must(name):
+    """Two crossings on each course side between faces, one on each wale side."""
+    whole = with_bind_off(fabric_of(name))
+    parts = place_parts(whole, 0.05, 12)
+    count = np.bincount(parts.end_side.ravel(), minlength=whole.side_count)
+    inner = whole.twin >= 0
+    assert (count[whole.is_wale] == 1).all()
+    assert (count[inner & ~whole.is_wale] == 2).all()
+    assert (count[~inner & ~whole.is_wale] == 0).all()
+
+
+def test_a_tube_is_a_ring_for_each_row_and_one_for_the_bind_off():
+    fabric = tessellate(label(tube(8, 3)), stitch_width=0.5)
+    yarns = generate_yarns(fabric)
+    assert yarns.closed.all()
+    assert yarns.yarn_count == fabric.row.max() + 2
+    for yarn in range(yarns.yarn_count):
+        assert len(set(yarns.row[yarns.start[yarn] : yarns.start[yarn + 1]])) == 1
+
+
+@pytest.mark.parametrize("courses", [4, 5])
+def test_a_flat_piece_is_one_yarn_with_two_ends(courses):
+    fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5, counts={(0, 2): courses})
+    yarns = generate_yarns(fabric)
+    assert yarns.yarn_count == 1 and not yarns.closed.any()
+
+
+def test_rows_against_each_other_are_linked_by_rings_of_their_own():
+    """Between two tubes knitted towards each other each pair of neighbouring stitches shares one small ring."""
+    labeled = label(tube(8, 2), flip=[8])
+    fabric = tessellate(labeled, stitch_width=1.0)
+    around = int((fabric.row == 0).sum())
+    yarns = generate_yarns(fabric)
+    assert yarns.closed.all()
+    rings = [yarn for yarn in range(yarns.yarn_count) if len(np.unique(yarns.face[yarns.start[yarn] : yarns.start[yarn + 1]])) == 4]
+    assert len(rings) == around
+
+
+def test_a_pole_is_drawn_together():
+    yarns = generate_yarns(tessellate(label(closed_cone(6)), stitch_width=0.5))
+    assert yarns.closed.all()
+
+
+def test_a_closed_torus_needs_no_cast_on():
+    fabric = tessellate(label(torus(8, 12), seeds=[(0, 1)]), stitch_width=0.4)
+    assert Stitch.CAST_ON not in fabric.stitch
+    yarns = generate_yarns(fabric, yarn_radius=0.03)
+    assert yarns.closed.all() and yarns.yarn_count == fabric.row.max() + 1
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+@pytest.mark.parametrize(("bottom", "top"), [(6, 6), (1, 2), (2, 4), (1, 3), (2, 1), (4, 2), (3, 1)])
+def test_yarns_start_at_least_one_radius_apart(bottom, top, quality):
+    """Touching yarns are two radii apart; every stitch in a plain surrounding leaves at least one."""
+    yarns = generate_yarns(panel(bottom, top), yarn_radius=0.125, quality=quality)
+    distance, face = smallest_distance(yarns)
+    assert distance > 0.125, f"near control point {face}"
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+@pytest.mark.parametrize(("bottom", "top"), [(3, 9), (9, 3)])
+def test_triple_changes_side_by_side_start_at_least_half_a_radius_apart(bottom, top, quality):
+    """The most crowded fabric there is; half a radius is what generation promises and checks."""
+    distance, _ = smallest_distance(generate_yarns(panel(bottom, top), yarn_radius=0.125, quality=quality))
+    assert distance > 0.5 * 0.125
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+def test_knit_and_purl_in_any_order_start_at_least_one_radius_apart(quality):
+    fabric = tessellate(label(grid(1, 1, width=8.0, height=8 * 0.77)), stitch_width=1.0)
+    rng = np.random.default_rng(5)
+    mixed = np.where(rng.random(fabric.face_count) < 0.5, Stitch.PURL, Stitch.KNIT)
+    fabric = replace(fabric, stitch=np.where(fabric.stitch == Stitch.KNIT, mixed, fabric.stitch))
+    distance, _ = smallest_distance(generate_yarns(fabric, yarn_radius=0.125, quality=quality))
+    assert distance > 0.125
+
+
+def test_the_plain_loop_has_the_length_of_its_formula():
+    """The middle of a knitted patch in the formula's own proportions: 24.67 / 2 pi stitch widths a loop."""
+    t = np.linspace(-np.pi, np.pi, 20_001)
+    curve = np.stack([t + 1.5 * np.sin(2 * t), 4 * np.cos(t), np.cos(2 * t)], axis=1)
+    loop = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum() / (2 * np.pi)
+    fabric = tessellate(label(grid(1, 1, width=8.0, height=8 * 4.5 / (2 * np.pi))), stitch_width=1.0,
+                        stitch_height=4.5 / (2 * np.pi))  # fmt: skip
+    yarns = generate_yarns(fabric, yarn_radius=0.125, quality="reference")
+    middle = (np.abs(yarns.points[yarns.segment_points[:, 1]] - yarns.points.mean(axis=0)) < [2.001, 1.44, 1]).all(axis=1)
+    density = 24  # control points a stitch at this quality
+    mean_segment = yarns.lengths[middle].mean()
+    # heights fall to zero at the crossings, which adds a few percent of length
+    assert mean_segment * density == pytest.approx(loop, rel=0.06)
+
+
+def test_control_points_know_their_stitch():
+    fabric = tessellate(label(tube(8, 2)), stitch_width=0.5)
+    yarns = generate_yarns(fabric, quality="reference")
+    assert yarns.face.min() >= 0 and yarns.face.max() < fabric.face_count
+    centre = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1]) / np.diff(fabric.face_start)[:, None]
+    # a bind-off stitch stands above the face it belongs to, by at most two stitch heights
+    assert np.linalg.norm(yarns.points - centre[yarns.face], axis=1).max() < 2.5 * 0.5
+
+
+def test_moving_the_fabric_moves_the_yarns():
+    fabric = fabric_of("tube")
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    moved = generate_yarns(replace(fabric, vertices=fabric.vertices @ turn.T + [5.0, 2, -3]))
+    # rounding in coordinates of a few centimetres
+    np.testing.assert_allclose(moved.points, generate_yarns(fabric).points @ turn.T + [5.0, 2, -3], atol=1e-11)
+
+
+def test_the_yarn_lies_on_both_sides_of_the_fabric():
+    yarns = generate_yarns(tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5), yarn_radius=0.06)
+    depth = np.concatenate(yarns.sampled(4))[:, 2]
+    assert depth.max() == pytest.approx(-depth.min(), rel=0.2) and depth.max() > 0.06
+
+
+def test_bind_off_adds_a_face_for_each_top_border_side():
+    fabric = tessellate(label(tube(8, 2)), stitch_width=0.5)
+    whole = with_bind_off(fabric)
+    assert whole.face_count - fabric.face_count == (fabric.row == fabric.row.max()).sum()
+    np.testing.assert_array_equal(whole.stitch[: fabric.face_count], fabric.stitch)
+    # a tube stays a tube
+    assert len(whole.vertices) - len(whole.edge_side) + whole.face_count == 0
+    assert with_bind_off(tessellate(label(closed_cone(6)), stitch_width=0.5)).face_count > 0
+
+
+def test_a_coarse_mesh_has_no_yarns_yet():
+    with pytest.raises(YarnError, match="face 0: is a panel"):
+        generate_yarns(label(grid(2, 2)))
+
+
+@pytest.mark.parametrize(("radius", "message"), [(0.0, "positive"), (-0.1, "positive"), (np.nan, "positive"), (0.3, "too thick")])
+def test_a_yarn_has_a_sensible_radius(radius, message):
+    with pytest.raises(ParameterError, match=message):
+        generate_yarns(fabric_of("flat"), yarn_radius=radius)
+
+
+def test_a_loop_that_nothing_holds_is_refused():
+    fabric = fabric_of("flat")
+    inner = int(np.flatnonzero(fabric.row == 1)[0])
+    stitch = fabric.stitch.copy()
+    stitch[inner] = Stitch.CAST_ON
+    with pytest.raises(YarnError, match="meets none; put a stitch there that holds the loop"):
+        generate_yarns(replace(fabric, stitch=stitch))

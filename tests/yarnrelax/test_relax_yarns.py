@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxation from end to end: rest, feedback, repetition and bad input."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from stockinette import fabric_of, tube
+
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.lattice import Lattice
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
+from stitchmesh.yarnrelax import solver as solver_module
+
+DRAFT = PRESETS["draft"]
+ROWS, STITCHES = 6, 8
+
+
+@pytest.fixture(scope="module")
+def knit() -> YarnSet:
+    return tube(ROWS, STITCHES)
+
+
+def straight_yarn() -> YarnSet:
+    line = np.stack([np.arange(0.0, 3.0, 0.3), np.zeros(10), np.zeros(10)], axis=1)
+    return YarnSet.from_curves([line], closed=[False], radius=0.125)
+
+
+def test_a_straight_yarn_is_at_rest_at_once() -> None:
+    result = relax_yarns(straight_yarn(), quality=replace(DRAFT, precision="float64"), device="cpu")
+    assert result.report["iterations"] == 0
+    assert result.report["converged"]
+    np.testing.assert_allclose(result.yarns.points, straight_yarn().points, atol=1e-15)
+
+
+def test_a_bent_free_yarn_straightens() -> None:
+    angle = np.linspace(0.0, np.pi, 12)
+    arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    yarns = YarnSet.from_curves([arc], closed=[False], radius=0.05)
+    quality = replace(DRAFT, precision="float64", tolerance=1e-9, max_iterations=5000)
+    relaxed = relax_yarns(yarns, quality=quality, device="cpu").yarns
+    spread = np.linalg.svd(relaxed.points - relaxed.points.mean(axis=0), compute_uv=False)
+    # at residual 1e-9 of forces that themselves vanish, what is left of the arc is far below a thousandth
+    assert spread[1] < 1e-3 * spread[0]
+
+
+def test_knitting_comes_to_rest_and_reports_it(knit: YarnSet) -> None:
+    result = relax_yarns(
+        knit, quality=replace(DRAFT, tolerance=5e-3), device="cpu", keep_shape=fabric_of(ROWS, STITCHES, closed=True)
+    )
+    report = result.report
+    assert report["converged"]
+    assert report["residual"] < 5e-3
+    assert report["pull_throughs"] == 0
+    assert report["certificate"] == "unchanged"
+    assert report["max_strain"] < 0.05
+    assert 1.5 < report["min_distance_over_radius"] <= 2.0
+    material = YarnMaterial.named("kaldor-simulation")
+    start = sum(yarn_energies(knit, material, quadrature_points=3, contact_samples=3).values())
+    assert report["energy"] < start
+
+
+def test_the_same_run_gives_the_same_bits(knit: YarnSet) -> None:
+    quality = replace(DRAFT, tolerance=1e-6, max_iterations=60)
+    first, second = (relax_yarns(knit, quality=quality, device="cpu").yarns.points for _ in range(2))
+    assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("gamma", [1e-3, 1e3])
+def test_the_result_does_not_depend_on_the_unit_of_length(knit: YarnSet, gamma: float) -> None:
+    scaled = replace(knit, points=gamma * knit.points, rest_length=gamma * knit.rest_length, radius=gamma * knit.radius)
+    quality = replace(DRAFT, precision="float64", tolerance=1e-6, max_iterations=60)
+    small, large = (relax_yarns(yarns, quality=quality, device="cpu").yarns for yarns in (knit, scaled))
+    # sixty iterations of float64 rounding, which the stiffest mode may amplify a thousandfold
+    np.testing.assert_allclose(large.points / gamma, small.points, atol=1e-9)
+
+
+def test_far_from_the_origin_is_as_good_as_near(knit: YarnSet) -> None:
+    quality = replace(DRAFT, tolerance=1e-6, max_iterations=40)
+    near = relax_yarns(knit, quality=quality, device="cpu").yarns.points
+    away = replace(knit, points=knit.points + 1e4)
+    far = relax_yarns(away, quality=quality, device="cpu").yarns.points - 1e4
+    # 1e4 cm costs float64 1e-12 cm, which float32 may round to the neighbouring number of 1e-7 cm and 40 steps amplify
+    np.testing.assert_allclose(far, near, atol=1e-4)
+
+
+def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solver_module, "PROGRESS_SECONDS", 0.0)
+    states: list[YarnSet] = []
+
+    def interrupt(iteration: int, residual: float, energy: float) -> None:
+        if iteration >= 40:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        relax_yarns(
+            knit, quality=replace(DRAFT, tolerance=1e-9), device="cpu", progress=interrupt, on_state=states.append
+        )
+    expected = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=40), device="cpu").yarns
+    assert np.array_equal(states[-1].points, expected.points)
+
+
+def test_yarns_that_touch_at_the_start_are_named() -> None:
+    line = np.stack([np.arange(-1.0, 1.0, 0.2), np.zeros(10), np.zeros(10)], axis=1)
+    crossing = YarnSet.from_curves([line, line[:, [1, 0, 2]]], closed=[False] * 2, radius=0.125)
+    with pytest.raises(SolverError, match=r"yarn \d"):
+        relax_yarns(crossing, quality=DRAFT, device="cpu")
+
+
+@pytest.mark.parametrize("device", ["cuda:9", "tpu"])
+def test_an_unknown_device_lists_the_known(knit: YarnSet, device: str) -> None:
+    with pytest.raises(ParameterError, match=f"device: got '{device}'; expected one of cpu") as caught:
+        relax_yarns(knit, device=device)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_lattice_is_refused(knit: YarnSet) -> None:
+    periodic = replace(knit, lattice=Lattice(np.eye(3)[:2]), lattice_step=np.zeros((knit.yarn_count, 2)))
+    with pytest.raises(ParameterError, match="lattice"):
+        relax_yarns(periodic, device="cpu")
+
+
+def test_an_unknown_material_lists_the_known() -> None:
+    with pytest.raises(ParameterError, match="kaldor-simulation, kaldor-relaxation, leaf"):
+        YarnMaterial.named("wool")
+
+
+def test_materials_refuse_nonsense() -> None:
+    with pytest.raises(ParameterError, match="k_bend"):
+        replace(YarnMaterial.named("leaf"), k_bend=-1.0)
+    with pytest.raises(ParameterError, match="scale"):
+        YarnMaterial.named("leaf").scaled(0.0)
+
+
+@pytest.mark.parametrize("bad", [{"precision": "float16"}, {"quadrature_points": 0}, {"contact_samples": 0}])
+def test_bad_sampling_is_refused(knit: YarnSet, bad: dict[str, object]) -> None:
+    with pytest.raises(ParameterError, match=next(iter(bad))):
+        yarn_energies(knit, YarnMaterial.named("leaf"), **bad)
