@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import sys
 from collections.abc import Sequence
 
@@ -24,6 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser().parse_args(argv)
     from stitchmesh import commands
 
+    logging.basicConfig(format="%(message)s", level=logging.INFO)
     try:
         getattr(commands, arguments.command.replace("-", "_"))(arguments)
     except StitchMeshError as error:
@@ -107,7 +109,8 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:
     render = commands.add_parser("render", help="a picture of yarns, stitches, rows or a mesh")
     render.add_argument("file", metavar="FILE")
     _add_output(render, "PNG", "picture")
-    render.add_argument("--what", metavar="KIND", help="of a stitch mesh: stitches (default), rows or stretch")
+    what = "of a stitch mesh: rows, stitches or stretch (rows if it is only labeled, else stitches)"
+    render.add_argument("--what", metavar="KIND", help=what)
     _add_unit(render)
 
 
@@ -116,7 +119,7 @@ def _add_output(command: argparse.ArgumentParser, metavar: str, text: str) -> No
 
 
 def _add_unit(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--unit", default="cm", help="unit of length in files that state none: mm, cm, dm, m, inch (cm)")
+    command.add_argument("--unit", default="cm", help="unit of files that state none: mm, cm, dm, m, inch (cm)")
 
 
 def _add_rows(command: argparse.ArgumentParser) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from stitchmesh.errors import DisplayError, FileError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
+from stitchmesh.io.any_file import read_any
 from stitchmesh.labeling import label as label_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.pipeline import KnitOptions, stitch_counts
@@ -20,9 +21,6 @@ from stitchmesh.pipeline import knit as knit_mesh
 from stitchmesh.tessellate import tessellate as tessellate_mesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
-
-YARN_SUFFIXES = (".bcc",)
-"""Files that hold yarns whatever is in them; others are looked into."""
 
 
 def knit(arguments: Namespace) -> None:
@@ -107,19 +105,19 @@ def relax(arguments: Namespace) -> None:
 
 def info(arguments: Namespace) -> None:
     """What a file holds."""
-    for line in _describe(_read_any(arguments.file, arguments.unit)):
+    for line in _describe(read_any(arguments.file, unit=arguments.unit)):
         print(line)
 
 
 def check(arguments: Namespace) -> None:
     """Reading a file validates it."""
-    noun = _read_any(arguments.file, arguments.unit)
+    noun = read_any(arguments.file, unit=arguments.unit)
     print(f"{arguments.file}: sound {_kind(noun)}")
 
 
 def convert(arguments: Namespace) -> None:
     """One format to another of the same noun."""
-    noun = _read_any(arguments.file, arguments.unit)
+    noun = read_any(arguments.file, unit=arguments.unit)
     if isinstance(noun, YarnSet):
         write_yarns(arguments.output, noun)
     elif isinstance(noun, StitchMesh) and Path(arguments.output).suffix == ".h5":
@@ -156,19 +154,6 @@ def _writable_folder(name: str) -> Path:
     except OSError as error:
         raise FileError(f"{name}: cannot be written ({error.strerror}); choose another output folder") from error
     return folder
-
-
-def _read_any(name: str, unit: str) -> Mesh | YarnSet:
-    """Whatever noun a file holds."""
-    from stitchmesh.io.hdf5 import stored_format
-    from stitchmesh.io.obj_polylines import holds_polylines
-
-    suffix = Path(name).suffix.lower()
-    if suffix == ".h5":
-        return read_stitches(name) if "stitch" in stored_format(name) else read_yarns(name)
-    if suffix in YARN_SUFFIXES or (suffix == ".obj" and holds_polylines(name)):
-        return read_yarns(name, unit=unit)
-    return read_mesh(name, unit=unit)
 
 
 def _kind(noun: Mesh | YarnSet) -> str:

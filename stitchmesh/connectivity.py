@@ -56,7 +56,7 @@ def _check_repeats(face_start: IntArray, face_vertex: IntArray, face: IntArray) 
 def _pair_sides(tail: IntArray, head: IntArray, face: IntArray, vertex_count: int) -> IntArray:
     edge = np.minimum(tail, head) * vertex_count + np.maximum(tail, head)
     order = np.argsort(edge, kind="stable")
-    edges, first, count = np.unique(edge[order], return_index=True, return_counts=True)
+    _, first, count = np.unique(edge[order], return_index=True, return_counts=True)
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
         sides = order[first[crowded[0]] : first[crowded[0]] + count[crowded[0]]]
@@ -88,7 +88,8 @@ def _explain_orientation(
     turned = np.flatnonzero(flips if flips.sum() * 2 <= len(flips) else ~flips)
     side = left[np.flatnonzero(same)[0]]
     raise MeshError(
-        f"edge {tail[side]}-{head[side]}: its faces run the same way; reverse the vertex order of face {first_few(turned)}"
+        f"edge {tail[side]}-{head[side]}: its faces run the same way; "
+        f"reverse the vertex order of face {first_few(turned)}"
     )
 
 
@@ -97,9 +98,9 @@ def _flips_that_agree(
 ) -> NDArray[np.bool_]:
     """Faces to reverse so that orientations agree along a spanning tree of the face graph."""
     pair = np.minimum(first, second) * face_count + np.maximum(first, second)
-    pair, index = np.unique(pair, return_index=True)
+    pair, place = np.unique(pair, return_index=True)
     ends = (pair // face_count, pair % face_count)
-    weight = np.where(same[index], 2, 1)  # a stored zero would read as no link
+    weight = np.where(same[place], 2, 1)  # a stored zero would read as no link
     graph = coo_array((weight, ends), shape=(face_count, face_count)).tocsr()
     graph = graph.maximum(graph.T).tocsr()
     flips = np.zeros(face_count, dtype=bool)

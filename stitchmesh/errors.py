@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from numpy.typing import NDArray
+
 
 class StitchMeshError(Exception):
     """Base of all errors below; catch this one to catch them all."""
@@ -47,7 +49,7 @@ class DisplayError(StitchMeshError):
     """Pictures cannot be drawn on this machine."""
 
 
-def first_few(items: Sequence[object], limit: int = 3) -> str:
+def first_few(items: Sequence[object] | NDArray, limit: int = 3) -> str:
     """Name the first offenders and count the rest: ``4, 7, 9 (+12 more)``."""
     shown = ", ".join(str(item) for item in items[:limit])
     rest = len(items) - limit

@@ -29,7 +29,7 @@ IntArray = NDArray[np.int64]
 
 def frozen_array(values: ArrayLike, dtype: type) -> NDArray:
     """A read-only copy, so that no caller can change a noun behind its back."""
-    array = np.array(values, dtype=dtype)
+    array: NDArray = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
 
@@ -320,7 +320,8 @@ class StitchMesh(Mesh):
 
     def _check_stitches(self) -> None:
         if self.stitch.min() < 0 or self.stitch.max() > max(Stitch):
-            raise LabelError(f"stitch: got codes {self.stitch.min()} to {self.stitch.max()}; expected 0 to {max(Stitch)}")
+            found = f"{self.stitch.min()} to {self.stitch.max()}"
+            raise LabelError(f"stitch: got codes {found}; expected 0 to {max(Stitch)}")
         for stitch, (bottom, top) in SIDE_COUNTS.items():
             bad = np.flatnonzero((self.stitch == stitch) & ((self.n_bottom != bottom) | (self.n_top != top)))
             if len(bad):

@@ -95,7 +95,7 @@ def two_tubes() -> Mesh:
     first, second = tube(6, 2), tube(5, 3)
     offset = len(first.vertices)
     faces = first.face_vertex.reshape(-1, 4).tolist() + (second.face_vertex.reshape(-1, 4) + offset).tolist()
-    return Mesh.from_polygons(np.concatenate([first.vertices, second.vertices + [20.0, 0, 0]]), faces)
+    return Mesh.from_polygons(np.concatenate([first.vertices, second.vertices + np.array([20.0, 0, 0])]), faces)
 
 
 def moebius(count: int = 8) -> tuple[np.ndarray, list[list[int]]]:

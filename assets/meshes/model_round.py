@@ -76,7 +76,7 @@ def model_hat() -> Garment:
     rings = []
     for radius, height, lean in HAT_PROFILE:
         depth = radius * (1.0 + 0.12 * (radius - 1.5) / 8.0)  # a head is longer than wide
-        rings.append(oval(12, 0.94 * radius, depth, height) + [0.0, 0.0, lean])
+        rings.append(oval(12, 0.94 * radius, depth, height) + np.array([0.0, 0.0, lean]))
     mesh = QuadMesh()
     brim = mesh.add(rings[0])
     crown = mesh.grow(brim, rings[1:])

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from stitchmesh.errors import ParameterError
@@ -42,7 +44,8 @@ def seed_chain(mesh: Mesh, side: int) -> list[int]:
 
 def candidate_seeds(mesh: Mesh) -> list[list[int]]:
     """Border chains to try, best first: whole smooth borders by length, then sides between corners from below."""
-    whole, parts = [], []
+    whole: list[list[int]] = []
+    parts: list[list[int]] = []
     for loop in mesh.boundary_loops:
         chains = _chains_of(mesh, loop.tolist())
         (whole if len(chains) == 1 and len(chains[0]) == len(loop) else parts).extend(chains)
@@ -59,7 +62,7 @@ def _chains_of(mesh: Mesh, loop: list[int]) -> list[list[int]]:
         return [loop]
     turned = loop[cuts[0] :] + loop[: cuts[0]]
     marks = [cut - cuts[0] for cut in cuts] + [len(loop)]
-    return [turned[a:b] for a, b in zip(marks[:-1], marks[1:], strict=True)]
+    return [turned[a:b] for a, b in pairwise(marks)]
 
 
 def _border_chain(mesh: Mesh, side: int) -> list[int]:

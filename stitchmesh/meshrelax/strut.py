@@ -6,9 +6,14 @@ For a wale edge from i to j and the next from j to k, with d = x_i - x_k, the fo
 
     f = -kappa (|d| / r - 1) d / |d|,    r = max(r_wale, |x_i - x_j| + |x_k - x_j|)
 
-and the opposite on k. By the triangle inequality r is never shorter than d, so the strut only ever pushes. With r held
-and n = d / |d| the Jacobian by d is -kappa [n n^T / r + (1/r - 1/|d|) (I - n n^T)]; its last term is never negative
-and is dropped.
+and the opposite on k. By the triangle inequality r is never shorter than d, so the strut only ever pushes. Where r is
+the length of the two edges it changes with them: when the ends part along n = d / |d| by s, r grows by s |d| / r in a
+strut bent evenly, and the force changes along n by
+
+    -(kappa / r) (1 - (|d| / r)^2) s,    or -(kappa / r) s where r = r_wale
+
+which vanishes on a straight wale, as the force does. Taking r for constant there makes the iteration unstable. The
+part across n, (1/|d| - 1/r) kappa, is never negative and is dropped, so the Jacobian stays negative semidefinite.
 """
 
 from __future__ import annotations
@@ -36,8 +41,10 @@ def strut_force(
         Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3).
     """
     span = lower - upper
-    rest = np.maximum(wale, np.linalg.norm(lower, axis=1) + np.linalg.norm(upper, axis=1))
+    edges = np.linalg.norm(lower, axis=1) + np.linalg.norm(upper, axis=1)
+    rest = np.maximum(wale, edges)
     length = np.linalg.norm(span, axis=1)
     normal = span / np.maximum(length, SHORTEST * rest)[:, None]
-    jacobian = (-stiffness / rest)[:, None, None] * (normal[:, :, None] * normal[:, None, :])
+    along = (-stiffness / rest) * np.where(edges > wale, 1.0 - (length / rest) ** 2, 1.0)
+    jacobian = along[:, None, None] * (normal[:, :, None] * normal[:, None, :])
     return (-stiffness * (length / rest - 1.0))[:, None] * normal, jacobian

@@ -71,7 +71,8 @@ def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> N
     if total > MOST_STITCHES:
         raise TessellationError(
             f"stitch width {width:g} cm: needs about {total:.2g} stitches and {total * BYTES_PER_STITCH / 1e9:.3g} GB "
-            f"of memory; at most {MOST_STITCHES:,} are made, so use at least {width * (total / MOST_STITCHES) ** 0.5:.2g} cm"
+            f"of memory; at most {MOST_STITCHES:,} are made, so use at least "
+            f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm"
         )
 
 

@@ -145,9 +145,9 @@ class _Tessellation:
             face_vertex=np.concatenate(faces.corners),
             twin=twin,
             n_bottom=n_bottom,
-            n_top=faces.n_top,
+            n_top=np.array(faces.n_top),
             stitch=_with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
-            row=faces.row,
+            row=np.array(faces.row),
         )
 
 

@@ -8,11 +8,8 @@ from collections.abc import Callable
 from os import fspath
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io import read_mesh, read_stitches, read_yarns
-from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
-from stitchmesh.io.hdf5 import stored_format
-from stitchmesh.io.meshes import READABLE
-from stitchmesh.io.stitches import FORMAT as STITCHES
+from stitchmesh.io.any_file import read_any
+from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.stitch import Stitch
 from stitchmesh.viewer.fabric_pictures import (
@@ -24,6 +21,7 @@ from stitchmesh.viewer.fabric_pictures import (
     render_stretch,
 )
 from stitchmesh.viewer.picture import render_yarns
+from stitchmesh.yarn import YarnSet
 
 FABRIC_PICTURES: dict[str, Callable[..., None]] = {
     "rows": render_rows,
@@ -52,34 +50,15 @@ def render_file(
         MeshError: the polygons do not form an oriented manifold surface.
         DisplayError: this machine cannot draw.
     """
-    kind = content_of(source)
-    if kind == "stitches":
-        _render_fabric(read_stitches(source), path, what, size)
-        return
-    if what is not None and what != kind:
-        held = "a mesh" if kind == "mesh" else kind
-        raise ParameterError(f"what: {fspath(source)} holds {held}; a picture of its {what} cannot be drawn")
-    if kind == "yarns":
-        render_yarns(read_yarns(source, unit=unit), path, size=size)
+    noun = read_any(source, unit=unit)
+    if isinstance(noun, StitchMesh):
+        _render_fabric(noun, path, what, size)
+    elif what is not None:
+        raise ParameterError(f"what: {fspath(source)} holds no stitch mesh; a picture of its {what} cannot be drawn")
+    elif isinstance(noun, YarnSet):
+        render_yarns(noun, path, size=size)
     else:
-        render_mesh(read_mesh(source, unit=unit), path, size=size)
-
-
-def content_of(source: FilePath) -> str:
-    """What a file holds: ``mesh``, ``stitches`` or ``yarns``.
-
-    Raises:
-        FileError: the suffix is unknown or the file cannot be read.
-    """
-    suffix = suffix_of(source, (".h5", ".bcc", *READABLE))
-    read_bytes(source)
-    if suffix == ".h5":
-        return "stitches" if stored_format(source) == STITCHES else "yarns"
-    if suffix == ".obj":
-        lines = read_lines(source)
-        has_faces = any(line.startswith("f ") for line in lines)
-        return "yarns" if not has_faces and any(line.startswith("l ") for line in lines) else "mesh"
-    return "yarns" if suffix == ".bcc" else "mesh"
+        render_mesh(noun, path, size=size)
 
 
 def _render_fabric(fabric: StitchMesh, path: FilePath, what: str | None, size: Size) -> None:

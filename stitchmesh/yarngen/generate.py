@@ -92,8 +92,8 @@ def _assemble(
     parts: PlacedParts, yarns: list[tuple[list[int], bool]], ends: RowEnds, face_below: IntArray, radius: float
 ) -> YarnSet:
     pieces, part_of, counts = [], [], []
-    for entries, closed in yarns:
-        yarn_pieces, yarn_parts = _pieces_of(parts, entries, closed, ends)
+    for entries, is_ring in yarns:
+        yarn_pieces, yarn_parts = _pieces_of(parts, entries, is_ring, ends)
         pieces += yarn_pieces
         part_of += yarn_parts
         counts.append(sum(len(piece) for piece in yarn_pieces))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from stitchmesh.yarngen.template import Template, bottom, drawn, left_wale, mirrored, right_wale, top
 
+
 def knit_yarnover() -> Template:
     """ky: knit and yarn over in one loop; the yarn-over lies to the right."""
     n = (1, 2)

@@ -10,6 +10,7 @@ a partner is tied: it gets a tail.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -67,7 +68,7 @@ def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
     first = int(breaks[0]) if len(breaks) else 0
     loop, roles = loop[first:] + loop[:first], np.roll(roles, -first)
     cuts = [0, *(np.flatnonzero(np.diff(roles)) + 1).tolist(), len(loop)]
-    runs = [(loop[a:b], int(roles[a])) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    runs = [(loop[a:b], int(roles[a])) for a, b in pairwise(cuts)]
     return [run if role == 1 else run[::-1] for run, role in runs if role % 2 == 1]
 
 

@@ -22,7 +22,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.step_limit import pair_clearance
+from stitchmesh.yarnrelax.step_limit import distance_of_pieces, pair_clearance, tangent_piece
 
 wp.set_module_options({"enable_backward": False})
 
@@ -136,13 +136,11 @@ def contact_energies(
     candidates: wp.array2d[wp.int32],
     # state out
     sample_energy: wp.array[Any],
-    sample_nearest: wp.array[Any],
 ) -> None:
-    """Half of each pair's energy [erg]; smallest distance over the sum of radii, at most 1."""
+    """Half of each pair's energy [erg], at both of its samples."""
     p = wp.tid()
     here = samples[p]
     energy = model.k_contact - model.k_contact
-    nearest = type(energy)(1.0)
     weight = model.sample_weight[p] * model.k_contact
     for c in range(candidate_count[p]):
         q = candidates[p, c]
@@ -151,6 +149,28 @@ def contact_energies(
         reach = model.sample_radius[p] + model.sample_radius[q]
         if distance2 < reach * reach:
             energy += contact_energy(distance2, reach * reach, weight * model.sample_weight[q])
-            nearest = wp.min(nearest, wp.sqrt(distance2) / reach)
     sample_energy[p] = energy * type(energy)(0.5)
-    sample_nearest[p] = nearest
+
+
+@wp.kernel(module="unique")
+def nearest_arcs(
+    # model
+    model: Any,
+    # state in
+    points: wp.array[Any],
+    samples: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    sample_nearest: wp.array[Any],
+) -> None:
+    """Smallest distance of the arc of a sample to others, over the mean radius; 2 where nothing touches it."""
+    p = wp.tid()
+    nearest = model.sample_radius[p] / model.sample_radius[p]
+    half1, _sag1 = tangent_piece(model, points, p)
+    for c in range(candidate_count[p]):
+        q = candidates[p, c]
+        half2, _sag2 = tangent_piece(model, points, q)
+        distance = distance_of_pieces(samples[p] - samples[q], half1, half2)
+        nearest = wp.min(nearest, distance / (model.sample_radius[p] + model.sample_radius[q]))
+    sample_nearest[p] = nearest * type(nearest)(2.0)

@@ -69,8 +69,6 @@ class Assessment:
     """Relative force residual."""
     energies: dict[str, float]
     """Energy of each term [erg]."""
-    nearest: float
-    """Smallest distance of contact samples over the sum of their radii, at most 1."""
 
     @property
     def energy(self) -> float:
@@ -106,7 +104,7 @@ def assess(model: Model, state: State, candidates: Candidates, shape: Shape | No
     model.launch(square_forces, n, [net, effort], [net2, effort2])
     left, whole = np.sqrt(ordered_sum(net2) / n), np.sqrt(ordered_sum(effort2) / n)
     residual = 0.0 if whole <= rounding else float(left / whole)
-    energies, nearest = forces.energies(model, state, candidates)
+    energies = forces.energies(model, state, candidates)
     if shape is not None:
         energies["shape"] = shape_energy(shape)
-    return Assessment(residual, energies, nearest)
+    return Assessment(residual, energies)

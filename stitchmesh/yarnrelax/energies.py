@@ -43,7 +43,7 @@ def yarn_energies(
         ParameterError: an unknown device or precision, a count below 1, or yarns on a lattice.
     """
     model, state, candidates = _evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
-    return forces.energies(model, state, candidates)[0]
+    return forces.energies(model, state, candidates)
 
 
 def yarn_forces(

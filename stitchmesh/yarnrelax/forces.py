@@ -10,12 +10,12 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.candidates import Candidates
-from stitchmesh.yarnrelax.contact import add_contact_forces, contact_energies, place_samples
+from stitchmesh.yarnrelax.contact import add_contact_forces, contact_energies, nearest_arcs, place_samples
 from stitchmesh.yarnrelax.internal import internal_energies, internal_forces
 from stitchmesh.yarnrelax.length import add_length_forces, length_energies
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.motion import gather_forces
-from stitchmesh.yarnrelax.reduction import ordered_sum
+from stitchmesh.yarnrelax.reduction import minimum, ordered_sum
 from stitchmesh.yarnrelax.state import State
 
 Run = Callable[[wp.Kernel, int, list[Any], list[Any]], Any]
@@ -71,8 +71,8 @@ def each_term(model: Model, state: State, candidates: Candidates) -> Iterator[st
         yield "contact"
 
 
-def energies(model: Model, state: State, candidates: Candidates) -> tuple[dict[str, float], float]:
-    """Energy of each term [erg], and the smallest distance of samples over the sum of their radii, at most 1."""
+def energies(model: Model, state: State, candidates: Candidates) -> dict[str, float]:
+    """Energy of each term [erg]; the samples must be placed."""
     stretch, bend = model.empty(model.segment_count), model.empty(model.segment_count)
     inputs = [model.constants, state.points]
     model.launch(internal_energies, model.segment_count, inputs, [stretch, bend])
@@ -80,8 +80,16 @@ def energies(model: Model, state: State, candidates: Candidates) -> tuple[dict[s
     if model.material.k_length > 0.0:
         model.launch(length_energies, model.segment_count, inputs, [stretch])
         result["length"] = ordered_sum(stretch)
-    energy, nearest = model.empty(model.sample_count), model.empty(model.sample_count)
+    energy = model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
-    model.launch(contact_energies, model.sample_count, inputs, [energy, nearest])
+    model.launch(contact_energies, model.sample_count, inputs, [energy])
     result["contact"] = ordered_sum(energy)
-    return result, float(nearest.numpy().min())
+    return result
+
+
+def smallest_distance(model: Model, state: State, candidates: Candidates) -> float:
+    """Smallest distance of yarns over their radius, 2 where none touch; as exact as the arcs' sag is small."""
+    nearest = model.empty(model.sample_count)
+    inputs = [model.constants, state.points, state.samples, candidates.count, candidates.lists]
+    model.launch(nearest_arcs, model.sample_count, inputs, [nearest])
+    return minimum(nearest)

@@ -141,6 +141,12 @@ class Iteration:
         points = self.state.good_points.numpy().astype(np.float64) + self.model.origin
         return replace(self.model.yarns, points=points)
 
+    def smallest_distance(self) -> float:
+        """Smallest distance of yarns in the last good state over their radius, 2 where none touch."""
+        wp.copy(self.state.points, self.state.good_points)
+        self._list_candidates()
+        return forces.smallest_distance(self.model, self.state, self.candidates)
+
     def blame(self) -> str:
         """The energy with the largest force of all, and where it acts."""
         largest, energy, point = -1.0, "", 0

@@ -90,8 +90,8 @@ def test_flipping_a_row_turns_its_direction_and_no_other():
     plain, flipped = label(mesh), label(mesh, flip=[8])
     row = plain.row[8]
     assert flipped.mismatched.sum() == 2 * 2 * 8  # both course seams of the row, counted from both sides
-    bottoms = [set(f.face_vertex[f.side_role == 0][f.row[f.side_face[f.side_role == 0]] != row]) for f in (plain, flipped)]
-    assert bottoms[0] == bottoms[1]
+    others = [(f.side_role == 0) & (f.row[f.side_face] != row) for f in (plain, flipped)]
+    assert set(plain.face_vertex[others[0]]) == set(flipped.face_vertex[others[1]])
 
 
 def test_a_closed_mesh_is_seeded_by_an_edge_loop():

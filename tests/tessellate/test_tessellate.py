@@ -10,8 +10,8 @@ import pytest
 from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
-from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mean_value import mean_value_weights
+from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
@@ -70,13 +70,14 @@ def test_the_two_wale_edges_of_a_face_have_one_count():
     """A panel whose wale edges differ in length is divided alike on both, and so is its whole row."""
     labeled = label(tube(8, 3, radius=5.0, top_radius=2.0))
     fabric = tessellate(labeled, stitch_width=0.37)
-    rings = [loop for loop in fabric.boundary_loops]
-    assert len(rings) == 2
+    assert len(fabric.boundary_loops) == 2
     counts = np.bincount(fabric.row[fabric.side_face[fabric.right_wale]])
     assert len(counts) == fabric.row.max() + 1 and counts.min() >= 8
 
 
-@pytest.mark.parametrize(("bottom", "top", "courses"), [(6, 9, 4), (9, 6, 4), (1, 3, 1), (3, 1, 1), (2, 40, 5), (5, 5, 3)])
+@pytest.mark.parametrize(
+    ("bottom", "top", "courses"), [(6, 9, 4), (9, 6, 4), (1, 3, 1), (3, 1, 1), (2, 40, 5), (5, 5, 3)]
+)
 def test_increases_and_decreases_add_up(bottom, top, courses):
     labeled = label(grid(1, 1))
     fabric = tessellate(labeled, stitch_width=1.0, counts={(0, 1): bottom, (2, 3): top, (0, 2): courses})

@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever a file holds: a polygon mesh, a stitch mesh or yarns."""
+
+from __future__ import annotations
+
+from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
+from stitchmesh.io.hdf5 import stored_format
+from stitchmesh.io.meshes import READABLE, read_mesh
+from stitchmesh.io.stitches import FORMAT as STITCHES
+from stitchmesh.io.stitches import read_stitches
+from stitchmesh.io.yarns import read_yarns
+from stitchmesh.mesh import Mesh
+from stitchmesh.yarn import YarnSet
+
+
+def read_any(path: FilePath, *, unit: str = "cm") -> Mesh | YarnSet:
+    """Read a file as the noun that it holds; its suffix and content decide.
+
+    Args:
+        path: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads.
+        unit: unit of the file's coordinates, unless it is HDF5.
+
+    Raises:
+        ParameterError: the unit is unknown.
+        FileError: the file cannot be read or is malformed.
+        MeshError: the polygons do not form an oriented manifold surface.
+        YarnError: the yarns are malformed.
+    """
+    suffix = suffix_of(path, (".h5", ".bcc", *READABLE))
+    read_bytes(path)  # a missing file or a folder is told here, in one way for all formats
+    if suffix == ".h5":
+        return read_stitches(path) if stored_format(path) == STITCHES else read_yarns(path)
+    if suffix == ".bcc" or (suffix == ".obj" and _holds_polylines(path)):
+        return read_yarns(path, unit=unit)
+    return read_mesh(path, unit=unit)
+
+
+def _holds_polylines(path: FilePath) -> bool:
+    """Whether an OBJ file has lines and no faces."""
+    lines = read_lines(path)
+    return not any(line.startswith("f ") for line in lines) and any(line.startswith("l ") for line in lines)
