@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Progress on the terminal: a bar and a remaining time where it is one, a line a stage where it is a file."""
+"""Progress on the terminal: a bar and a remaining time where it is one, a line now and then where it is a file."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -19,6 +20,9 @@ STAGES = {
     "yarngen": "generating yarns",
     "yarnrelax": "relaxing yarns",
 }
+
+LINE_SECONDS = 3.0
+"""Time between two lines."""
 
 
 @contextmanager
@@ -41,17 +45,18 @@ def on_terminal() -> Iterator[Report]:
 
 
 class _Lines:
-    """One line when a stage begins and one for every further tenth of it."""
+    """A line every few seconds; what is done sooner, a refusal of bad input among it, is told by nobody."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._tenths: dict[str, int] = {}
+        self._told = time.monotonic()
 
     def __call__(self, stage: str, done: float, note: str) -> None:
-        tenth = int(done * 10)
-        if tenth > self._tenths.get(stage, -1):
-            self._tenths[stage] = tenth
-            self._console.print(f"{STAGES.get(stage, stage)}: {tenth * 10}% ({note})", highlight=False, soft_wrap=True)
+        if time.monotonic() - self._told < LINE_SECONDS:
+            return
+        self._told = time.monotonic()
+        line = f"{STAGES.get(stage, stage)}: {done:.0%} ({note})"
+        self._console.print(line, highlight=False, soft_wrap=True)
 
 
 class _Bars:

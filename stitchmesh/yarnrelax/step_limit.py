@@ -48,7 +48,7 @@ SAFETY = 0.45
 """Part of the clearance that one control point may use up in an iteration; below one half."""
 SMALLEST_CLEARANCE = 1e-3
 """Clearance over the yarn radius below which a relaxation gives up."""
-LARGEST_REACH = 0.55
+LARGEST_REACH = 0.85
 """Largest reach of a contact sample over the yarn radius at the start; it leaves room for yarns that stretch."""
 
 
@@ -116,7 +116,7 @@ def shortened(step: Any, limit: Any) -> Any:
 def samples_needed(yarns: YarnSet, contact_samples: int) -> int:
     """Contact samples a segment, at least as many as given, that leave no gap between samples.
 
-    Leaf et al. (3.1) ask for spheres that touch; this is about half of that spacing.
+    Leaf et al. (3.1) ask for spheres that touch, a reach of one radius.
     """
     corners = yarns.points[yarns.segment_points]
     leg = np.linalg.norm(np.diff(corners, axis=1), axis=2).max(axis=1)

@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command line, in process: every command, and one line with status 2 for bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.io import read_stitches, read_yarns, write_mesh
+from tests.gallery import ROOT, grid, moebius, tube
+
+REPORT = {
+    "label": {"seconds", "rows", "faces"},
+    "tessellate": {"seconds", "faces", "increases", "decreases"},
+    "meshrelax": {"seconds", "iterations", "converged", "max_stretch", "rms_stretch"},
+    "yarngen": {"seconds", "yarns", "control_points", "length_cm"},
+    "yarnrelax": {"seconds", "iterations", "converged", "residual", "energy", "max_strain",
+                  "min_distance_over_radius", "pull_throughs", "certificate"},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def tube_obj(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("meshes") / "tube.obj"
+    write_mesh(path, tube(8, 2, radius=2.0, height=1.5))
+    return path
+
+
+@pytest.fixture(scope="module")
+def knitted(tmp_path_factory, tube_obj) -> Path:
+    folder = tmp_path_factory.mktemp("knitted") / "out"
+    options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "-o", str(folder)]
+    assert cli.main(["knit", str(tube_obj), *options]) == 0
+    return folder
+
+
+def refused(capsys, *words: str) -> str:
+    """Run a command that must fail; its one line."""
+    assert cli.main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
+    return printed.err
+
+
+def test_knit_writes_what_it_promises(knitted):
+    assert {path.name for path in knitted.iterdir()} == {
+        "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "report.json",
+    }  # fmt: skip
+    report = json.loads((knitted / "report.json").read_text())
+    for stage, keys in REPORT.items():
+        assert keys <= set(report[stage]), stage
+    assert report["device"] == "cpu" and report["quality"] == "draft"
+    assert report["yarnrelax"]["pull_throughs"] == 0
+    assert report["yarnrelax"]["certificate"] == "unchanged"
+
+
+def test_knit_and_its_files_agree(knitted):
+    report = json.loads((knitted / "report.json").read_text())
+    fabric, yarns = read_stitches(knitted / "stitches.h5"), read_yarns(knitted / "yarns.h5")
+    assert report["tessellate"]["faces"] == fabric.face_count
+    assert report["yarngen"]["control_points"] == len(yarns.points)
+    assert np.abs(yarns.strain).max() == pytest.approx(report["yarnrelax"]["max_strain"], rel=1e-6)
+
+
+def test_the_stages_in_turn_are_knit(tmp_path, tube_obj, knitted, capsys):
+    """Files between the stages lose nothing: the same yarns to the last bit."""
+    at = {name: str(tmp_path / f"{name}.h5") for name in ("rows", "stitches", "even", "yarns", "relaxed")}
+    assert cli.main(["label", str(tube_obj), "-o", at["rows"]]) == 0
+    assert cli.main(["tessellate", at["rows"], "--stitch-width", "1", "-o", at["stitches"]]) == 0
+    assert cli.main(["relax-mesh", at["stitches"], "--surface", at["rows"], "-o", at["even"]]) == 0
+    assert cli.main(["yarns", at["even"], "--quality", "draft", "-o", at["yarns"]]) == 0
+    words = ["relax", at["yarns"], "--keep-shape", at["even"], "--quality", "draft", "--device", "cpu"]
+    assert cli.main([*words, "-o", at["relaxed"]]) == 0
+    stepwise, whole = read_yarns(at["relaxed"]), read_yarns(knitted / "yarns.h5")
+    np.testing.assert_array_equal(stepwise.points, whole.points)
+
+
+def test_info_check_and_convert(knitted, tmp_path, capsys):
+    assert cli.main(["info", str(knitted / "yarns.h5")]) == 0
+    assert "control points" in capsys.readouterr().out
+    assert cli.main(["check", str(knitted / "stitches.h5")]) == 0
+    assert "sound stitch mesh" in capsys.readouterr().out
+    assert cli.main(["convert", str(knitted / "yarns.h5"), str(tmp_path / "yarns.obj")]) == 0
+    assert cli.main(["info", str(tmp_path / "yarns.obj")]) == 0
+
+
+def test_render_draws_each_kind(knitted, tube_obj, tmp_path):
+    for source, words in [
+        (knitted / "yarns.h5", []),
+        (knitted / "stitches.h5", ["--what", "stretch"]),
+        (tube_obj, []),
+    ]:
+        picture = tmp_path / "picture.png"
+        assert cli.main(["render", str(source), *words, "-o", str(picture)]) == 0
+        assert picture.stat().st_size > 1000
+        picture.unlink()
+
+
+def test_help_names_every_command(capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["--help"])
+    assert stop.value.code == 0
+    text = capsys.readouterr().out
+    for command in ("knit", "label", "tessellate", "relax-mesh", "yarns", "relax", "info", "check", "convert", "render"):
+        assert command in text
+
+
+def test_the_module_runs_as_a_program():
+    done = subprocess.run([sys.executable, "-m", "stitchmesh", "--version"], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0 and done.stdout.startswith("stitchmesh ")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "no faces|empty"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2", "at least 3|3"),
+        ("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "not finite|finite"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "9"),
+        ("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "area is zero"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n", "vertex 3: no face uses it"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 2 3 1\n", "same vertices as face 0"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 3 4\n", "reverse the vertex order"),
+        ("\x00\x01\x02 junk \xff", "FileError"),
+    ],
+)  # fmt: skip
+def test_a_bad_mesh_file_is_one_line(tmp_path, capsys, content, message):
+    import re
+
+    path = tmp_path / "bad.obj"
+    path.write_bytes(content.encode("latin-1"))
+    assert re.search(message, refused(capsys, "knit", path, "-o", tmp_path / "out"))
+    assert list((tmp_path / "out").iterdir()) == [], "nothing half-written"
+
+
+def test_a_missing_file_a_folder_and_an_unknown_suffix(tmp_path, capsys):
+    assert "nothing.obj" in refused(capsys, "knit", tmp_path / "nothing.obj", "-o", tmp_path / "out")
+    folder = tmp_path / "folder.obj"
+    folder.mkdir()
+    assert "folder" in refused(capsys, "knit", folder, "-o", tmp_path / "out")
+    assert "expected" in refused(capsys, "info", tmp_path / "mesh.xyz")
+
+
+def test_a_moebius_strip_is_one_line(tmp_path, capsys):
+    vertices, faces = moebius()
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + ["f " + " ".join(str(v + 1) for v in face) for face in faces]
+    (tmp_path / "strip.obj").write_text("\n".join(lines))
+    assert "one side only" in refused(capsys, "knit", tmp_path / "strip.obj", "-o", tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--stitch-width", "0"], "positive"),
+        (["--stitch-width", "-1"], "positive"),
+        (["--stitch-width", "500"], "the widest row is"),
+        (["--stitch-width", "1e-5"], "GB of memory"),
+        (["--stitch-width", "1", "--yarn-radius", "0.9"], "too thick"),
+        (["--stitch-width", "1", "--yarn-radius", "0"], "positive"),
+        (["--device", "tpu"], "expected one of"),
+        (["--quality", "best"], "expected one of draft, standard, reference"),
+        (["--unit", "furlong"], "furlong"),
+        (["--seed", "0,9999"], "no edge joins"),
+        (["--flip", "9999"], "does not exist"),
+    ],
+)  # fmt: skip
+def test_a_bad_option_is_one_line(tube_obj, tmp_path, capsys, words, message):
+    assert message in refused(capsys, "knit", tube_obj, "-o", tmp_path / "out", *words)
+    assert list((tmp_path / "out").iterdir()) == [], "nothing half-written"
+
+
+@pytest.mark.parametrize("words", [["--seed", "zero"], ["--stitch-width", "wide"], ["--colour", "red"]])
+def test_words_that_are_no_options_end_with_status_2(tube_obj, tmp_path, words):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["knit", str(tube_obj), "-o", str(tmp_path), *words])
+    assert stop.value.code == 2
+
+
+def test_a_mesh_without_rows_is_one_line(tmp_path, capsys):
+    from tests.gallery import odd_corner
+
+    write_mesh(tmp_path / "odd.obj", odd_corner())
+    assert "both wale and course" in refused(capsys, "knit", tmp_path / "odd.obj", "-o", tmp_path / "out")
+
+
+def test_an_output_folder_that_cannot_be_written(tube_obj, tmp_path, capsys):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    assert "cannot be written" in refused(capsys, "knit", tube_obj, "-o", blocked)
+    assert "cannot be written" in refused(capsys, "knit", tube_obj, "-o", blocked / "below")
+    assert "choose another folder" in refused(capsys, "label", tube_obj, "-o", blocked / "rows.h5")
+    assert blocked.read_text() == "in the way"
+
+
+def test_a_machine_that_cannot_draw_keeps_its_yarns(tube_obj, tmp_path, capsys, monkeypatch):
+    from stitchmesh import viewer
+    from stitchmesh.errors import DisplayError
+
+    def cannot(*_args, **_options):
+        raise DisplayError("VTK cannot draw here; apt-get install libegl1 libgl1")
+
+    monkeypatch.setattr(viewer, "render_yarns", cannot)
+    options = ["--stitch-width", "2", "--quality", "draft", "--device", "cpu", "-o", str(tmp_path)]
+    assert cli.main(["knit", str(tube_obj), *options]) == 0
+    assert "libegl1 libgl1" in capsys.readouterr().err
+    assert (tmp_path / "yarns.h5").exists() and not (tmp_path / "preview.png").exists()
+
+
+def test_an_interrupt_leaves_the_last_good_state(tube_obj, tmp_path, capsys, monkeypatch):
+    """Ctrl-C while yarns relax: status 130, whole files, a report that says that it is unfinished."""
+    from stitchmesh import pipeline
+
+    relax = pipeline.relax_yarns
+
+    def interrupted(*args, **options):
+        def strike(*_):
+            raise KeyboardInterrupt
+
+        return relax(*args, **{**options, "progress": strike})
+
+    monkeypatch.setattr(pipeline, "relax_yarns", interrupted)
+    options = ["--stitch-width", "1", "--quality", "standard", "--device", "cpu", "-o", str(tmp_path)]
+    assert cli.main(["knit", str(tube_obj), *options]) == 130
+    assert "interrupted" in capsys.readouterr().err
+    assert json.loads((tmp_path / "report.json").read_text())["yarnrelax"] == {"unfinished": True}
+    assert np.isfinite(read_yarns(tmp_path / "yarns.h5").points).all()
+    assert not [name for name in os.listdir(tmp_path) if name.startswith(".")], "no litter"
+
+
+def test_flat_pieces_knit_too(tmp_path):
+    write_mesh(tmp_path / "flat.obj", grid(2, 2, width=2.0, height=2.0))
+    options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture", "-o", str(tmp_path / "out")]
+    assert cli.main(["knit", str(tmp_path / "flat.obj"), *options]) == 0
+    assert read_yarns(tmp_path / "out" / "yarns.h5").yarn_count == 1
