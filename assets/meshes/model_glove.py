@@ -3,7 +3,7 @@
 """A glove for the right hand, its palm to the front (+z), the thumb at +x.
 
 A ring splits where thumb and fingers begin: neighbouring tubes share the edges of the web between
-them, from front to back. Each tip is closed flat, its front and back grafted together.
+them, from front to back. Each tip ends in a small ring, which the last yarn draws together.
 """
 
 import numpy as np
@@ -34,9 +34,11 @@ def model_glove() -> Garment:
     hand = mesh.grow(cuff, rings[1:])
     front, thumb, back = hand[1:6], hand[6:9], hand[9:14]  # hand[0] is at the little finger
     (web,) = mesh.add([[4.35, THUMB_HEIGHT + 0.9, 0.25]])
-    add_finger(mesh, [web, front[4], *thumb, back[0]], *THUMB)
-    add_palm(mesh, [hand[0], *front, web, *back])
-    return Garment("glove", mesh, {"cuff": cuff[0]})
+    borders = {"cuff": cuff[0]}
+    borders["thumb tip"] = add_finger(mesh, [web, front[4], *thumb, back[0]], *THUMB)[0]
+    tips = add_palm(mesh, [hand[0], *front, web, *back])
+    borders |= {f"finger tip {number}": tip[0] for number, tip in enumerate(tips, 1)}
+    return Garment("glove", mesh, borders)
 
 
 def gusset_ring(t: float) -> np.ndarray:
@@ -53,8 +55,8 @@ def gusset_ring(t: float) -> np.ndarray:
     return ring
 
 
-def add_palm(mesh: QuadMesh, ring: Ring) -> None:
-    """Add the palm above the thumb, and the four fingers on it."""
+def add_palm(mesh: QuadMesh, ring: Ring) -> list[Ring]:
+    """Add the palm above the thumb, and the four fingers on it; return the rings at their tips."""
     start = np.array([mesh.points[i] for i in ring])
     top = palm_top()
     rows = [start + t * (top - start) for t in (1 / 3, 2 / 3, 1.0)]
@@ -62,9 +64,11 @@ def add_palm(mesh: QuadMesh, ring: Ring) -> None:
     front, back = ring[1:6], ring[:6:-1]
     inner = np.column_stack([WEB_X, WEB_Y + 0.35, 0.0 * WEB_X])[1:4]
     webs = [ring[0], *mesh.add(inner), ring[6]]
+    tips = []
     for i, finger in enumerate(FINGERS):
         base = [webs[i], front[i], front[i + 1], webs[i + 1], back[i + 1], back[i]]
-        add_finger(mesh, base, *finger)
+        tips.append(add_finger(mesh, base, *finger))
+    return tips
 
 
 def palm_top() -> np.ndarray:
@@ -77,23 +81,22 @@ def palm_top() -> np.ndarray:
 
 def add_finger(
     mesh: QuadMesh, base: Ring, length: float, lean: float, rows: int, half_width: float
-) -> None:
-    """Add a finger on a ring of six: web, two front, web and two back vertices."""
+) -> Ring:
+    """Add a finger on a ring of six (web, two front, web, two back vertices); return its tip."""
     start = np.array([mesh.points[i] for i in base])
     tilt = np.radians(lean)
     along = np.array([np.sin(tilt), np.cos(tilt), 0.1])
     across = unit(start[3] - start[0])
     across = unit(across - (across @ unit(along)) * unit(along))
-    heights = np.append(np.linspace(0.0, length - 0.7, rows + 1)[1:], length)
-    taper = np.append(np.append(np.linspace(1.0, 0.92, rows - 1), 0.78), 0.6)
+    heights = np.append(np.linspace(0.0, length - 0.7, rows + 1)[1:], [length - 0.15, length])
+    taper = np.append(np.linspace(1.0, 0.92, rows - 1), [0.85, 0.62, 0.34])
     rings = []
     for height, scale in zip(heights, taper, strict=True):
         bend = CURL * height / length
         axis = unit(along) + bend * np.cross(across, unit(along))
         centre = start.mean(axis=0) + height * unit(axis)
         rings.append(finger_ring(centre, across, unit(axis), scale * half_width))
-    last = mesh.grow(base, rings[:-1])
-    mesh.close_flat(last, finger_tip(rings[-1], unit(axis)))
+    return mesh.grow(base, rings)
 
 
 def finger_ring(
@@ -105,8 +108,3 @@ def finger_ring(
     spokes = [-side, front - 0.52 * side, front + 0.52 * side]
     return centre + np.array(spokes + [-spoke for spoke in spokes])
 
-
-def finger_tip(ring: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return the four points in which front and back of a fingertip are grafted."""
-    inner = (ring[[1, 2]] + ring[[5, 4]]) / 2
-    return np.array([ring[0] - 0.2 * axis, inner[0], inner[1], ring[3] - 0.2 * axis])

@@ -57,6 +57,11 @@ SOCK_RINGS = [  # shin or instep (y, z), calf or sole (y, z), half width
     (4.4, 16.0, 0.0, 14.4, 4.2),
     (3.6, 17.5, 0.1, 16.8, 3.8),
 ]
+SOCK_TOE = [
+    (3.1, 18.5, 0.4, 18.1, 3.0),
+    (2.6, 19.2, 0.9, 19.0, 2.0),
+    (2.1, 19.5, 1.4, 19.4, 1.0),
+]
 SOCK_EDGES = 12
 PONCHO_EDGES = 32
 PONCHO_ROWS = 11
@@ -118,15 +123,12 @@ def cozy_halves(
 
 
 def model_sock() -> Garment:
-    """Return a sock: a bent tube from cuff to toe, where sole and instep are grafted."""
-    rings = [sock_ring(np.array(line)) for line in SOCK_RINGS]
+    """Return a sock: a bent tube from cuff to toe, which the last yarn draws together."""
+    rings = [sock_ring(np.array(line)) for line in SOCK_RINGS + SOCK_TOE]
     mesh = QuadMesh()
     cuff = mesh.add(rings[0])
-    last = mesh.grow(cuff, rings[1:])
-    across = np.cos(np.pi * np.arange(SOCK_EDGES // 2 + 1) / (SOCK_EDGES // 2))
-    toe = np.column_stack([3.1 * across, np.full(7, 1.7), 19.0 - 0.8 * across**2])
-    mesh.close_flat(last, toe)
-    return Garment("sock", mesh, {"cuff": cuff[0]})
+    toe = mesh.grow(cuff, rings[1:])
+    return Garment("sock", mesh, {"cuff": cuff[0], "toe": toe[0]})
 
 
 def sock_ring(line: np.ndarray) -> np.ndarray:

@@ -47,14 +47,6 @@ class QuadMesh:
             start = upper
         return start
 
-    def close_flat(self, ring: Ring, line: np.ndarray) -> None:
-        """Add a last row whose front and back top edges are the same edges (a graft).
-
-        The ring folds at its vertices 0 and n/2; `line` holds the n/2 + 1 points of the graft.
-        """
-        top = self.add(line)
-        self.bridge(ring, top + top[-2:0:-1])
-
     def write_obj(self, path: Path, title: str) -> None:
         """Write a Wavefront OBJ file (1-based indices, centimetres)."""
         lines = [*LICENCE_HEADER, f"# {title}; unit: cm; y is up"]

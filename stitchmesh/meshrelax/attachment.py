@@ -9,16 +9,17 @@ like the surface but not smoothed, and the barycentric coordinates found there a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.meshrelax.catmull_clark import border_vertices, corner_vertices
+from stitchmesh.meshrelax.catmull_clark import border_vertices
 from stitchmesh.meshrelax.closest_point import ClosestPoint
 from stitchmesh.meshrelax.limit_surface import LimitSurface
+
+TINY = np.finfo(np.float64).tiny
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +29,7 @@ class Placement:
     position: FloatArray
     """[cm], shape (V, 3)."""
     normal: FloatArray
-    """Unit normal of the surface there, shape (V, 3)."""
+    """Unit normal of the surface there or, on a border, next to it, shape (V, 3)."""
     arc: FloatArray
     """Arc length along its border of each border vertex, zero elsewhere [cm], shape (V,)."""
     tangent: FloatArray
@@ -47,11 +48,6 @@ class Attachment:
     fixed: NDArray[np.bool_]
     """Vertices at corners, which do not move, shape (V,)."""
 
-    @cached_property
-    def inner(self) -> IntArray:
-        """Inner vertices."""
-        return np.flatnonzero(self.border < 0)
-
     def projector(self, placement: Placement) -> FloatArray:
         """Projectors onto the directions in which each vertex may move, shape (V, 3, 3)."""
         normal, tangent = placement.normal, placement.tangent
@@ -69,26 +65,24 @@ class Attachment:
             stride: largest distance between two projections [cm].
         """
         strides = max(1, int(np.ceil(np.linalg.norm(step, axis=1).max() / stride)))
-        position, normal, step = placement.position[self.inner], placement.normal[self.inner], step / strides
-        inner_step = step[self.inner]
-        length = np.linalg.norm(inner_step, axis=1, keepdims=True)
+        position, normal, part = placement.position, placement.normal, step / strides
+        length = np.linalg.norm(part, axis=1, keepdims=True)
         for _ in range(strides):
-            found = self.closest.find(position + inner_step, normal)
+            found = self.closest.find(position + part, normal)
             position, normal = self.surface.evaluate(*found)
-            turned = inner_step - np.einsum("ni,ni->n", inner_step, normal)[:, None] * normal
-            inner_step = turned * (length / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-300))
-        arc = placement.arc + strides * np.einsum("vi,vi->v", step, placement.tangent)
-        return self._with_border(_filled(placement.position, self.inner, position), placement.normal, normal, arc)
+            turned = part - np.einsum("vi,vi->v", part, normal)[:, None] * normal
+            part = turned * (length / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), TINY))
+        arc = placement.arc + np.einsum("vi,vi->v", step, placement.tangent)
+        return self.with_border(position, normal, arc)
 
-    def _with_border(
-        self, position: FloatArray, old_normal: FloatArray, inner_normal: FloatArray, arc: FloatArray
-    ) -> Placement:
-        """Put the border vertices at their arc lengths; their normals serve nothing and stay."""
-        tangent = np.zeros_like(position)
+    def with_border(self, position: FloatArray, normal: FloatArray, arc: FloatArray) -> Placement:
+        """A placement whose border vertices are at their arc lengths."""
+        position, tangent = position.copy(), np.zeros_like(position)
         for number, border in enumerate(self.surface.borders):
-            members = np.flatnonzero((self.border == number) & ~self.fixed)
+            members = np.flatnonzero(self.border == number)
             position[members], tangent[members] = border.at(arc[members])
-        return Placement(position, _filled(old_normal, self.inner, inner_normal), arc, tangent)
+        tangent[self.fixed] = 0.0
+        return Placement(position, normal, arc, tangent)
 
 
 def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None) -> tuple[Attachment, Placement]:
@@ -106,12 +100,15 @@ def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str 
     flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
     position, normal = surface.evaluate(*flat.find(fabric.vertices, fabric.vertex_normal))
     border, arc = _locate_borders(fabric, surface)
-    for number, curve in enumerate(surface.borders):
-        members = np.flatnonzero(border == number)
-        position[members] = curve.at(arc[members])[0]
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
-    attachment = Attachment(surface, closest, border, corner_vertices(fabric))
-    return attachment, attachment._with_border(position, normal, normal[attachment.inner], arc)
+    attachment = Attachment(surface, closest, border, border_corners(fabric))
+    return attachment, attachment.with_border(position, normal, arc)
+
+
+def border_corners(fabric: StitchMesh) -> NDArray[np.bool_]:
+    """Border vertices where the border turns: used by one face at a corner, by three and more at the end of a slit."""
+    faces = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
+    return border_vertices(fabric) & (faces != 2)
 
 
 def _locate_borders(fabric: StitchMesh, surface: LimitSurface) -> tuple[IntArray, FloatArray]:
@@ -126,9 +123,3 @@ def _locate_borders(fabric: StitchMesh, surface: LimitSurface) -> tuple[IntArray
         best = int(np.argmin([np.mean(distance**2) for _, distance in found]))
         border[members], arc[members] = best, found[best][0]
     return border, arc
-
-
-def _filled(values: FloatArray, places: IntArray, new: FloatArray) -> FloatArray:
-    result = values.copy()
-    result[places] = new
-    return result

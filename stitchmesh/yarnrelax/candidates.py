@@ -69,6 +69,8 @@ def list_pairs(
     model: Any,
     margin: Any,
     samples: wp.array[Any],
+    centre: wp.array[Any],
+    extent: wp.array[Any],
     i: int,
     j: int,
     candidate_count: wp.array[wp.int32],
@@ -79,6 +81,8 @@ def list_pairs(
     limit = model.sample_radius[i * count] + model.sample_radius[j * count] + margin
     for p in range(i * count, i * count + count):
         here = samples[p]
+        if wp.length(centre[j] - here) > limit + extent[j]:
+            continue
         for q in range(j * count, j * count + count):
             apart = samples[q] - here
             if wp.dot(apart, apart) < limit * limit:
@@ -118,7 +122,7 @@ def list_candidates(
         apart = centre[j] - here
         limit = reach + model.sample_radius[j * model.contact_samples] + extent[j]
         if wp.dot(apart, apart) < limit * limit and may_collide(model, i, j):
-            list_pairs(model, margin, samples, i, j, candidate_count, candidates)
+            list_pairs(model, margin, samples, centre, extent, i, j, candidate_count, candidates)
     most = int(0)
     for k in range(model.contact_samples):
         most = wp.max(most, candidate_count[first + k])

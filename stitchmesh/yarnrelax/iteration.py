@@ -29,8 +29,12 @@ from stitchmesh.yarnrelax.state import State, make_state
 from stitchmesh.yarnrelax.step_limit import SAFETY, check_clearance, samples_needed, yarn_place
 from stitchmesh.yarnrelax.stiffness import internal_stiffness
 
-MARGIN = 1.0
-"""Reach of the candidate lists beyond contact, over the smallest radius."""
+WIDEST_MARGIN, NARROWEST_MARGIN = 0.6, 0.3
+"""Reach of the candidate lists beyond contact, over the smallest radius: at the start, and when all is slow."""
+MARGIN_CHANGE = 1.5
+"""Factor by which the margin narrows or widens."""
+SHORT_LIFE, LONG_LIFE = 2, 8
+"""Bursts; lists that are worn sooner get a wider margin, lists that last longer a narrower one."""
 BURST = 5
 """Iterations between two looks at how far control points have moved."""
 WORN = 0.3
@@ -56,6 +60,8 @@ class Iteration:
     rounding: float
     """Force that the rounding of coordinates makes [dyn]."""
     eagerness: float = LARGEST_EAGERNESS
+    bursts: int = 0
+    """Bursts since the candidate lists were made."""
     launches: list[wp.Launch] = field(default_factory=list)
     graph: Any = None
 
@@ -79,7 +85,7 @@ class Iteration:
         iteration = cls(
             model,
             make_state(model),
-            make_candidates(model, MARGIN * float(yarns.radius.min())),
+            make_candidates(model, WIDEST_MARGIN * float(yarns.radius.min())),
             shape,
             model.upload(np.maximum(stiffness, np.finfo(np.float32).tiny)),
             quality.step_fraction,
@@ -97,7 +103,9 @@ class Iteration:
                 wp.capture_launch(self.graph)
             else:
                 self._launch_burst()
-            if minimum(self.state.room) < WORN * self._travel and self._list_candidates():
+            self.bursts += 1
+            worn = minimum(self.state.room) < WORN * self.candidates.margin / 2
+            if (worn or self.bursts > LONG_LIFE) and self._fit_margin(worn) and self._list_candidates():
                 self._record()
 
     def assess(self) -> Assessment:
@@ -147,6 +155,11 @@ class Iteration:
         self._list_candidates()
         return forces.smallest_distance(self.model, self.state, self.candidates)
 
+    @property
+    def noise(self) -> float:
+        """Energy that rounding forces do over a radius at every control point [erg]."""
+        return self.rounding * float(self.model.yarns.radius.mean()) * self.model.point_count
+
     def blame(self) -> str:
         """The energy with the largest force of all, and where it acts."""
         largest, energy, point = -1.0, "", 0
@@ -157,10 +170,14 @@ class Iteration:
                 largest, energy, point = float(force.max()), term, int(force.argmax())
         return f"{energy} energy of {yarn_place(self.model.yarns, point)}"
 
-    @property
-    def _travel(self) -> float:
-        """How far control points may go on one candidate list [cm]."""
-        return self.candidates.margin / 2
+    def _fit_margin(self, worn: bool) -> bool:
+        """Widen the margin of lists that do not last, narrow that of lists that do; whether to make new lists."""
+        radius, margin = float(self.model.yarns.radius.min()), self.candidates.margin
+        if self.bursts <= SHORT_LIFE:
+            self.candidates.margin = min(margin * MARGIN_CHANGE, WIDEST_MARGIN * radius)
+        elif self.bursts > LONG_LIFE:
+            self.candidates.margin = max(margin / MARGIN_CHANGE, NARROWEST_MARGIN * radius)
+        return worn or self.candidates.margin != margin
 
     def _set_eagerness(self, value: float) -> None:
         self.eagerness = value
@@ -168,6 +185,8 @@ class Iteration:
 
     def _list_candidates(self) -> bool:
         """Make new candidate lists; whether launches have to be recorded again."""
+        self.bursts = 0
+        self.state.travel.fill_(self.candidates.margin / 2)
         forces.sample(self.model, self.state, self.model.launch)
         wp.copy(self.state.listed_points, self.state.points)
         return find_candidates(self.model, self.state.samples, self.candidates)
@@ -194,9 +213,8 @@ class Iteration:
         self.launches.append(self._propose())
         if self.shape is not None and len(self.shape.held) > 0:
             self.launches.append(hold_borders(self.shape, state, record))
-        travel = model.number(self._travel)
         self.launches += [
-            record(move_points, model.point_count, [travel, state.step, state.listed_points],
+            record(move_points, model.point_count, [state.travel, state.step, state.listed_points],
                    [state.points, state.room]),
             record(strand_sums, STRANDS, [state.power], [state.power_sums]),
             record(update_pace, 1, [state.power_sums], [state.pace]),
@@ -209,7 +227,7 @@ class Iteration:
     def _propose(self) -> wp.Launch:
         model, state = self.model, self.state
         inputs = [
-            model.constants, self.point_stiffness, model.number(self.step_fraction), model.number(self._travel),
+            model.constants, self.point_stiffness, model.number(self.step_fraction), state.travel,
             state.points, state.listed_points, state.point_force, state.segment_stiffness, state.segment_clearance,
             state.pace,
         ]  # fmt: skip

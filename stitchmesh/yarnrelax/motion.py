@@ -39,8 +39,8 @@ def propose_steps(
     model: Any,
     point_stiffness: wp.array[Any],
     step_fraction: Any,
-    travel: Any,
     # state in
+    travel: wp.array[Any],
     points: wp.array[Any],
     listed_points: wp.array[Any],
     point_force: wp.array[Any],
@@ -60,7 +60,7 @@ def propose_steps(
     for slot in range(4):
         if slots[slot] >= 0:
             stiffness += segment_stiffness[slots[slot]][slot]
-    room = travel - wp.length(points[i] - listed_points[i])
+    room = travel[0] - wp.length(points[i] - listed_points[i])
     allowed = largest_step(model, segment_clearance, i, step_fraction, room)
     power[i] = wp.dot(point_force[i], step[i])
     limit[i] = allowed
@@ -70,9 +70,8 @@ def propose_steps(
 
 @wp.kernel(module="unique")
 def move_points(
-    # model
-    travel: Any,
     # state in
+    travel: wp.array[Any],
     step: wp.array[Any],
     listed_points: wp.array[Any],
     # state out
@@ -83,4 +82,4 @@ def move_points(
     i = wp.tid()
     moved = points[i] + step[i]
     points[i] = moved
-    room[i] = travel - wp.length(moved - listed_points[i])
+    room[i] = travel[0] - wp.length(moved - listed_points[i])

@@ -117,7 +117,7 @@ def _iterate(solver: Iteration, quality: Quality, watch: _Watch) -> tuple[int, A
         solver.run(CHECK)
         iteration += CHECK
         now = solver.assess()
-        if now.finite and now.energy <= last.energy + RISE * abs(last.energy):
+        if now.finite and now.energy <= last.energy + RISE * abs(last.energy) + solver.noise:
             solver.keep()
             last = now
         else:

@@ -24,6 +24,8 @@ class State:
     """Control points when the candidate lists were made [cm], shape (N, 3)."""
     good_points: wp.array[Any]
     """Control points of the last state that was found good [cm], shape (N, 3)."""
+    travel: wp.array[Any]
+    """How far control points may go on one candidate list: half its margin [cm], shape (1,)."""
     point_force: wp.array[Any]
     """Force on each control point [dyn], shape (N, 3)."""
     step: wp.array[Any]
@@ -60,6 +62,7 @@ def make_state(model: Model) -> State:
         points=points,
         listed_points=wp.clone(points),
         good_points=wp.clone(points),
+        travel=model.empty(1),
         point_force=model.empty(n, 3),
         step=model.empty(n, 3),
         limit=model.empty(n),

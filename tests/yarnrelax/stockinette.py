@@ -83,6 +83,12 @@ def fabric_of(rows: int, stitches: int, radius: float = 0.125, *, closed: bool) 
     mesh = Mesh.from_polygons(vertices, faces)
     ones = np.ones(mesh.face_count, dtype=np.int64)
     return StitchMesh(
-        vertices=mesh.vertices, face_start=mesh.face_start, face_vertex=mesh.face_vertex, twin=mesh.twin,
-        n_bottom=ones, n_top=ones, stitch=ones * Stitch.KNIT, row=np.arange(mesh.face_count) // stitches,
-    )  # fmt: skip
+        vertices=mesh.vertices,
+        face_start=mesh.face_start,
+        face_vertex=mesh.face_vertex,
+        twin=mesh.twin,
+        n_bottom=ones,
+        n_top=ones,
+        stitch=ones * Stitch.KNIT,
+        row=np.arange(mesh.face_count) // stitches,
+    )

@@ -23,9 +23,13 @@ MARGIN = 0.05
 
 def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray]:
     model = put_model(
-        yarns, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=samples,
-        scalar=scalar_named("float64"), device=device_named("cpu"),
-    )  # fmt: skip
+        yarns,
+        YarnMaterial.named("leaf"),
+        quadrature_points=3,
+        contact_samples=samples,
+        scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )
     state, candidates = make_state(model), make_candidates(model, MARGIN)
     forces.sample(model, state, model.launch)
     find_candidates(model, state.samples, candidates)
@@ -40,9 +44,9 @@ def all_pairs(yarns: YarnSet, samples: np.ndarray, per_segment: int) -> list[lis
     near = cdist(samples, samples) < radius[:, None] + radius[None, :] + MARGIN
     ahead = segment[None, :] - segment[:, None]
     cycle = np.where(yarns.closed, np.diff(yarns.segment_start), 1 << 30)[yarn]
-    skip = neighbour_reach(yarns)[segment]
+    exempt = neighbour_reach(yarns)[segment]
     forward = np.where(ahead < 0, ahead + cycle[:, None], ahead)
-    neighbours = (forward <= skip[:, None]) | (cycle[:, None] - forward <= skip[None, :])
+    neighbours = (forward <= exempt[:, None]) | (cycle[:, None] - forward <= exempt[None, :])
     near &= (yarn[:, None] != yarn[None, :]) | ~neighbours
     return [np.flatnonzero(row).tolist() for row in near]
 

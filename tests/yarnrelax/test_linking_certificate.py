@@ -110,10 +110,11 @@ def test_two_crossed_open_yarns_tell_which_lies_above() -> None:
     place = np.linspace(-2.0, 2.0, 9)
     lower = np.stack([place, 0 * place, 0 * place], axis=1)
     crossing = [
-        YarnSet.from_curves([lower, np.stack([0 * place, place, 0 * place + height], axis=1)], closed=[False] * 2,
-                            radius=0.05)
+        YarnSet.from_curves(
+            [lower, np.stack([0 * place, place, 0 * place + height], axis=1)], closed=[False] * 2, radius=0.05
+        )
         for height in (0.5, -0.5)
-    ]  # fmt: skip
+    ]
     above, below = (linking_certificate(yarns, closed_as=crossing[0])[0, 1] for yarns in crossing)
     assert abs(above - below) == 1
 

@@ -12,10 +12,13 @@ from stockinette import fabric_of, tube
 
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax import solver as solver_module
+from stitchmesh.yarnrelax.device import device_named
+from stitchmesh.yarnrelax.iteration import Iteration
 
 DRAFT = PRESETS["draft"]
 ROWS, STITCHES = 6, 8
@@ -87,6 +90,51 @@ def test_far_from_the_origin_is_as_good_as_near(knit: YarnSet) -> None:
     far = relax_yarns(away, quality=quality, device="cpu").yarns.points - 1e4
     # 1e4 cm costs float64 1e-12 cm, which float32 may round to the neighbouring number of 1e-7 cm and 40 steps amplify
     np.testing.assert_allclose(far, near, atol=1e-4)
+
+
+def started(yarns: YarnSet, material: YarnMaterial, fabric: StitchMesh | None = None) -> Iteration:
+    return Iteration.start(yarns, material, DRAFT, device_named("cpu"), fabric)
+
+
+def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
+    plain = {launch.kernel.key for launch in started(knit, YarnMaterial.named("kaldor-simulation")).launches}
+    assert plain == {
+        "place_samples",
+        "internal_forces",
+        "add_contact_forces",
+        "gather_forces",
+        "propose_steps",
+        "move_points",
+        "strand_sums",
+        "update_pace",
+    }
+    fabric = fabric_of(ROWS, STITCHES, closed=True)
+    full = {launch.kernel.key for launch in started(knit, YarnMaterial.named("leaf"), fabric).launches}
+    assert full - plain == {"add_length_forces", "displace_loops", "pull_patches", "add_shape_forces", "hold_loops"}
+
+
+def test_backing_off_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
+    iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
+    iteration.run(20)
+    iteration.keep()
+    good = iteration.good_yarns().points
+    iteration.run(20)
+    iteration.back_off()
+    np.testing.assert_array_equal(iteration.state.points.numpy(), iteration.state.good_points.numpy())
+    np.testing.assert_array_equal(iteration.good_yarns().points, good)
+    assert not iteration.state.step.numpy().any()
+    assert iteration.eagerness == 1.0
+    iteration.run(20)
+    assert iteration.assess().finite
+
+
+def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
+    iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
+    iteration.eagerness = 1e-5
+    with pytest.raises(
+        SolverError, match=r"(stretch|bend|contact) energy of yarn \d \(control point \d+, stitch face \d+\)"
+    ):
+        iteration.back_off()
 
 
 def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.MonkeyPatch) -> None:

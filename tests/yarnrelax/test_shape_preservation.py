@@ -25,9 +25,13 @@ ROWS, STITCHES = 7, 8
 
 def setting(yarns: YarnSet) -> tuple[Model, Shape, State]:
     model = put_model(
-        yarns, YarnMaterial.named("kaldor-simulation"), quadrature_points=3, contact_samples=3,
-        scalar=scalar_named("float64"), device=device_named("cpu"),
-    )  # fmt: skip
+        yarns,
+        YarnMaterial.named("kaldor-simulation"),
+        quadrature_points=3,
+        contact_samples=3,
+        scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )
     return model, put_shape(model, fabric_of(ROWS, STITCHES, closed=False)), make_state(model)
 
 
