@@ -40,11 +40,10 @@ class Assembly:
         """Force on each vertex, shape (V, 3)."""
         return self.scatter @ element_force
 
-    def system(self, element_jacobian: FloatArray, step: float) -> bsr_array:
-        """The matrix I - h df/dx of a backward Euler step, blocks of 3 x 3."""
-        data = self.blocks @ element_jacobian.reshape(-1, 9)
-        data *= -step
-        data[self.diagonal[:, None], [0, 4, 8]] += 1.0
+    def system(self, element_jacobian: FloatArray, time_step: FloatArray) -> bsr_array:
+        """The matrix H^-1 - df/dx of a backward Euler step, blocks of 3 x 3; H holds the vertices' time steps."""
+        data = -(self.blocks @ element_jacobian.reshape(-1, 9))
+        data[self.diagonal[:, None], [0, 4, 8]] += 1.0 / time_step[:, None]
         size = 3 * (len(self.indptr) - 1)
         return bsr_array((data.reshape(-1, 3, 3), self.indices, self.indptr), shape=(size, size))
 

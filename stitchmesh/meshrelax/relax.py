@@ -45,13 +45,11 @@ LARGEST_STEP = 4.0
 """Largest move of a vertex in one iteration over the size of a stitch."""
 STRIDE = 1.0
 """Largest move between two projections over the size of a stitch."""
-STEP_GROWTH, MILD_CUT, STEP_CUT = 4.0, 0.5, 0.1
-"""Factors of the time step where the residual fell, where it rose a little, and where the step was taken back."""
-LARGEST_RISE = 1.2
-"""Rise of the residual at which a step is taken back."""
-SHORTEST_TIME, LONGEST_TIME = 1e-3, 1e4
-"""Bounds of the time step over the size of a stitch: a short one is always good, and beyond the long one the identity
-no longer steadies free motions."""
+STEP_GROWTH, STEP_CUT = 4.0, 0.25
+"""Factors of a vertex's time step where its force fell and where it rose."""
+SHORTEST_TIME, LONGEST_TIME = 1e-2, 1e4
+"""Bounds of the time step over the size of a stitch: beyond the long one the identity no longer steadies free
+motions."""
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.01, 200
 """Of the conjugate gradients: with a coarser tolerance the jumps between the preconditioner's patches remain."""
 
@@ -190,21 +188,22 @@ class Relaxation:
     def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
         """Step until the residual is below the tolerance or the iterations are used up."""
         state = self.state(placement)
-        shortest, longest = SHORTEST_TIME * self.springs.rest.unit, LONGEST_TIME * self.springs.rest.unit
-        time_step = self.springs.rest.unit
+        time_step = np.full(len(placement.position), self.springs.rest.unit)
         iteration = 0
         while state.residual > tolerance and iteration < max_iterations:
-            trial = self.state(self.stepped(state, time_step))
+            before, state = state, self.state(self.stepped(state, time_step))
+            time_step = self.next_time_step(time_step, before, state, tolerance)
             iteration += 1
-            if trial.residual < LARGEST_RISE * state.residual:
-                time_step *= STEP_GROWTH if trial.residual < state.residual else MILD_CUT
-                state = trial
-            else:
-                time_step *= STEP_CUT
-            time_step = min(max(time_step, shortest), longest)
             if progress is not None:
                 progress(iteration, state.residual)
         return Outcome(state.placement, state.residual, iteration)
+
+    def next_time_step(self, time_step: FloatArray, before: State, after: State, tolerance: float) -> FloatArray:
+        """Longer steps for the vertices whose force fell or is small, shorter ones for the others, shape (V,)."""
+        old, new = (np.linalg.norm(state.force, axis=1) for state in (before, after))
+        factor = np.where((new <= old) | (new <= tolerance), STEP_GROWTH, STEP_CUT)
+        unit = self.springs.rest.unit
+        return np.clip(time_step * factor, SHORTEST_TIME * unit, LONGEST_TIME * unit)
 
     def state(self, placement: Placement) -> State:
         """Forces at a placement.
@@ -221,13 +220,13 @@ class Relaxation:
             raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")
         return State(placement, projector, force, jacobian, residual)
 
-    def stepped(self, state: State, time_step: float) -> Placement:
+    def stepped(self, state: State, time_step: FloatArray) -> Placement:
         """The placement after one backward Euler step, cut to the largest step."""
         matrix = self.assembly.system(state.jacobian, time_step)
         diagonal = matrix.data[self.assembly.diagonal]
         step, _ = modified_conjugate_gradients(
             matrix,
-            time_step * state.force.ravel(),
+            state.force.ravel(),
             preconditioner(matrix, diagonal, state.projector, self.patches),
             tolerance=LINEAR_TOLERANCE,
             max_iterations=LINEAR_ITERATIONS,

@@ -3,8 +3,9 @@
 """What becomes of the yarn where a row ends at a border (Yuksel et al. 2012, section 4.3).
 
 Rows are knitted to and fro: along each stretch of row ends, those of neighbouring rows are joined in pairs, the
-first two on the right border, the second and third on the left, so that a flat piece is one yarn. A row end without
-a partner is tied: it gets a tail.
+first two on the right border, the second and third on the left, so that a flat piece is one yarn. Where a bound-off
+edge meets the row ends beside it, at the foot of an armhole say, its yarn goes on into the row. A row end without a
+partner is tied: it gets a tail.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
+from stitchmesh.stitch import Stitch
 from stitchmesh.yarngen.template import FOOT_PLACE, RADIUS_OVER_WIDTH
 
 TURN_REACH = 0.45
@@ -33,7 +35,7 @@ class RowEnds:
     partner: dict[int, int]
     """Side that each joined side is joined to, both ways."""
     turn: dict[int, FloatArray]
-    """Points between a joined side and its partner [cm], in the direction away from the side, shape (n, 3)."""
+    """Points on the way from a joined side to its partner [cm], shape (n, 3); none where they lie side by side."""
     tail: dict[int, FloatArray]
     """Points of the tail at each tied side [cm], outwards, shape (n, 3)."""
 
@@ -42,10 +44,20 @@ def finish_row_ends(fabric: StitchMesh) -> RowEnds:
     """Join or tie all row ends of a fabric."""
     ends = RowEnds({}, {}, {})
     runs = [run for loop in fabric.boundary_loops for run in _runs(fabric, loop.tolist())]
+    _join_bind_off(fabric, ends)
     reach = _reaches(fabric, runs)
     for run in runs:
         _finish_run(fabric, run, reach, ends)
     return ends
+
+
+def _join_bind_off(fabric: StitchMesh, ends: RowEnds) -> None:
+    """Let the yarn of a bind-off row go on into the row that begins where it ends, in a concave corner."""
+    for side in np.flatnonzero((fabric.side_role == 3) & (fabric.twin == BORDER)):
+        other = fabric.next_border_side(int(side))
+        meets = fabric.stitch[fabric.side_face[[side, other]]] == Stitch.BIND_OFF
+        if fabric.side_role[other] == 1 and meets.any():
+            ends.partner[int(side)], ends.partner[other] = other, int(side)
 
 
 def _reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:
@@ -74,6 +86,7 @@ def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
 
 def _finish_run(fabric: StitchMesh, run: list[int], reach: dict[int, float], ends: RowEnds) -> None:
     skipped = 0 if fabric.side_role[run[0]] == 1 else 1
+    run = [side for side in run if side not in ends.partner]
     paired = [(run[i], run[i + 1]) for i in range(skipped, len(run) - 1, 2)]
     for low, high in paired:
         ends.partner[low], ends.partner[high] = high, low
