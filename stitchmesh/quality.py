@@ -33,9 +33,9 @@ class Quality:
 
 
 PRESETS: dict[str, Quality] = {
-    "draft": Quality("float32", 3, 3, 12, 0.2, 0.1, 1500),
-    "standard": Quality("float32", 5, 5, 16, 0.2, 0.02, 10_000),
-    "reference": Quality("float64", 11, 11, 24, 0.1, 0.001, 100_000),
+    "draft": Quality("float32", 3, 3, 12, 0.2, 0.02, 3000),
+    "standard": Quality("float32", 5, 5, 16, 0.2, 0.005, 20_000),
+    "reference": Quality("float64", 11, 11, 24, 0.1, 1e-4, 200_000),
 }
 """The presets of the command line."""
 

@@ -40,10 +40,10 @@ class Assembly:
         """Force on each vertex, shape (V, 3)."""
         return self.scatter @ element_force
 
-    def system(self, element_jacobian: FloatArray, time_step: FloatArray) -> bsr_array:
-        """The matrix H^-1 - df/dx of a backward Euler step, blocks of 3 x 3; H holds the vertices' time steps."""
+    def system(self, element_jacobian: FloatArray, vertex_blocks: FloatArray) -> bsr_array:
+        """The matrix B - df/dx, blocks of 3 x 3, for a block B of each vertex, shape (V, 3, 3)."""
         data = -(self.blocks @ element_jacobian.reshape(-1, 9))
-        data[self.diagonal[:, None], [0, 4, 8]] += 1.0 / time_step[:, None]
+        data[self.diagonal] += vertex_blocks.reshape(-1, 9)
         size = 3 * (len(self.indptr) - 1)
         return bsr_array((data.reshape(-1, 3, 3), self.indices, self.indptr), shape=(size, size))
 

@@ -8,7 +8,7 @@ like the surface but not smoothed, and the barycentric coordinates found there a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,9 @@ class Placement:
     arc: FloatArray
     """Arc length along its border of each border vertex, zero elsewhere [cm], shape (V,)."""
     tangent: FloatArray
-    """Unit tangent of the border, zero at inner vertices, shape (V, 3)."""
+    """Unit tangent of the border, zero at inner and fixed vertices, shape (V, 3)."""
+    bend: FloatArray
+    """Change of the tangent along the border, zero at inner vertices [1/cm], shape (V, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +79,12 @@ class Attachment:
 
     def with_border(self, position: FloatArray, normal: FloatArray, arc: FloatArray) -> Placement:
         """A placement whose border vertices are at their arc lengths."""
-        position, tangent = position.copy(), np.zeros_like(position)
+        position, tangent, bend = position.copy(), np.zeros_like(position), np.zeros_like(position)
         for number, border in enumerate(self.surface.borders):
             members = np.flatnonzero(self.border == number)
-            position[members], tangent[members] = border.at(arc[members])
+            position[members], tangent[members], bend[members] = border.at(arc[members])
         tangent[self.fixed] = 0.0
-        return Placement(position, normal, arc, tangent)
+        return Placement(position, normal, arc, tangent, bend)
 
 
 def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None) -> tuple[Attachment, Placement]:
@@ -101,14 +103,25 @@ def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str 
     position, normal = surface.evaluate(*flat.find(fabric.vertices, fabric.vertex_normal))
     border, arc = _locate_borders(fabric, surface)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
-    attachment = Attachment(surface, closest, border, border_corners(fabric))
+    held = Attachment(surface, closest, border, np.zeros(len(border), dtype=bool))
+    fixed = border_corners(fabric, held.with_border(position, normal, arc).position)
+    attachment = replace(held, fixed=fixed)
     return attachment, attachment.with_border(position, normal, arc)
 
 
-def border_corners(fabric: StitchMesh) -> NDArray[np.bool_]:
-    """Border vertices where the border turns: used by one face at a corner, by three and more at the end of a slit."""
-    faces = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
-    return border_vertices(fabric) & (faces != 2)
+def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_]:
+    """Border vertices at which the border has a corner, shape (V,).
+
+    One face uses the corner of a swatch, three and more the end of a slit; at the ends of a tip that was closed flat
+    the border turns back within a stitch.
+    """
+    faces = np.bincount(fabric.face_vertex, minlength=len(position))
+    corner = border_vertices(fabric) & (faces != 2)
+    for loop in fabric.boundary_loops:
+        members = fabric.face_vertex[loop]
+        ahead = np.roll(position[members], -1, axis=0) - position[members]
+        corner[members] |= np.einsum("ni,ni->n", ahead, np.roll(ahead, 1, axis=0)) < 0.0
+    return corner
 
 
 def _locate_borders(fabric: StitchMesh, surface: LimitSurface) -> tuple[IntArray, FloatArray]:

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh import FloatArray
 
 CANDIDATES = 4
 """Vertices of the polyline around which the closest segment is looked for."""
@@ -56,17 +56,34 @@ class BorderCurve:
         segment, along = segment[best], along[best]
         return self.arc[segment] + along * np.diff(self.arc)[segment], distance[best]
 
-    def at(self, arc: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points and unit tangents at arc lengths, which wrap around the border.
+    @cached_property
+    def tangents(self) -> FloatArray:
+        """Unit tangent at each vertex, the mean of the two segments', shape (N, 3)."""
+        length = np.diff(self.arc)[:, None]
+        along = self.spans / np.where(length > 0.0, length, 1.0)
+        mean = along + np.roll(along, 1, axis=0)
+        size = np.linalg.norm(mean, axis=1, keepdims=True)
+        return np.where(size > 0.0, mean / np.where(size > 0.0, size, 1.0), along)
+
+    def at(self, arc: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Points, unit tangents and bends at arc lengths, which wrap around the border.
+
+        Tangents are interpolated: were they those of the segments, they would jump, and a vertex might find no place
+        where the forces along the border balance.
 
         Args:
             arc: arc lengths [cm], shape (M,).
+
+        Returns:
+            Points [cm], unit tangents, and changes of the tangent along the border [1/cm], each of shape (M, 3).
         """
         arc = np.mod(arc, self.arc[-1])
-        segment = self._segment(arc)
-        length = np.diff(self.arc)[segment]
-        tangent = self.spans[segment] / np.where(length > 0.0, length, 1.0)[:, None]
-        return self.points[segment] + (arc - self.arc[segment])[:, None] * tangent, tangent
-
-    def _segment(self, arc: FloatArray) -> IntArray:
-        return np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, len(self.points) - 1)
+        segment = np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, len(self.points) - 1)
+        length = np.diff(self.arc)[segment][:, None]
+        length = np.where(length > 0.0, length, 1.0)
+        part = (arc - self.arc[segment])[:, None] / length
+        first, last = self.tangents[segment], np.roll(self.tangents, -1, axis=0)[segment]
+        tangent = (1.0 - part) * first + part * last
+        size = np.linalg.norm(tangent, axis=1, keepdims=True)
+        tangent = np.where(size > 0.0, tangent / np.where(size > 0.0, size, 1.0), first)
+        return self.points[segment] + part * self.spans[segment], tangent, (last - first) / length

@@ -45,11 +45,13 @@ LARGEST_STEP = 4.0
 """Largest move of a vertex in one iteration over the size of a stitch."""
 STRIDE = 1.0
 """Largest move between two projections over the size of a stitch."""
-STEP_GROWTH, STEP_CUT = 4.0, 0.25
-"""Factors of a vertex's time step where its force fell and where it rose."""
-SHORTEST_TIME, LONGEST_TIME = 1e-2, 1e4
-"""Bounds of the time step over the size of a stitch: beyond the long one the identity no longer steadies free
-motions."""
+STEP_GROWTH, MILD_CUT, STEP_CUT = 4.0, 0.5, 0.1
+"""Factors of the time step where the residual fell, where it rose a little, and where the step was taken back."""
+LARGEST_RISE = 1.2
+"""Rise of the residual at which a step is taken back."""
+SHORTEST_TIME, LONGEST_TIME = 1e-3, 1e4
+"""Bounds of the time step over the size of a stitch: a short one is always good, and beyond the long one the identity
+no longer steadies free motions."""
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.01, 200
 """Of the conjugate gradients: with a coarser tolerance the jumps between the preconditioner's patches remain."""
 
@@ -173,6 +175,8 @@ class State:
     """Net force along the allowed directions, shape (V, 3)."""
     jacobian: FloatArray
     """Of every element [1/cm], shape (elements, 3, 3)."""
+    border_stiffness: FloatArray
+    """Of each vertex [1/cm], shape (V, 3, 3)."""
     residual: float
 
 
@@ -188,22 +192,21 @@ class Relaxation:
     def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
         """Step until the residual is below the tolerance or the iterations are used up."""
         state = self.state(placement)
-        time_step = np.full(len(placement.position), self.springs.rest.unit)
+        shortest, longest = SHORTEST_TIME * self.springs.rest.unit, LONGEST_TIME * self.springs.rest.unit
+        time_step = self.springs.rest.unit
         iteration = 0
         while state.residual > tolerance and iteration < max_iterations:
-            before, state = state, self.state(self.stepped(state, time_step))
-            time_step = self.next_time_step(time_step, before, state, tolerance)
+            trial = self.state(self.stepped(state, time_step))
             iteration += 1
+            if trial.residual < LARGEST_RISE * state.residual:
+                time_step *= STEP_GROWTH if trial.residual < state.residual else MILD_CUT
+                state = trial
+            else:
+                time_step *= STEP_CUT
+            time_step = min(max(time_step, shortest), longest)
             if progress is not None:
                 progress(iteration, state.residual)
         return Outcome(state.placement, state.residual, iteration)
-
-    def next_time_step(self, time_step: FloatArray, before: State, after: State, tolerance: float) -> FloatArray:
-        """Longer steps for the vertices whose force fell or is small, shorter ones for the others, shape (V,)."""
-        old, new = (np.linalg.norm(state.force, axis=1) for state in (before, after))
-        factor = np.where((new <= old) | (new <= tolerance), STEP_GROWTH, STEP_CUT)
-        unit = self.springs.rest.unit
-        return np.clip(time_step * factor, SHORTEST_TIME * unit, LONGEST_TIME * unit)
 
     def state(self, placement: Placement) -> State:
         """Forces at a placement.
@@ -213,16 +216,17 @@ class Relaxation:
         """
         element_force, jacobian = element_forces(self.springs, placement.position)
         projector = self.attachment.projector(placement)
-        force = np.einsum("vij,vj->vi", projector, self.assembly.force(element_force))
+        whole = self.assembly.force(element_force)
+        force = np.einsum("vij,vj->vi", projector, whole)
         residual = float(np.sqrt(np.mean(np.einsum("vi,vi->v", force, force))))
         if not np.isfinite(residual):
             bad = int(np.flatnonzero(~np.isfinite(force).all(axis=1))[0])
             raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")
-        return State(placement, projector, force, jacobian, residual)
+        return State(placement, projector, force, jacobian, border_stiffness(placement, whole), residual)
 
-    def stepped(self, state: State, time_step: FloatArray) -> Placement:
+    def stepped(self, state: State, time_step: float) -> Placement:
         """The placement after one backward Euler step, cut to the largest step."""
-        matrix = self.assembly.system(state.jacobian, time_step)
+        matrix = self.assembly.system(state.jacobian, state.border_stiffness + np.eye(3) / time_step)
         diagonal = matrix.data[self.assembly.diagonal]
         step, _ = modified_conjugate_gradients(
             matrix,
@@ -236,6 +240,17 @@ class Relaxation:
         longest = float(np.linalg.norm(step, axis=1).max())
         step *= min(1.0, LARGEST_STEP * unit / max(longest, np.finfo(float).tiny))
         return self.attachment.moved(state.placement, step, STRIDE * unit)
+
+
+def border_stiffness(placement: Placement, force: FloatArray) -> FloatArray:
+    """Resistance to moves along a bent border, shape (V, 3, 3) [1/cm].
+
+    The force along the border is f . t, which changes with the tangent t by f . dt/ds: where the border turns within a
+    stitch, at the ends of a slit, this outweighs the springs. Only the part that holds a vertex back is kept.
+    """
+    change = np.einsum("vi,vi->v", force, placement.bend)
+    tangent = placement.tangent
+    return np.maximum(-change, 0.0)[:, None, None] * (tangent[:, :, None] * tangent[:, None, :])
 
 
 def _check(fabric: StitchMesh, *, aspect: float, alpha: float, tolerance: float, max_iterations: int) -> None:

@@ -3,9 +3,10 @@
 """What becomes of the yarn where a row ends at a border (Yuksel et al. 2012, section 4.3).
 
 Rows are knitted to and fro: along each stretch of row ends, those of neighbouring rows are joined in pairs, the
-first two on the right border, the second and third on the left, so that a flat piece is one yarn. Where a bound-off
-edge meets the row ends beside it, at the foot of an armhole say, its yarn goes on into the row. A row end without a
-partner is tied: it gets a tail.
+first two on the right border, the second and third on the left, so that a flat piece is one yarn. Where two
+stretches begin in one border vertex, at the foot of a slit or beside a bound-off edge, the yarn goes on across it;
+likewise where two end in one, at the head of a slit or on a shoulder. A row end without a partner is tied: its
+tail hangs on the wrong side.
 """
 
 from __future__ import annotations
@@ -17,15 +18,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
-from stitchmesh.stitch import Stitch
 from stitchmesh.yarngen.template import FOOT_PLACE, RADIUS_OVER_WIDTH
 
 TURN_REACH = 0.45
 """How far the turn between two rows reaches beyond the border, over the stitch width."""
 SHORTEST_REACH = 0.05
 """The same where another border is so near, at the end of a slit, that turns would meet half way."""
-TAIL = (0.35, 0.7, 1.05, 1.4)
-"""Points of a tail beyond the border, over the stitch width."""
+TAIL = ((0.2, 0.15), (0.25, 0.5), (0.25, 0.85), (0.25, 1.2))
+"""Points of a tail, beyond the border and behind the fabric, over the stitch width: ends hang on the wrong side."""
 
 
 @dataclass(frozen=True)
@@ -37,27 +37,36 @@ class RowEnds:
     turn: dict[int, FloatArray]
     """Points on the way from a joined side to its partner [cm], shape (n, 3); none where they lie side by side."""
     tail: dict[int, FloatArray]
-    """Points of the tail at each tied side [cm], outwards, shape (n, 3)."""
+    """Points of the tail at each tied side [cm], away from it, shape (n, 3)."""
 
 
 def finish_row_ends(fabric: StitchMesh) -> RowEnds:
     """Join or tie all row ends of a fabric."""
     ends = RowEnds({}, {}, {})
     runs = [run for loop in fabric.boundary_loops for run in _runs(fabric, loop.tolist())]
-    _join_bind_off(fabric, ends)
     reach = _reaches(fabric, runs)
+    for foot in _meetings(fabric, 3, 1):
+        _join(ends, *foot, np.zeros((0, 3)))
     for run in runs:
-        _finish_run(fabric, run, reach, ends)
+        _pair(fabric, run, reach, ends)
+    for first, second in _meetings(fabric, 1, 3):
+        if first not in ends.partner and second not in ends.partner:
+            _join(ends, first, second, _turn(fabric, first, second, min(reach[first], reach[second])))
+    for side in (side for run in runs for side in run if side not in ends.partner):
+        ends.tail[side] = _tail(fabric, side)
     return ends
 
 
-def _join_bind_off(fabric: StitchMesh, ends: RowEnds) -> None:
-    """Let the yarn of a bind-off row go on into the row that begins where it ends, in a concave corner."""
-    for side in np.flatnonzero((fabric.side_role == 3) & (fabric.twin == BORDER)):
-        other = fabric.next_border_side(int(side))
-        meets = fabric.stitch[fabric.side_face[[side, other]]] == Stitch.BIND_OFF
-        if fabric.side_role[other] == 1 and meets.any():
-            ends.partner[int(side)], ends.partner[other] = other, int(side)
+def _meetings(fabric: StitchMesh, role: int, next_role: int) -> list[tuple[int, int]]:
+    """Wale sides of these roles that follow each other on a border."""
+    sides = np.flatnonzero((fabric.side_role == role) & (fabric.twin == BORDER)).tolist()
+    pairs = [(side, fabric.next_border_side(side)) for side in sides]
+    return [pair for pair in pairs if fabric.side_role[pair[1]] == next_role]
+
+
+def _join(ends: RowEnds, first: int, second: int, turn: FloatArray) -> None:
+    ends.partner[first], ends.partner[second] = second, first
+    ends.turn[first], ends.turn[second] = turn, turn[::-1]
 
 
 def _reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:
@@ -84,16 +93,18 @@ def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
     return [run if role == 1 else run[::-1] for run, role in runs if role % 2 == 1]
 
 
-def _finish_run(fabric: StitchMesh, run: list[int], reach: dict[int, float], ends: RowEnds) -> None:
-    skipped = 0 if fabric.side_role[run[0]] == 1 else 1
-    run = [side for side in run if side not in ends.partner]
-    paired = [(run[i], run[i + 1]) for i in range(skipped, len(run) - 1, 2)]
-    for low, high in paired:
-        ends.partner[low], ends.partner[high] = high, low
-        turn = _turn(fabric, low, high, min(reach[low], reach[high]))
-        ends.turn[low], ends.turn[high] = turn, turn[::-1]
-    for side in set(run) - {side for pair in paired for side in pair}:
-        ends.tail[side] = np.array([_beyond(fabric, side, place) for place in TAIL])
+def _pair(fabric: StitchMesh, run: list[int], reach: dict[int, float], ends: RowEnds) -> None:
+    """Join neighbouring row ends in pairs, from below; on a left border that starts free, the first stays alone."""
+    free = [side for side in run if side not in ends.partner]
+    alone = int(fabric.side_role[run[0]] == 3 and len(free) == len(run))
+    for low, high in zip(free[alone::2], free[alone + 1 :: 2], strict=False):
+        _join(ends, low, high, _turn(fabric, low, high, min(reach[low], reach[high])))
+
+
+def _tail(fabric: StitchMesh, side: int) -> FloatArray:
+    """Points of the tail of a tied row end."""
+    behind = -_stitch_width(fabric, side) * fabric.vertex_normal[fabric.face_vertex[side]]
+    return np.array([_beyond(fabric, side, out) + depth * behind for out, depth in TAIL])
 
 
 def _turn(fabric: StitchMesh, low: int, high: int, reach: float) -> FloatArray:

@@ -59,7 +59,7 @@ def relax_yarns(
 
     Args:
         yarns: the yarns, without a lattice, no two of them touching by more than half their thickness.
-        material: stiffnesses; Kaldor's simulation yarn scaled to the yarns' radius where not given.
+        material: stiffnesses; the material ``stitchmesh`` scaled to the yarns' radius where not given.
         quality: a preset or a ``Quality``.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
         keep_shape: the fabric that the yarns were made from, whose borders and shape are to be kept.
@@ -76,7 +76,7 @@ def relax_yarns(
         raise ParameterError("yarns: got a set with a lattice; relaxation takes yarns without one")
     if material is None:
         gamma = float(yarns.radius.mean()) / REFERENCE_RADIUS
-        material = YarnMaterial.named("kaldor-simulation").scaled(gamma)
+        material = YarnMaterial.named("stitchmesh").scaled(gamma)
     solver = Iteration.start(yarns, material, quality, device_named(device), keep_shape)
     before = linking_certificate(yarns)
     watch = _Watch(progress, on_state)
