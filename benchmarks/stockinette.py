@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxed stockinette: loop length, wale and course spacing in the middle of a flat swatch, and its picture.
+
+    python benchmarks/stockinette.py --picture docs/stockinette.png
+
+The swatch's border stitches are held, so its gauge is the gauge that it was knitted to; what relaxes is the shape of
+the loops. Munden's constants K_c = loop length / course spacing and K_w = loop length / wale spacing are printed for
+comparison with relaxed plain knit (5.0 to 5.5 and 3.8 to 4.2).
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from stitchmesh.labeling import label
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, tessellate
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarnrelax import relax_yarns
+
+BORDER_STITCHES = 4
+"""Stitches from the border that do not count as the middle."""
+
+
+def swatch(wales: int, courses: int, stitch_width: float) -> StitchMesh:
+    """A flat rectangle of plain stitches."""
+    width, height = wales * stitch_width, courses * stitch_width * COURSE_OVER_WALE_SPACING
+    mesh = Mesh.from_polygons([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]], [[0, 1, 2, 3]])
+    return tessellate(label(mesh), stitch_width=stitch_width)
+
+
+def gauge(fabric: StitchMesh, yarns: YarnSet, wales: int, courses: int) -> dict[str, float]:
+    """Loop length, wale and course spacing [cm] of the stitches in the middle."""
+    count = np.bincount(yarns.face, minlength=fabric.face_count)
+    centre = np.stack([np.bincount(yarns.face, axis, fabric.face_count) / count for axis in yarns.points.T], axis=1)
+    grid = centre.reshape(courses, wales, 3)
+    inner = slice(BORDER_STITCHES, -BORDER_STITCHES)
+    middle = grid[inner, inner]
+    owner = yarns.face[yarns.segment_points[:, 1]]
+    length = np.bincount(owner, yarns.lengths, fabric.face_count).reshape(courses, wales)[inner, inner]
+    return {
+        "loop_length": float(length.mean()),
+        "wale_spacing": float(np.linalg.norm(np.diff(middle, axis=1), axis=2).mean()),
+        "course_spacing": float(np.linalg.norm(np.diff(middle, axis=0), axis=2).mean()),
+    }
+
+
+def main() -> None:
+    """Relax a swatch and print its gauge."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--wales", type=int, default=20)
+    parser.add_argument("--courses", type=int, default=24)
+    parser.add_argument("--stitch-width", type=float, default=0.8)
+    parser.add_argument("--quality", default="standard")
+    parser.add_argument("--device", default="cpu")
+    parser.add_argument("--picture", help="PNG to draw")
+    given = parser.parse_args()
+    fabric = swatch(given.wales, given.courses, given.stitch_width)
+    yarns = generate_yarns(fabric, quality=given.quality)
+    relaxed = relax_yarns(yarns, quality=given.quality, device=given.device, keep_shape=fabric)
+    for name, state in (("as generated", yarns), ("relaxed", relaxed.yarns)):
+        sizes = gauge(fabric, state, given.wales, given.courses)
+        diameters = sizes["loop_length"] / (2 * state.radius[0])
+        print(f"{name}: " + ", ".join(f"{key} {value:.4f} cm" for key, value in sizes.items()))
+        print(f"  loop length {diameters:.2f} yarn diameters, K_c {sizes['loop_length'] / sizes['course_spacing']:.2f}, "
+              f"K_w {sizes['loop_length'] / sizes['wale_spacing']:.2f}")  # fmt: skip
+    print(f"residual {relaxed.report['residual']:.2g} after {relaxed.report['iterations']} iterations")
+    if given.picture:
+        from stitchmesh.viewer import render_yarns
+
+        render_yarns(relaxed.yarns, given.picture)
+
+
+if __name__ == "__main__":
+    main()
