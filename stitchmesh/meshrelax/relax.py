@@ -45,6 +45,8 @@ LARGEST_STEP = 4.0
 """Largest move of a vertex in one iteration over the size of a stitch."""
 STRIDE = 1.0
 """Largest move between two projections over the size of a stitch."""
+REACH = 0.2
+"""Distance over the size of a stitch within which a moved vertex usually finds the surface."""
 STEP_GROWTH, MILD_CUT, STEP_CUT = 4.0, 0.5, 0.1
 """Factors of the time step where the residual fell, where it rose a little, and where the step was taken back."""
 LARGEST_RISE = 1.2
@@ -131,7 +133,7 @@ def relax_mesh_with_report(
     spacing = SURFACE_SPACING * float(np.sqrt(np.linalg.norm(fabric.face_vector_area, axis=1).mean()))
     limit = limit_surface(surface, spacing)
     rest = rest_lengths(fabric, limit.area, aspect=aspect, alpha=alpha)
-    attachment, placement = attach(fabric, limit, STRIDE * rest.unit, device)
+    attachment, placement = attach(fabric, limit, REACH * rest.unit, device)
     model = springs(fabric, rest)
     whole = patches(placement.position, placement.normal, limit.area)
     relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole)

@@ -14,6 +14,10 @@ from stitchmesh.stitch import Stitch
 
 BIND_OFF_HEIGHT = 0.8
 """Height of a bind-off face over the mean height of the stitches below it; the drawn yarn needs no more."""
+NARROWING = 0.2
+"""Part by which a bind-off face may narrow before its row stands up."""
+STAND_UP = 6.0
+"""How fast it stands up with what is beyond that."""
 
 
 def with_bind_off(fabric: StitchMesh) -> StitchMesh:
@@ -31,7 +35,7 @@ def with_bind_off(fabric: StitchMesh) -> StitchMesh:
     _join_neighbours(twin, first, left, right)
     count = len(sides)
     return StitchMesh(
-        vertices=np.concatenate([fabric.vertices, _raised(fabric, border_vertices)]),
+        vertices=np.concatenate([fabric.vertices, _raised(fabric, border_vertices, place.reshape(2, -1))]),
         face_start=np.concatenate([fabric.face_start, fabric.face_start[-1] + 4 * np.arange(1, count + 1)]),
         face_vertex=np.concatenate([fabric.face_vertex, quads.ravel()]),
         twin=twin,
@@ -51,8 +55,23 @@ def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: Int
             twin[side + 1], twin[neighbour + 3] = neighbour + 3, side + 1
 
 
-def _raised(fabric: StitchMesh, vertices: IntArray) -> FloatArray:
-    """Border vertices moved on along the wales that end there [cm]."""
+def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray) -> FloatArray:
+    """Border vertices moved on along the wales that end there [cm], ``sides`` by their places, shape (2, S).
+
+    Where the border is a small ring, a crown say, wales run together; there the row stands up along the normal.
+    """
+    base, up = fabric.vertices[vertices], BIND_OFF_HEIGHT * _mean_wale(fabric)[vertices]
+    height = np.linalg.norm(up, axis=1, keepdims=True)
+    width = np.linalg.norm(np.diff(base[sides], axis=0)[0], axis=1)
+    narrowed = 1.0 - np.linalg.norm(np.diff((base + up)[sides], axis=0)[0], axis=1) / width
+    lean = np.zeros(len(vertices))
+    np.maximum.at(lean, sides, np.broadcast_to(STAND_UP * np.clip(narrowed - NARROWING, 0.0, None), sides.shape))
+    up = up + lean[:, None] * height * fabric.vertex_normal[vertices]
+    return base + up * height / np.linalg.norm(up, axis=1, keepdims=True)
+
+
+def _mean_wale(fabric: StitchMesh) -> FloatArray:
+    """Mean of the wale edges that end in each vertex, upwards [cm], shape (V, 3)."""
     ends = np.where(fabric.side_role == 1, fabric.side_next, np.arange(fabric.side_count))
     starts = np.where(fabric.side_role == 1, np.arange(fabric.side_count), fabric.side_next)
     wales = np.flatnonzero(fabric.is_wale)
@@ -60,4 +79,4 @@ def _raised(fabric: StitchMesh, vertices: IntArray) -> FloatArray:
     total, count = np.zeros_like(fabric.vertices), np.zeros(len(fabric.vertices))
     np.add.at(total, fabric.face_vertex[ends[wales]], up)
     np.add.at(count, fabric.face_vertex[ends[wales]], 1.0)
-    return fabric.vertices[vertices] + BIND_OFF_HEIGHT * total[vertices] / count[vertices, None]
+    return total / np.maximum(count, 1.0)[:, None]

@@ -15,26 +15,22 @@ NEIGHBOURS = 2
 """Segments of one yarn that share control points and do not collide, either way along it."""
 
 
-def smallest_distance(yarns: YarnSet) -> tuple[float, int]:
+def smallest_distance(yarns: YarnSet, within: float) -> tuple[float, int]:
     """Smallest distance [cm] between points of segments that may touch, and a control point there.
 
-    Returns infinity where nothing lies within two diameters.
+    Args:
+        yarns: any yarns.
+        within: distance to look [cm]; where nothing lies so near, the answer is infinity.
     """
     points = np.concatenate([curve[: len(curve) // SAMPLES * SAMPLES] for curve in yarns.sampled(SAMPLES)])
     segment = np.repeat(np.arange(len(yarns.segment_yarn)), SAMPLES)
-    reach = 4.0 * float(yarns.radius.max())
-    tree = cKDTree(points)
-    best, where = np.inf, 0
-    reach_now = float(yarns.radius.min()) / 2
-    while reach_now <= reach and best == np.inf:
-        pairs = tree.query_pairs(reach_now, output_type="ndarray")
-        pairs = pairs[_may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]])]
-        if len(pairs):
-            distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
-            nearest = int(distance.argmin())
-            best, where = float(distance[nearest]), int(yarns.segment_points[segment[pairs[nearest, 0]], 1])
-        reach_now *= 1.5
-    return best, where
+    pairs = cKDTree(points).query_pairs(within, output_type="ndarray")
+    pairs = pairs[_may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]])]
+    if len(pairs) == 0:
+        return np.inf, 0
+    distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    nearest = int(distance.argmin())
+    return float(distance[nearest]), int(yarns.segment_points[segment[pairs[nearest, 0]], 1])
 
 
 def _may_touch(yarns: YarnSet, first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -134,7 +134,7 @@ def _pieces_of(
 
 
 def _check_clearance(yarns: YarnSet, radius: float) -> None:
-    distance, point = smallest_distance(yarns)
+    distance, point = smallest_distance(yarns, NEAREST * radius)
     if distance < NEAREST * radius:
         raise YarnError(
             f"face {yarns.face[point]}: yarns start {distance / radius:.2f} radii apart, expected at least {NEAREST}; "
