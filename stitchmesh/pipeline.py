@@ -82,7 +82,7 @@ def knit(
     device = str(device_named(options.device))
     report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": options.quality}
     target = Path(folder)
-    fabric = _stitches(mesh, options, report, progress)
+    fabric = _stitches(mesh, options, device, report, progress)
     yarns = _yarns(fabric, options, quality, report, progress)
     write_stitches(target / "stitches.h5", fabric)
     saver = _StateSaver(target, report)
@@ -133,7 +133,9 @@ class _StateSaver:
         self._saved = time.monotonic()
 
 
-def _stitches(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+def _stitches(
+    mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
+) -> StitchMesh:
     clock = _Clock()
     progress("label", 0.0, f"{mesh.face_count} faces")
     labeled = label(mesh, seeds=options.seeds, flip=options.flip)
@@ -144,7 +146,7 @@ def _stitches(mesh: Mesh, options: KnitOptions, report: dict[str, object], progr
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
-        fabric, surface=mesh, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
+        fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
     )
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     return relaxed
