@@ -66,8 +66,8 @@ def main() -> None:
         sizes = gauge(fabric, state, given.wales, given.courses)
         diameters = sizes["loop_length"] / (2 * state.radius[0])
         print(f"{name}: " + ", ".join(f"{key} {value:.4f} cm" for key, value in sizes.items()))
-        print(f"  loop length {diameters:.2f} yarn diameters, K_c {sizes['loop_length'] / sizes['course_spacing']:.2f}, "
-              f"K_w {sizes['loop_length'] / sizes['wale_spacing']:.2f}")  # fmt: skip
+        k_c, k_w = (sizes["loop_length"] / sizes[name] for name in ("course_spacing", "wale_spacing"))
+        print(f"  loop length {diameters:.2f} yarn diameters, K_c {k_c:.2f}, K_w {k_w:.2f}")
     print(f"residual {relaxed.report['residual']:.2g} after {relaxed.report['iterations']} iterations")
     if given.picture:
         from stitchmesh.viewer import render_yarns

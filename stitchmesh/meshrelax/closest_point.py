@@ -64,7 +64,7 @@ def find_closest(
     # output
     triangle: wp.array[wp.int32],
     weights: wp.array[wp.vec3d],
-):
+) -> None:
     """Search boxes that double until one holds a triangle; the last takes triangles whichever way they face."""
     n = wp.tid()
     p = points[n]

@@ -55,7 +55,7 @@ def patches(position: FloatArray, normal: FloatArray, area: float) -> Patches:
     key = np.concatenate([np.floor((position - position.mean(axis=0)) / size), normal > 0.0], axis=1)
     patch = np.unique(key, axis=0, return_inverse=True)[1].ravel()
     count = int(patch.max()) + 1
-    total = np.stack([np.bincount(patch, normal[:, k], count) for k in range(3)], axis=1)
+    total: FloatArray = np.stack([np.bincount(patch, normal[:, k], count) for k in range(3)], axis=1)
     return Patches(patch, count, _tangent_frames(total)[patch])
 
 

@@ -22,9 +22,7 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 
-def shear_force(
-    first: FloatArray, second: FloatArray, unit: float, stiffness: float
-) -> tuple[FloatArray, FloatArray]:
+def shear_force(first: FloatArray, second: FloatArray, unit: float, stiffness: float) -> tuple[FloatArray, FloatArray]:
     """Force on the corner itself and its semidefinite Jacobian by m.
 
     Args:

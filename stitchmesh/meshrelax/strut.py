@@ -26,9 +26,7 @@ SHORTEST = 1e-9
 """Length over rest length below which a strut has no direction to push in."""
 
 
-def strut_force(
-    lower: FloatArray, upper: FloatArray, wale: float, stiffness: float
-) -> tuple[FloatArray, FloatArray]:
+def strut_force(lower: FloatArray, upper: FloatArray, wale: float, stiffness: float) -> tuple[FloatArray, FloatArray]:
     """Force on the lower end and its semidefinite Jacobian by the span of the strut.
 
     Args:

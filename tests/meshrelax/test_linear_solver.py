@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import bsr_array
+
+from stitchmesh.mesh import FloatArray
+from stitchmesh.meshrelax.conjugate_gradients import modified_conjugate_gradients
+from stitchmesh.meshrelax.preconditioner import patches, preconditioner
+
+
+def system(count: int, seed: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """A symmetric positive definite matrix and, by turns, a plane, a line and nothing to move in."""
+    random = np.random.default_rng(seed)
+    root = random.normal(size=(3 * count, 3 * count))
+    normal = random.normal(size=(count, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    along = normal[:, :, None] * normal[:, None, :]
+    kind = (np.arange(count) % 3)[:, None, None]
+    projector = np.select([kind == 0, kind == 1], [np.eye(3) - along, along], 0.0)
+    return (
+        root @ root.T + np.eye(3 * count),
+        random.normal(size=3 * count),
+        projector,
+        normal,
+        random.normal(size=(count, 3)),
+    )
+
+
+def solved(matrix: FloatArray, right: FloatArray, projector: FloatArray, normal: FloatArray, place: FloatArray):
+    count = len(normal)
+    sparse = bsr_array(matrix, blocksize=(3, 3))
+    diagonal = np.stack([matrix[3 * v : 3 * v + 3, 3 * v : 3 * v + 3] for v in range(count)])
+    filtered = preconditioner(sparse, diagonal, projector, patches(place, normal, 30.0))
+    return modified_conjugate_gradients(sparse, right, filtered, tolerance=1e-12, max_iterations=500)
+
+
+def test_the_filtered_solution_is_that_of_the_dense_reduced_system() -> None:
+    matrix, right, projector, normal, place = system(12, 5)
+    solution, _ = solved(matrix, right, projector, normal, place)
+    whole = np.zeros_like(matrix)
+    for vertex, block in enumerate(projector):
+        whole[3 * vertex : 3 * vertex + 3, 3 * vertex : 3 * vertex + 3] = block
+    values, vectors = np.linalg.eigh(whole)
+    allowed = vectors[:, values > 0.5]
+    expected = allowed @ np.linalg.solve(allowed.T @ matrix @ allowed, allowed.T @ right)
+    # conjugate gradients stop at 1e-12 of the residual; the condition number is some 1e4
+    np.testing.assert_allclose(solution, expected, atol=1e-8 * np.abs(expected).max())
+    np.testing.assert_allclose(whole @ solution, solution, atol=1e-13)
+
+
+def test_no_force_needs_no_iteration() -> None:
+    matrix, right, projector, normal, place = system(6, 1)
+    solution, iterations = solved(matrix, 0.0 * right, projector, normal, place)
+    assert iterations == 0
+    np.testing.assert_array_equal(solution, 0.0)
