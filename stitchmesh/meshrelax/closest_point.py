@@ -116,8 +116,7 @@ class ClosestPoint:
         self._vertices = wp.array(centred, dtype=wp.vec3d, device=self._device)
         self._triangles = wp.array(corners, dtype=wp.int32, device=self._device)
         self._reach = reach
-        # the last box holds everything even when the point lies off the surface by its whole size
-        self._doublings = max(2, int(np.ceil(np.log2(4.0 * np.ptp(centred, axis=0).max() / reach))))
+        self._size = float(np.abs(centred).max())
 
     def find(self, points: FloatArray, facings: FloatArray) -> tuple[IntArray, FloatArray]:
         """The triangle closest to each point among those that face its way, and the weights of its corners.
@@ -129,9 +128,13 @@ class ClosestPoint:
         count = len(points)
         triangle = wp.empty(count, dtype=wp.int32, device=self._device)
         weights = wp.empty(count, dtype=wp.vec3d, device=self._device)
-        position = wp.array(points - self._origin, dtype=wp.vec3d, device=self._device)
+        centred = points - self._origin
+        # the last box, twice as large as needed, holds every triangle wherever the point is
+        farthest = self._size + float(np.abs(centred).max(initial=0.0))
+        doublings = max(1, int(np.ceil(np.log2(2.0 * farthest / self._reach))))
+        position = wp.array(centred, dtype=wp.vec3d, device=self._device)
         facing = wp.array(facings, dtype=wp.vec3d, device=self._device)
-        model = [self._mesh.id, self._vertices, self._triangles, self._reach, self._doublings]
+        model = [self._mesh.id, self._vertices, self._triangles, self._reach, doublings]
         wp.launch(
             find_closest, count, inputs=[*model, position, facing], outputs=[triangle, weights], device=self._device
         )

@@ -28,6 +28,8 @@ PATCH_VERTICES = 30
 """Vertices of a patch to aim at: larger ones cost iterations, smaller ones factorization."""
 REGULARIZATION = 1e-6
 """Part of its diagonal added to the patches' matrix: on a patch of border vertices its two motions are one."""
+NO_MOTION = 1e-12
+"""Stiffness over the largest below which a motion of a patch is nothing but rounding: its vertices cannot make it."""
 
 Preconditioner = Callable[[FloatArray], FloatArray]
 
@@ -79,7 +81,7 @@ def preconditioner(
     rows, columns = motions.T.tocsr(), motions.tocsr()
     reduced = rows @ (matrix @ motions)
     own = reduced.diagonal()
-    steadied = reduced + diags_array(np.where(own > 0.0, REGULARIZATION * own, 1.0))
+    steadied = reduced + diags_array(np.where(own > NO_MOTION * own.max(), REGULARIZATION * own, 1.0))
     factor = splu(steadied.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def apply(residual: FloatArray) -> FloatArray:

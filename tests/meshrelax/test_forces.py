@@ -90,11 +90,12 @@ def test_strut_is_at_rest_on_a_straight_wale_and_parts_the_ends_of_a_bent_one() 
 
 
 def test_strut_jacobian_is_the_derivative_along_an_evenly_bent_strut() -> None:
-    def force(stretch: float) -> FloatArray:
-        return strut_force(np.array([[-1.0 - stretch, 0.3, 0.0]]), np.array([[1.0 + stretch, 0.3, 0.0]]), 0.5, 2.0)[0]
+    def force(parted: float) -> float:
+        reach = 1.0 + 0.5 * parted
+        return strut_force(np.array([[-reach, 0.3, 0.0]]), np.array([[reach, 0.3, 0.0]]), 0.5, 2.0)[0][0, 0]
 
     step = 1e-5
-    expected = (force(step / 2) - force(-step / 2))[0, 0] / -step  # the span points from upper to lower, so to -x
+    expected = (force(step) - force(-step)) / (-2 * step)  # the span points from the upper end to the lower, to -x
     jacobian = strut_force(np.array([[-1.0, 0.3, 0.0]]), np.array([[1.0, 0.3, 0.0]]), 0.5, 2.0)[1]
     np.testing.assert_allclose(jacobian[0, 0, 0], expected, rtol=1e-7)
 
@@ -153,7 +154,7 @@ def test_a_three_way_increase_has_three_sub_quads_on_its_one_bottom_edge() -> No
 
 def test_struts_follow_wales_and_stop_where_wales_begin() -> None:
     struts = wale_struts(increase_fabric())
-    assert sorted(sorted([a, c]) + [b] for a, b, c in struts.tolist()) == [[0, 6, 2], [1, 9, 5]]
+    assert sorted([*sorted([a, c]), b] for a, b, c in struts.tolist()) == [[0, 6, 2], [1, 9, 5]]
 
 
 def test_every_inner_vertex_of_a_tube_carries_a_strut() -> None:

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Bending and stretching against the elastica: what a yarn does under dead loads.
+
+A yarn with k_bend bends as a rod with flexural rigidity EI = 2 k_bend (reference: Euler's elastica, solved to six
+digits by shooting). The yarn is in balance where yarn_forces and the loads cancel; that state is found here by a
+quasi-Newton method that starts from the exact curvature of the energy at the straight yarn, so nothing of the
+relaxer is used but its energies and forces. Loads act on points of the curve through the spline basis. A cantilever
+of length L is half of a yarn of length 2 L that is loaded alike on both sides and held up in its middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from stitchmesh.yarn import YarnSet, basis
+from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
+
+STIFF_LENGTH = 1e3
+"""k_len against k_bend = 1 and segments of 1: strains P / (2 k_len) under loads of a few EI / L^2 are 1e-4."""
+CHAIN_LENGTH = 3e4
+"""The same for a chain of weight 24."""
+HALF = 8
+"""Segments of a cantilever; cubic splines bend as the elastica to (1 / HALF)^2 of its change in curvature."""
+
+
+def straight_yarn(segments: int) -> YarnSet:
+    points = np.zeros((segments + 3, 3))
+    points[:, 0] = np.arange(segments + 3) - (segments + 2) / 2
+    return YarnSet.from_curves([points], closed=[False], radius=1e-3)
+
+
+def material(k_bend: float, k_len: float = STIFF_LENGTH) -> YarnMaterial:
+    return YarnMaterial(k_len, 0.0, k_bend, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def at(yarns: YarnSet, segment: int, parameter: float) -> np.ndarray:
+    """Weights of the control points at a point of the curve, shape (N,)."""
+    weights = np.zeros(len(yarns.points))
+    weights[yarns.segment_points[segment]] = basis(parameter)[0]
+    return weights
+
+
+def spread_evenly(yarns: YarnSet) -> np.ndarray:
+    """Weights of a load of one per unit of length along the yarn, by Gauss quadrature, shape (N,)."""
+    nodes, shares = np.polynomial.legendre.leggauss(4)
+    weights = np.zeros(len(yarns.points))
+    for segment, length in zip(yarns.segment_points, yarns.rest_length, strict=True):
+        weights[segment] += length * (shares / 2) @ basis((nodes + 1) / 2)
+    return weights
+
+
+def balanced(yarns: YarnSet, k_bend: float, load: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
+    """Control points (x, y) at which the yarn carries a dead load [dyn], shape (N, 2)."""
+    matter, count = material(k_bend), len(yarns.points)
+
+    def moved(flat: np.ndarray) -> YarnSet:
+        points = np.zeros((count, 3))
+        points[:, :2] = flat.reshape(count, 2)
+        return YarnSet.from_curves([points], closed=[False], radius=1e-3, rest_lengths=[yarns.rest_length])
+
+    def energy(flat: np.ndarray) -> float:
+        return sum(yarn_energies(moved(flat), matter, quadrature_points=5).values()) - float((load.ravel() * flat).sum())
+
+    def gradient(flat: np.ndarray) -> np.ndarray:
+        return -yarn_forces(moved(flat), matter, quadrature_points=5)[:, :2].ravel() - load.ravel()
+
+    flat = yarns.points[:, :2].ravel() if start is None else start.ravel()
+    options = {"hess_inv0": positive_inverse(hessian(gradient, flat)), "gtol": 1e-5, "maxiter": 400}
+    found = minimize(energy, flat, jac=gradient, method="BFGS", options=options)
+    assert np.abs(found.jac).max() < 1e-3 * max(np.abs(load).max(), 1e-6), "the yarn is not in balance"
+    return found.x.reshape(count, 2)
+
+
+def hessian(gradient: Callable[[np.ndarray], np.ndarray], flat: np.ndarray) -> np.ndarray:
+    """Second derivatives of the energy by central differences of its gradient."""
+    step = 1e-5 * np.eye(len(flat))
+    columns = [(gradient(flat + each) - gradient(flat - each)) / 2e-5 for each in step]
+    return (np.array(columns) + np.array(columns).T) / 2
+
+
+def positive_inverse(matrix: np.ndarray) -> np.ndarray:
+    """Inverse with all eigenvalues made positive, for the start of a quasi-Newton method."""
+    values, vectors = np.linalg.eigh(matrix)
+    inverse = (vectors / np.maximum(np.abs(values), 1e-3)) @ vectors.T
+    return (inverse + inverse.T) / 2
+
+
+def drop(yarns: YarnSet, points: np.ndarray) -> float:
+    """How far the ends of a doubled cantilever hang below its middle, over the length of one half."""
+    end = (at(yarns, 0, 0.0) + at(yarns, len(yarns.rest_length) - 1, 1.0)) / 2
+    return float((at(yarns, HALF, 0.0) - end) @ points[:, 1] / HALF)
+
+
+@pytest.mark.parametrize(("group", "expected"), [(1.0, 0.301721), (2.0, 0.493457), (5.0, 0.713792)])
+def test_end_loaded_cantilever(group: float, expected: float) -> None:
+    """P L^2 / EI = 1, 2, 5: drop / L of the elastica."""
+    yarns = straight_yarn(2 * HALF)
+    force = group * 2.0 / HALF**2
+    last = len(yarns.rest_length) - 1
+    load = np.zeros((len(yarns.points), 2))
+    load[:, 1] = force * (2 * at(yarns, HALF, 0.0) - at(yarns, 0, 0.0) - at(yarns, last, 1.0))
+    assert drop(yarns, balanced(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize(("group", "expected"), [(1.0, 0.123471), (4.0, 0.425159), (8.0, 0.640631)])
+def test_heavy_cantilever(group: float, expected: float) -> None:
+    """w L^3 / EI = 1, 4, 8: drop / L of the heavy elastica."""
+    yarns = straight_yarn(2 * HALF)
+    weight = group * 2.0 / HALF**3
+    load = np.zeros((len(yarns.points), 2))
+    load[:, 1] = weight * (yarns.rest_length.sum() * at(yarns, HALF, 0.0) - spread_evenly(yarns))
+    assert drop(yarns, balanced(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
+
+
+def test_euler_load_of_a_free_column() -> None:
+    """A column pressed at both pinned ends has a flat direction at P = pi^2 EI / L^2 and not before.
+
+    In the frame of the column the press is a dead load along it, whose potential has no second derivative; the rod
+    is first compressed until it carries P, and bends when the smallest curvature of its energy vanishes.
+    """
+    segments = 2 * HALF
+    yarns = straight_yarn(segments)
+    critical = np.pi**2 * 2.0 / segments**2
+    signs = [smallest_curvature(yarns, share * critical) for share in (0.99, 1.01)]
+    assert signs[0] > 0.0 > signs[1]
+
+
+def smallest_curvature(yarns: YarnSet, press: float) -> float:
+    """Smallest eigenvalue of the energy across a compressed column whose ends stay on the line.
+
+    E_len = k_len (1 - lambda)^2 a segment of length 1, so a press P shortens each by P / (2 k_len).
+    """
+    count, matter = len(yarns.points), material(1.0)
+    line = yarns.points * (1.0 - press / (2 * STIFF_LENGTH))
+
+    def across(height: np.ndarray) -> np.ndarray:
+        points = line.copy()
+        points[:, 1] = height
+        bent = YarnSet.from_curves([points], closed=[False], radius=1e-3, rest_lengths=[yarns.rest_length])
+        return -yarn_forces(bent, matter, quadrature_points=5)[:, 1]
+
+    curvature = hessian(across, np.zeros(count))
+    held = np.stack([at(yarns, 0, 0.0), at(yarns, len(yarns.rest_length) - 1, 1.0)])
+    free = np.linalg.svd(held)[2][2:].T
+    return float(np.linalg.eigvalsh(free.T @ curvature @ free)[0])
+
+
+@pytest.mark.parametrize(("slack", "expected"), [(1.1, 0.200301), (1.5, 0.502633)])
+def test_catenary(slack: float, expected: float) -> None:
+    """A yarn that hardly bends hangs as a chain: sag / span for L / span = 1.1 and 1.5.
+
+    k_bend is small enough that the stiff ends, sqrt(EI / H) long, are below a hundredth of the span.
+    """
+    yarns = straight_yarn(24)
+    length, last = 24.0, len(yarns.rest_length) - 1
+    span = length / slack
+    weight, tether = 1.0, 3e4
+    ends = [(at(yarns, 0, 0.0), -span / 2), (at(yarns, last, 1.0), span / 2)]
+    x = yarns.points[:, 0] / slack
+    start = np.stack([x, 4 * expected * span * ((x / span) ** 2 - 0.25)], axis=1)
+    matter = material(1e-3, CHAIN_LENGTH)
+
+    def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        points = np.zeros((len(x), 3))
+        points[:, :2] = flat.reshape(-1, 2)
+        hung = YarnSet.from_curves([points], closed=[False], radius=1e-3, rest_lengths=[yarns.rest_length])
+        gradient = -yarn_forces(hung, matter, quadrature_points=5)[:, :2]
+        energy = sum(yarn_energies(hung, matter, quadrature_points=5).values())
+        gradient[:, 1] += weight * heavy
+        energy += weight * float(heavy @ points[:, 1])
+        for weights, place in ends:
+            off = weights @ points[:, :2] - [place, 0.0]
+            energy += tether / 2 * float(off @ off)
+            gradient += tether * np.outer(weights, off)
+        return energy, gradient.ravel()
+
+    heavy = spread_evenly(yarns)
+    inverse = positive_inverse(hessian(lambda flat: energy_and_gradient(flat)[1], start.ravel()))
+    options = {"hess_inv0": inverse, "gtol": 1e-3, "maxiter": 600}
+    found = minimize(energy_and_gradient, start.ravel(), jac=True, method="BFGS", options=options)
+    hung = found.x.reshape(-1, 2)
+    sag = (ends[0][0] @ hung)[1] - (at(yarns, 12, 0.0) @ hung)[1]
+    assert sag / span == pytest.approx(expected, rel=0.01)
