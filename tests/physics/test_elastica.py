@@ -64,7 +64,8 @@ def balanced(yarns: YarnSet, k_bend: float, load: np.ndarray, start: np.ndarray 
         return YarnSet.from_curves([points], closed=[False], radius=1e-3, rest_lengths=[yarns.rest_length])
 
     def energy(flat: np.ndarray) -> float:
-        return sum(yarn_energies(moved(flat), matter, quadrature_points=5).values()) - float((load.ravel() * flat).sum())
+        stored = sum(yarn_energies(moved(flat), matter, quadrature_points=5).values())
+        return stored - float(load.ravel() @ flat)
 
     def gradient(flat: np.ndarray) -> np.ndarray:
         return -yarn_forces(moved(flat), matter, quadrature_points=5)[:, :2].ravel() - load.ravel()
