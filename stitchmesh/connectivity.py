@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From vertex numbers to twins, and the checks that make a surface an oriented manifold."""
+"""From vertex numbers to twins, and the checks that make a surface an oriented manifold.
+
+SciPy's graphs are imported where they are used: every command passes through this module on its way to ``--help``.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
-
 from stitchmesh.errors import MeshError, first_few
 
 IntArray = NDArray[np.int64]
@@ -97,6 +97,9 @@ def _flips_that_agree(
     first: IntArray, second: IntArray, same: NDArray[np.bool_], face_count: int
 ) -> NDArray[np.bool_]:
     """Faces to reverse so that orientations agree along a spanning tree of the face graph."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
     pair = np.minimum(first, second) * face_count + np.maximum(first, second)
     pair, place = np.unique(pair, return_index=True)
     ends = (pair // face_count, pair % face_count)
@@ -119,14 +122,16 @@ def check_vertex_fans(face_vertex: IntArray, twin: IntArray, side_next: IntArray
     Raises:
         MeshError: two fans of faces touch in a single vertex.
     """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     inner = np.flatnonzero(twin >= 0)
     # the corner at the start of a side and the corner at the end of its twin are neighbours in the fan
     link = coo_array(
         (np.ones(len(inner)), (inner, side_next[twin[inner]])), shape=(len(twin), len(twin))
     )
     fan = connected_components(link.tocsr(), directed=False)[1]
-    pairs = np.unique(np.stack([face_vertex, fan], axis=1), axis=0)
-    vertices, count = np.unique(pairs[:, 0], return_counts=True)
-    bad = vertices[count > 1]
+    pairs = np.unique(face_vertex * len(twin) + fan)
+    bad = np.flatnonzero(np.bincount(pairs // len(twin), minlength=vertex_count) > 1)
     if len(bad):
         raise MeshError(f"vertex {first_few(bad)}: separate parts of the surface touch in it; split the vertex")

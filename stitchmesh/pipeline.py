@@ -20,6 +20,7 @@ from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
@@ -177,10 +178,6 @@ def _yarns(
     }
     progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     return yarns
-
-
-MESH_TOLERANCE = 1e-3
-"""Residual at which the mesh relaxation stops, for its progress."""
 
 
 def relaxing_progress(stage: str, tolerance: float, progress: Progress) -> Callable[..., None]:

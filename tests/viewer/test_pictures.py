@@ -136,7 +136,7 @@ def test_bad_requests_are_named(tmp_path):
     io.write_mesh(tmp_path / "m.obj", tube(12, 5))
     with pytest.raises(ParameterError, match="got 'loops'; expected one of rows, stitches, stretch"):
         render_file(tmp_path / "s.h5", tmp_path / "a.png", what="loops")
-    with pytest.raises(ParameterError, match=r"m.obj holds a mesh; a picture of its stretch cannot be drawn"):
+    with pytest.raises(ParameterError, match=r"m.obj holds no stitch mesh; a picture of its stretch cannot be drawn"):
         render_file(tmp_path / "m.obj", tmp_path / "a.png", what="stretch")
     with pytest.raises(FileError, match=r"unknown format '.jpg'; expected one of .png"):
         render_mesh(tube(12, 5), tmp_path / "a.jpg")
