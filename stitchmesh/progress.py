@@ -49,13 +49,18 @@ class _Lines:
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._told = time.monotonic()
+        self._told = self._began = time.monotonic()
+        self._stage = ""
 
     def __call__(self, stage: str, done: float, note: str) -> None:
-        if time.monotonic() - self._told < LINE_SECONDS:
+        now = time.monotonic()
+        if stage != self._stage:
+            self._stage, self._began = stage, now
+        if now - self._told < LINE_SECONDS:
             return
-        self._told = time.monotonic()
-        line = f"{STAGES.get(stage, stage)}: {done:.0%} ({note})"
+        self._told = now
+        left = f", about {(now - self._began) * (1.0 - done) / done:.0f} s left" if 0.05 < done < 1.0 else ""
+        line = f"{STAGES.get(stage, stage)}: {done:.0%}{left} ({note})"
         self._console.print(line, highlight=False, soft_wrap=True)
 
 
