@@ -8,6 +8,7 @@ import argparse
 import logging
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from stitchmesh import __version__
 from stitchmesh.errors import StitchMeshError
@@ -37,9 +38,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that refuses in one line, as all of StitchMesh does."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
 def parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    top = argparse.ArgumentParser(prog="stitchmesh", description="From a polygon mesh to knitted, relaxed yarns.")
+    top = _Parser(prog="stitchmesh", description="From a polygon mesh to knitted, relaxed yarns.")
     top.add_argument("--version", action="version", version=f"stitchmesh {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_knit(commands)

@@ -7,6 +7,8 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +29,6 @@ def knit(arguments: Namespace) -> None:
     """The whole line, with a picture at the end."""
     from stitchmesh.progress import on_terminal
 
-    folder = _writable_folder(arguments.output)
     options = KnitOptions(
         stitch_width=arguments.stitch_width,
         yarn_radius=arguments.yarn_radius,
@@ -36,9 +37,10 @@ def knit(arguments: Namespace) -> None:
         seeds=arguments.seed,
         flip=arguments.flip,
     )
-    mesh = read_mesh(arguments.mesh, unit=arguments.unit)
-    with on_terminal() as progress:
-        made = knit_mesh(mesh, folder, options, progress=progress)
+    with _output_folder(arguments.output) as folder:
+        mesh = read_mesh(arguments.mesh, unit=arguments.unit)
+        with on_terminal() as progress:
+            made = knit_mesh(mesh, folder, options, progress=progress)
     if not arguments.no_picture:
         _preview(made.yarns, folder / "preview.png")
     print(json.dumps(made.report, indent=2))
@@ -63,9 +65,13 @@ def tessellate(arguments: Namespace) -> None:
 def relax_mesh(arguments: Namespace) -> None:
     """Even stitches on the smooth surface."""
     from stitchmesh.meshrelax import relax_mesh_with_report
+    from stitchmesh.pipeline import MESH_TOLERANCE, relaxing_progress
+    from stitchmesh.progress import on_terminal
 
     fabric, surface = read_stitches(arguments.fabric), read_stitches(arguments.surface)
-    relaxed, how = relax_mesh_with_report(fabric, surface=surface)
+    with on_terminal() as progress:
+        tell = relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
+        relaxed, how = relax_mesh_with_report(fabric, surface=surface, progress=tell)
     write_stitches(arguments.output, relaxed)
     print(f"{how.iterations} iterations, stretch rms {how.rms_stretch:.3f}, at most {how.max_stretch:.3f}")
 
@@ -143,9 +149,14 @@ def _preview(made: YarnSet, path: Path) -> None:
         print(f"no picture: {error}", file=sys.stderr)
 
 
-def _writable_folder(name: str) -> Path:
-    """The output folder, made now, so that hours of work do not end at a closed door."""
+@contextmanager
+def _output_folder(name: str) -> Iterator[Path]:
+    """The output folder, made before hours of work, so that they do not end at a closed door.
+
+    Where the work is refused, a folder that was made for it and is still empty goes again.
+    """
     folder = Path(name)
+    made = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".stitchmesh-probe"
@@ -153,7 +164,11 @@ def _writable_folder(name: str) -> Path:
         probe.unlink()
     except OSError as error:
         raise FileError(f"{name}: cannot be written ({error.strerror}); choose another output folder") from error
-    return folder
+    try:
+        yield folder
+    finally:
+        if made and not any(folder.iterdir()):
+            folder.rmdir()
 
 
 def _kind(noun: Mesh | YarnSet) -> str:

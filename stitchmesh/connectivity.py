@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+
 from stitchmesh.errors import MeshError, first_few
 
 IntArray = NDArray[np.int64]

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh import __version__
+from stitchmesh.device import device_named
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
@@ -27,7 +28,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.device import device_named
 
 STITCH_WIDTH = 0.8
 """Default wale spacing [cm]: worsted yarn by hand, about 13 stitches in 10 cm."""

@@ -18,7 +18,7 @@ LAYERS = [
     {"errors"},
     {"lattice", "stitch", "connectivity"},
     {"mesh"},
-    {"mean_value", "yarn", "quality"},
+    {"mean_value", "yarn", "quality", "device"},
     {"io"},
     {"labeling", "tessellate", "meshrelax", "yarngen", "yarnrelax"},
     {"pipeline"},
@@ -29,8 +29,17 @@ LAYERS = [
 ]
 """From the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
-HEAVY = {"warp": {"meshrelax", "yarnrelax"}, "pyvista": {"viewer"}, "vtkmodules": {"viewer"}, "vtk": {"viewer"},
-         "h5py": {"io"}, "meshio": {"io"}, "rich": {"progress"}, "PIL": {"viewer"}}  # fmt: skip
+HEAVY = {
+    "warp": {"meshrelax", "yarnrelax", "device"},
+    "pyvista": {"viewer"},
+    "vtkmodules": {"viewer"},
+    "vtk": {"viewer"},
+    "h5py": {"io"},
+    "meshio": {"io"},
+    "rich": {"progress"},
+    "PIL": {"viewer"},
+}
+"""Where each heavy package may be imported."""
 VAGUE = {"utils", "util", "helpers", "common", "core", "misc", "tools", "types"}
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from stitchmesh.device import device_named
 from stitchmesh.mesh import FloatArray, IntArray
 
 wp.set_module_options({"enable_backward": False})
@@ -105,11 +106,14 @@ class ClosestPoint:
             vertices: shape (V, 3).
             triangles: shape (T, 3).
             reach: distance within which a point usually finds its triangle: the half size of the first search box.
-            device: Warp's name of the device; None for its preferred one.
+            device: Warp's name of the device; None for the first GPU, else the CPU.
+
+        Raises:
+            ParameterError: there is no such device.
         """
         self._origin = vertices.mean(axis=0)  # single precision boxes lose least near the origin
         centred = vertices - self._origin
-        self._device = wp.get_device(device)
+        self._device = device_named(device)
         corners = np.ascontiguousarray(triangles, dtype=np.int32)
         points = wp.array(centred, dtype=wp.vec3, device=self._device)
         self._mesh = wp.Mesh(points, wp.array(corners.ravel(), dtype=wp.int32, device=self._device))

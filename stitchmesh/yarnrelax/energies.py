@@ -7,12 +7,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.device import device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
-from stitchmesh.yarnrelax.device import device_named, scalar_named
 from stitchmesh.yarnrelax.material import YarnMaterial
 from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import State, make_state
 
 

@@ -19,10 +19,10 @@ from stitchmesh.yarnrelax.borders import hold_borders
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
 from stitchmesh.yarnrelax.convergence import Assessment, assess, rounding_force
 from stitchmesh.yarnrelax.damping import EAGERNESS, LARGEST_EAGERNESS, update_pace
-from stitchmesh.yarnrelax.device import scalar_named
 from stitchmesh.yarnrelax.material import YarnMaterial
 from stitchmesh.yarnrelax.model import Model, put_model
 from stitchmesh.yarnrelax.motion import move_points, propose_steps
+from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.reduction import STRANDS, minimum, strand_sums
 from stitchmesh.yarnrelax.shape import Shape, put_shape, shape_forces, shape_stiffness
 from stitchmesh.yarnrelax.state import State, make_state

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax.curve import gauss_rule, leg_weights
-from stitchmesh.yarnrelax.device import vector
 from stitchmesh.yarnrelax.material import YarnMaterial
+from stitchmesh.yarnrelax.precision import vector
 
 OPEN_YARN = 1 << 30
 """Cycle of an open yarn's segments: no number of segments leads back to the first."""

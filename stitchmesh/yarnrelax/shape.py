@@ -36,10 +36,10 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.yarnrelax.device import vector
 from stitchmesh.yarnrelax.forces import Run
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.patches import Loops, Rows, choose_patches, loops_of, owners
+from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.reduction import ordered_sum
 from stitchmesh.yarnrelax.state import State
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from stitchmesh.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.device import device_named
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.linking import changed_pairs, linking_certificate
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial

@@ -11,11 +11,12 @@ import pytest
 from scipy.spatial.distance import cdist
 from stockinette import flat_patch, tube
 
+from stitchmesh.device import device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces
 from stitchmesh.yarnrelax.candidates import FIRST_CAPACITY, find_candidates, make_candidates
-from stitchmesh.yarnrelax.device import device_named, scalar_named
 from stitchmesh.yarnrelax.model import neighbour_reach, put_model
+from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import make_state
 
 MARGIN = 0.05

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from stockinette import fabric_of, tube
 
+from stitchmesh.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import StitchMesh
@@ -17,7 +18,6 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax import solver as solver_module
-from stitchmesh.yarnrelax.device import device_named
 from stitchmesh.yarnrelax.iteration import Iteration
 
 DRAFT = PRESETS["draft"]

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from stockinette import fabric_of, flat_patch, tube
 
+from stitchmesh.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.device import device_named, scalar_named
 from stitchmesh.yarnrelax.model import Model, put_model
 from stitchmesh.yarnrelax.patches import RINGS, choose_patches, loops_of
+from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.shape import Shape, put_shape, shape_energy, shape_forces, shape_stiffness
 from stitchmesh.yarnrelax.state import State, make_state
 

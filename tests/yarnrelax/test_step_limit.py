@@ -11,11 +11,11 @@ import pytest
 from scipy.spatial.distance import cdist
 from stockinette import flat_patch
 
+from stitchmesh.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
-from stitchmesh.yarnrelax.device import device_named
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.model import neighbour_reach
 
