@@ -17,9 +17,9 @@ from stitchmesh.mesh import IntArray, StitchMesh
 
 EdgeName = int | tuple[int, int]
 
-BYTES_PER_STITCH = 9_000
+BYTES_PER_STITCH = 40_000
 """Peak memory of the whole pipeline per stitch face, measured by ``benchmarks/garments.py``."""
-MOST_STITCHES = 4_000_000
+MOST_STITCHES = 1_000_000
 """Stitch faces beyond which a request is refused rather than left to exhaust the machine."""
 
 
