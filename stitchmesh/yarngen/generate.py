@@ -21,7 +21,7 @@ from stitchmesh.yarngen.tracing import link_ends, trace
 
 THICKEST = 0.2
 """Largest yarn radius over the mean stitch width: beyond it loops have no room for the yarn they hold."""
-NEAREST = 0.5
+NEAREST = 0.25
 """Smallest distance between yarns at the start, over the radius; touching yarns are 2 apart."""
 
 
@@ -44,7 +44,7 @@ def generate_yarns(
 
     Raises:
         ParameterError: the radius is not positive, or too thick for the stitches.
-        YarnError: a face is not a stitch yet, has no template, or yarns start closer than half a radius.
+        YarnError: a face is not a stitch yet, has no template, or yarns start closer than a quarter of the radius.
 
     Source: Yuksel et al. 2012, sections 4 and 6.2.
     """

@@ -45,8 +45,9 @@ def finish_row_ends(fabric: StitchMesh) -> RowEnds:
     ends = RowEnds({}, {}, {})
     runs = [run for loop in fabric.boundary_loops for run in _runs(fabric, loop.tolist())]
     reach = _reaches(fabric, runs)
-    for foot in _meetings(fabric, 3, 1):
-        _join(ends, *foot, np.zeros((0, 3)))
+    for first, second in [*_meetings(fabric, 3, 1), *_meetings(fabric, 1, 1), *_meetings(fabric, 3, 3)]:
+        if first not in ends.partner and second not in ends.partner:
+            _join(ends, first, second, np.zeros((0, 3)))
     for run in runs:
         _pair(fabric, run, reach, ends)
     for first, second in _meetings(fabric, 1, 3):
@@ -58,10 +59,15 @@ def finish_row_ends(fabric: StitchMesh) -> RowEnds:
 
 
 def _meetings(fabric: StitchMesh, role: int, next_role: int) -> list[tuple[int, int]]:
-    """Wale sides of these roles that follow each other on a border."""
+    """Wale sides of these roles that follow each other on a border without being neighbours in one wale."""
     sides = np.flatnonzero((fabric.side_role == role) & (fabric.twin == BORDER)).tolist()
     pairs = [(side, fabric.next_border_side(side)) for side in sides]
-    return [pair for pair in pairs if fabric.side_role[pair[1]] == next_role]
+    return [pair for pair in pairs if fabric.side_role[pair[1]] == next_role and not _stacked(fabric, *pair)]
+
+
+def _stacked(fabric: StitchMesh, side: int, following: int) -> bool:
+    """Whether the faces of two sides that follow each other on a border stand on one another."""
+    return bool(fabric.twin[fabric.side_next[side]] == fabric.side_previous[following])
 
 
 def _join(ends: RowEnds, first: int, second: int, turn: FloatArray) -> None:
@@ -83,14 +89,14 @@ def _reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:
 
 
 def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
-    """Stretches of wale sides of one kind along a border, each upwards."""
-    roles = fabric.side_role[loop]
-    breaks = np.flatnonzero(roles != np.roll(roles, 1))
-    first = int(breaks[0]) if len(breaks) else 0
-    loop, roles = loop[first:] + loop[:first], np.roll(roles, -first)
-    cuts = [0, *(np.flatnonzero(np.diff(roles)) + 1).tolist(), len(loop)]
-    runs = [(loop[a:b], int(roles[a])) for a, b in pairwise(cuts)]
-    return [run if role == 1 else run[::-1] for run, role in runs if role % 2 == 1]
+    """Stretches of wale sides along a border whose faces stand on one another, each upwards."""
+    before = [loop[-1], *loop[:-1]]
+    starts = [place for place, pair in enumerate(zip(before, loop, strict=True)) if not _stacked(fabric, *pair)]
+    first = starts[0] if starts else 0
+    loop = loop[first:] + loop[:first]
+    cuts = [start - first for start in starts] or [0]
+    runs = [loop[a:b] for a, b in pairwise([*cuts, len(loop)])]
+    return [run if fabric.side_role[run[0]] == 1 else run[::-1] for run in runs if fabric.is_wale[run[0]]]
 
 
 def _pair(fabric: StitchMesh, run: list[int], reach: dict[int, float], ends: RowEnds) -> None:

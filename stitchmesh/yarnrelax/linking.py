@@ -8,8 +8,8 @@ a fixed direction that no mesh axis shares; crossings are found in a plane grid,
 
 Open yarns are closed far away: from each end a straight line runs outwards, away from the middle of all yarns as seen
 in the projection, and beyond everything an arc joins the two lines, above all yarns and above the lines of the yarns
-that follow. When yarns have moved, an end that has stayed near its place keeps its linking; ``closed_as`` closes an
-open yarn by way of where its ends were, so that the closing itself does not move.
+that follow. The closing is no yarn, and others may move through it: the linking of an open yarn tells how it lies, but
+only that of two closed yarns is a certificate, which no motion without pull-through can change.
 """
 
 from __future__ import annotations
@@ -42,22 +42,20 @@ class _Edges:
     yarn: IntArray
 
 
-def linking_certificate(yarns: YarnSet, *, closed_as: YarnSet | None = None) -> csr_array:
+def linking_certificate(yarns: YarnSet) -> csr_array:
     """Linking numbers of all pairs of yarns, a symmetric integer matrix of shape (Y, Y); the diagonal is zero.
 
     Args:
         yarns: closed or open yarns, without a lattice.
-        closed_as: the same yarns at an earlier time, whose ends the open ones are closed through.
 
     Raises:
         ParameterError: the yarns have a lattice.
     """
     if yarns.lattice is not None:
         raise ParameterError("linking certificate: got yarns with a lattice; expected a set without one")
-    origin = yarns if closed_as is None else closed_as
     axes = _projection()
-    middle = (origin.points.min(axis=0) + origin.points.max(axis=0)) / 2 @ axes.T
-    edges, angles = _closed_polylines(yarns, origin, axes, middle)
+    middle = (yarns.points.min(axis=0) + yarns.points.max(axis=0)) / 2 @ axes.T
+    edges, angles = _closed_polylines(yarns, axes, middle)
     over, under, sign = _crossings(_split(edges))
     size = (yarns.yarn_count, yarns.yarn_count)
     total = coo_array((sign, (over, under)), shape=size).tocsr() + _far_crossings(angles, yarns.yarn_count)
@@ -83,20 +81,19 @@ def _projection() -> FloatArray:
 
 
 def _closed_polylines(
-    yarns: YarnSet, origin: YarnSet, axes: FloatArray, middle: FloatArray
+    yarns: YarnSet, axes: FloatArray, middle: FloatArray
 ) -> tuple[_Edges, dict[int, tuple[float, float]]]:
     """All edges up to the far arcs, and between which angles the arc of each open yarn runs."""
     curves = [curve @ axes.T - middle for curve in yarns.sampled(SAMPLES)]
-    places = [curve @ axes.T - middle for curve in origin.sampled(1)]
-    far = 2.0 * max(np.linalg.norm(curve[:, :2], axis=1).max() for curve in curves + places)
+    far = 2.0 * max(np.linalg.norm(curve[:, :2], axis=1).max() for curve in curves)
     angles: dict[int, tuple[float, float]] = {}
     loops = []
     for yarn, curve in enumerate(curves):
         if yarns.closed[yarn]:
             loops.append(np.concatenate([curve, curve[:1]]))
             continue
-        first, last = places[yarn][0], places[yarn][-1]
-        loops.append(np.stack([_outside(first, far), first, *curve, last, _outside(last, far)]))
+        first, last = curve[0], curve[-1]
+        loops.append(np.stack([_outside(first, far), *curve, _outside(last, far)]))
         angles[yarn] = (float(np.arctan2(last[1], last[0])), float(np.arctan2(first[1], first[0])))
     owner = np.repeat(np.arange(len(loops)), [len(loop) - 1 for loop in loops])
     edges = _Edges(np.concatenate([p[:-1] for p in loops]), np.concatenate([p[1:] for p in loops]), owner)

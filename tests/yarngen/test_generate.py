@@ -115,7 +115,7 @@ def test_yarns_start_at_least_one_radius_apart(bottom, top, quality):
 @pytest.mark.parametrize("quality", QUALITIES)
 @pytest.mark.parametrize(("bottom", "top"), [(3, 9), (9, 3)])
 def test_triple_changes_side_by_side_start_at_least_half_a_radius_apart(bottom, top, quality):
-    """The most crowded fabric there is; half a radius is what generation promises and checks."""
+    """The most crowded fabric there is."""
     distance, _ = smallest_distance(generate_yarns(panel(bottom, top), yarn_radius=0.125, quality=quality), 0.25)
     assert 0.5 * 0.125 < distance < 0.25
 
@@ -201,3 +201,28 @@ def test_a_loop_that_nothing_holds_is_refused():
     stitch[inner] = Stitch.CAST_ON
     with pytest.raises(YarnError, match="meets none; put a stitch there that holds the loop"):
         generate_yarns(replace(fabric, stitch=stitch))
+
+
+def test_yarns_that_start_in_one_place_are_refused():
+    """Stitches squeezed to a hundredth of their width lie in one another."""
+    fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
+    squeezed = fabric.vertices * [1.0, 0.01, 1.0]
+    with pytest.raises(YarnError, match=r"face \d+: yarns start 0\.\d+ radii apart, expected at least 0.25"):
+        generate_yarns(replace(fabric, vertices=squeezed))
+
+
+def slit_tube() -> Mesh:
+    """A tube of four rows whose middle two are open along one wale: one vertex in the slit is two."""
+    whole, seam = tube(8, 4, radius=4.0, height=2.0), 2 * 8
+    vertices = np.concatenate([whole.vertices, whole.vertices[[seam]] - [0.6, 0.0, 0.0]])
+    faces = whole.face_vertex.reshape(-1, 4).copy()
+    left_of_slit = np.arange(len(faces)) % 8 == 7
+    faces[(faces == seam) & left_of_slit[:, None]] = len(whole.vertices)
+    return Mesh.from_polygons(vertices, faces.tolist())
+
+
+def test_the_yarn_goes_on_across_the_foot_and_the_head_of_a_slit():
+    """Rows that end at the slit are joined to one another, so no yarn has a loose end."""
+    labeled = label(slit_tube())
+    assert len(labeled.boundary_loops) == 3
+    assert generate_yarns(tessellate(labeled, stitch_width=0.5)).closed.all()

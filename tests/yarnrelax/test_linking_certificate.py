@@ -97,13 +97,9 @@ def test_every_row_of_a_tube_is_unlinked_and_a_pulled_yarn_is_caught() -> None:
     assert 2 in changed_pairs(before, after)
 
 
-def test_open_yarns_are_closed_far_away_and_relaxing_moves_do_not_matter() -> None:
-    yarns = flat_patch(6, 5)
-    certificate = linking_certificate(yarns)
+def test_open_yarns_are_closed_far_away() -> None:
+    certificate = linking_certificate(flat_patch(6, 5))
     assert abs(certificate - certificate.T).nnz == 0
-    noise = np.random.default_rng(5).normal(scale=0.01, size=yarns.points.shape)
-    moved = replace(yarns, points=yarns.points + noise)
-    assert len(changed_pairs(certificate, linking_certificate(moved, closed_as=yarns))) == 0
 
 
 def test_two_crossed_open_yarns_tell_which_lies_above() -> None:
@@ -115,7 +111,7 @@ def test_two_crossed_open_yarns_tell_which_lies_above() -> None:
         )
         for height in (0.5, -0.5)
     ]
-    above, below = (linking_certificate(yarns, closed_as=crossing[0])[0, 1] for yarns in crossing)
+    above, below = (linking_certificate(yarns)[0, 1] for yarns in crossing)
     assert abs(above - below) == 1
 
 
