@@ -86,7 +86,7 @@ def knit(
     fabric = _stitches(mesh, options, device, report, progress)
     yarns = _yarns(fabric, options, quality, report, progress)
     write_stitches(target / "stitches.h5", fabric)
-    saver = _StateSaver(target, report)
+    saver = _StateSaver(target, report, yarns)
     try:
         relaxed = relax_yarns(
             yarns,
@@ -112,13 +112,12 @@ def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
 
 
 class _StateSaver:
-    """Saves the relaxation's last good state now and then."""
+    """Saves the relaxation's last good state now and then; the yarns as generated are the first."""
 
     EVERY_SECONDS = 60.0
 
-    def __init__(self, folder: Path, report: dict[str, object]) -> None:
-        self._folder, self._report = folder, report
-        self._state: YarnSet | None = None
+    def __init__(self, folder: Path, report: dict[str, object], start: YarnSet) -> None:
+        self._folder, self._report, self._state = folder, report, start
         self._saved = time.monotonic()
 
     def keep(self, state: YarnSet) -> None:
@@ -129,8 +128,7 @@ class _StateSaver:
 
     def save(self) -> None:
         """Write the last good state, marked as unfinished."""
-        if self._state is not None:
-            save_yarns(self._folder, self._state, {**self._report, "yarnrelax": {"unfinished": True}})
+        save_yarns(self._folder, self._state, {**self._report, "yarnrelax": {"unfinished": True}})
         self._saved = time.monotonic()
 
 

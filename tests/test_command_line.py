@@ -236,6 +236,19 @@ def test_an_interrupt_leaves_the_last_good_state(tube_obj, tmp_path, capsys, mon
     assert not [name for name in os.listdir(tmp_path) if name.startswith(".")], "no litter"
 
 
+def test_an_interrupt_before_the_first_step_leaves_the_yarns_as_generated(tube_obj, tmp_path, monkeypatch):
+    from stitchmesh import pipeline
+
+    def strike(*_args, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pipeline, "relax_yarns", strike)
+    options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "-o", str(tmp_path)]
+    assert cli.main(["knit", str(tube_obj), *options]) == 130
+    yarns = read_yarns(tmp_path / "yarns.h5")
+    np.testing.assert_array_equal(yarns.strain, 0.0)
+
+
 def test_flat_pieces_knit_too(tmp_path):
     write_mesh(tmp_path / "flat.obj", grid(2, 2, width=2.0, height=2.0))
     options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture"]
