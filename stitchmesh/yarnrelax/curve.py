@@ -25,6 +25,13 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
+def segment_legs(points: wp.array[Any], corner: wp.vec4i) -> Any:
+    """The three legs [cm] between the four control points of a segment."""
+    inner = points[corner[2]] - points[corner[1]]
+    return points[corner[1]] - points[corner[0]], inner, points[corner[3]] - points[corner[2]]
+
+
+@wp.func
 def curve_speed(rule: Any, leg0: Any, leg1: Any, leg2: Any) -> Any:
     """Length |y'| [cm] of the derivative at one point of the rule."""
     return wp.length(leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2])

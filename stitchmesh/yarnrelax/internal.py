@@ -9,6 +9,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.bend import bend_energy, bend_slopes
+from stitchmesh.yarnrelax.curve import segment_legs
 from stitchmesh.yarnrelax.stretch import stretch_energy, stretch_slope
 
 wp.set_module_options({"enable_backward": False})
@@ -29,9 +30,7 @@ def internal_forces(
     s = wp.tid()
     corner = model.segment_points[s]
     rest_length = model.segment_rest_length[s]
-    leg0 = points[corner[1]] - points[corner[0]]
-    leg1 = points[corner[2]] - points[corner[1]]
-    leg2 = points[corner[3]] - points[corner[2]]
+    leg0, leg1, leg2 = segment_legs(points, corner)
     turn0, turn1 = leg1 - leg0, leg2 - leg1
     pull0, pull1, pull2 = type(leg0)(), type(leg0)(), type(leg0)()
     for g in range(model.quadrature_points):
@@ -65,9 +64,7 @@ def internal_energies(
     s = wp.tid()
     corner = model.segment_points[s]
     rest_length = model.segment_rest_length[s]
-    leg0 = points[corner[1]] - points[corner[0]]
-    leg1 = points[corner[2]] - points[corner[1]]
-    leg2 = points[corner[3]] - points[corner[2]]
+    leg0, leg1, leg2 = segment_legs(points, corner)
     in_stretch, in_bend = rest_length - rest_length, rest_length - rest_length
     for g in range(model.quadrature_points):
         rule = model.rule[g]

@@ -15,7 +15,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.curve import curve_speed
+from stitchmesh.yarnrelax.curve import curve_speed, segment_legs
 
 wp.set_module_options({"enable_backward": False})
 
@@ -54,9 +54,7 @@ def add_length_forces(
     """Add the force [dyn] of the penalty on the four control points of each segment."""
     s = wp.tid()
     corner = model.segment_points[s]
-    leg0 = points[corner[1]] - points[corner[0]]
-    leg1 = points[corner[2]] - points[corner[1]]
-    leg2 = points[corner[3]] - points[corner[2]]
+    leg0, leg1, leg2 = segment_legs(points, corner)
     length = segment_length(model.rule, model.quadrature_points, leg0, leg1, leg2)
     slope = length_slope(length, model.segment_rest_length[s], model.k_length)
     pull0, pull1, pull2 = type(leg0)(), type(leg0)(), type(leg0)()
@@ -85,8 +83,6 @@ def length_energies(
     """Energy [erg] of the penalty in each segment."""
     s = wp.tid()
     corner = model.segment_points[s]
-    leg0 = points[corner[1]] - points[corner[0]]
-    leg1 = points[corner[2]] - points[corner[1]]
-    leg2 = points[corner[3]] - points[corner[2]]
+    leg0, leg1, leg2 = segment_legs(points, corner)
     length = segment_length(model.rule, model.quadrature_points, leg0, leg1, leg2)
     segment_energy[s] = length_energy(length, model.segment_rest_length[s], model.k_length)

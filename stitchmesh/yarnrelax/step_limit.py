@@ -38,6 +38,7 @@ import warp as wp
 
 from stitchmesh.errors import SolverError
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.curve import segment_legs
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import minimum
 from stitchmesh.yarnrelax.state import State
@@ -76,9 +77,7 @@ def tangent_piece(model: Any, points: wp.array[Any], p: int) -> tuple[Any, Any]:
     s = p // model.contact_samples
     weight = model.sample_legs[p - s * model.contact_samples]
     corner = model.segment_points[s]
-    leg0 = points[corner[1]] - points[corner[0]]
-    leg1 = points[corner[2]] - points[corner[1]]
-    leg2 = points[corner[3]] - points[corner[2]]
+    leg0, leg1, leg2 = segment_legs(points, corner)
     half = type(weight[0])(0.5) / type(weight[0])(model.contact_samples)
     turn = wp.max(wp.length(leg1 - leg0), wp.length(leg2 - leg1))
     tangent = leg0 * weight[0] + leg1 * weight[1] + leg2 * weight[2]

@@ -149,8 +149,8 @@ def test_the_left_loop_is_in_front_in_d12_and_behind_in_d21():
 def test_the_yarn_of_an_increase_hooks_around_the_head(stitch):
     """Between a knitted loop and a yarn-over the yarn goes down in front of the head and up behind it."""
     heads, own = loops(template(stitch, *SIDE_COUNTS[stitch]))
-    hooks = [part for part in own if 0 < part.start.place - 1 < 5 and 0 < part.end.place - 1 < 5 and
-             {part.start.place, part.end.place} <= set(range(2, 2 + SIDE_COUNTS[stitch][1]))]  # fmt: skip
+    tops = range(2, 2 + SIDE_COUNTS[stitch][1])  # places of the top sides, after one bottom and the right wale side
+    hooks = [part for part in own if part.start.place in tops and part.end.place in tops]
     assert len(hooks) == SIDE_COUNTS[stitch][1] - 1
     for hook in hooks:
         assert sorted(crossings_between(hook, heads[0])) == [-1, 1]
