@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.stitch import Stitch
 from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
@@ -41,13 +41,16 @@ def tessellate(
 
     Raises:
         ParameterError: a size or count is out of range, an edge does not exist, the mesh repeats on a lattice.
-        TessellationError: counts of one row differ, a face is too short for its change of width, or the stitches
+        TessellationError: the mesh is made of stitches already, counts of one row differ, a face is too short for its change of width, or the stitches
             would not fit in memory.
 
     Source: Yuksel et al. 2012, section 5.2.
     """
     if labeled.lattice is not None:
         raise ParameterError("tessellate: got a mesh on a lattice; make periodic stitch meshes from charts instead")
+    stitches = np.flatnonzero(labeled.stitch != Stitch.PANEL)
+    if len(stitches):
+        raise TessellationError(f"face {stitches[0]}: is a stitch already; tessellate what `label` made")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     along = edge_counts(labeled, stitch_width, height, counts or {})
     marks = _marked_sides(labeled, marked)

@@ -181,3 +181,9 @@ def test_a_stitch_has_a_sensible_size(width, message):
 def test_a_billion_stitches_are_refused_with_the_memory_they_need():
     with pytest.raises(TessellationError, match=r"needs about .* stitches and .* GB of memory"):
         tessellate(label(grid(4, 4)), stitch_width=1e-4)
+
+
+def test_stitches_are_not_divided_again():
+    fabric = tessellate(label(grid(2, 2)), stitch_width=0.5)
+    with pytest.raises(TessellationError, match="face 0: is a stitch already"):
+        tessellate(fabric, stitch_width=0.1)
