@@ -41,8 +41,8 @@ def tessellate(
 
     Raises:
         ParameterError: a size or count is out of range, an edge does not exist, the mesh repeats on a lattice.
-        TessellationError: the mesh is made of stitches already, counts of one row differ, a face is too short for its change of width, or the stitches
-            would not fit in memory.
+        TessellationError: the mesh is made of stitches already, counts of one row differ, a face is too short for its
+            change of width, or the stitches would not fit in memory.
 
     Source: Yuksel et al. 2012, section 5.2.
     """
