@@ -9,6 +9,7 @@ from stitchmesh.io.hdf5 import stored_format
 from stitchmesh.io.meshes import READABLE, read_mesh
 from stitchmesh.io.stitches import FORMAT as STITCHES
 from stitchmesh.io.stitches import read_stitches
+from stitchmesh.io.yarns import FORMATS as YARN_FORMATS
 from stitchmesh.io.yarns import read_yarns
 from stitchmesh.mesh import Mesh
 from stitchmesh.yarn import YarnSet
@@ -19,7 +20,7 @@ def read_any(path: FilePath, *, unit: str = "cm") -> Mesh | YarnSet:
 
     Args:
         path: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads.
-        unit: unit of the file's coordinates, unless it is HDF5.
+        unit: unit of the file's coordinates, unless it is HDF5 or USD.
 
     Raises:
         ParameterError: the unit is unknown.
@@ -27,11 +28,11 @@ def read_any(path: FilePath, *, unit: str = "cm") -> Mesh | YarnSet:
         MeshError: the polygons do not form an oriented manifold surface.
         YarnError: the yarns are malformed.
     """
-    suffix = suffix_of(path, (".h5", ".bcc", *READABLE))
+    suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *READABLE]))
     read_bytes(path)  # a missing file or a folder is told here, in one way for all formats
     if suffix == ".h5":
         return read_stitches(path) if stored_format(path) == STITCHES else read_yarns(path)
-    if suffix == ".bcc" or (suffix == ".obj" and _holds_polylines(path)):
+    if suffix not in READABLE or (suffix == ".obj" and _holds_polylines(path)):
         return read_yarns(path, unit=unit)
     return read_mesh(path, unit=unit)
 

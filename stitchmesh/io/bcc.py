@@ -18,6 +18,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.float32 import rounded
 from stitchmesh.mesh import FloatArray
 
 HEADER = struct.Struct("<3sB2sBBQQ40s")
@@ -73,10 +74,8 @@ def write_bcc(path: FilePath, content: BccCurves) -> None:
     count = sum(map(len, content.curves))
     parts = [HEADER.pack(b"BCC", FOUR_BYTE_NUMBERS, content.kind, 3, UP_Y, len(content.curves), count, FREE_TEXT)]
     for index, (points, closed) in enumerate(zip(content.curves, content.closed, strict=True)):
-        if np.abs(points).max() > np.finfo(np.float32).max:
-            raise FileError(f"{fspath(path)}: curve {index} has coordinates too large for the format's float32")
         parts.append(struct.pack("<i", -len(points) if closed else len(points)))
-        parts.append(points.astype("<f4").tobytes())
+        parts.append(rounded(path, f"the coordinates of curve {index}", points).astype("<f4").tobytes())
     write_bytes(path, b"".join(parts))
 
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarns from and to files, by suffix.
 
-Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them; the other formats keep the curves. A BCC file
-usually holds Catmull-Rom curves, which pass through the same knots and differ in between: the largest distance is
-logged. BCC and OBJ state no radius: reading estimates one, and a warning says so.
+Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them, USD all but the rest lengths, to float32; the
+other formats keep the curves. A BCC file usually holds Catmull-Rom curves, which pass through the same knots and differ
+in between: the largest distance is logged. BCC and OBJ state no radius: reading estimates one, and a warning says so.
 """
 
 from __future__ import annotations
@@ -15,24 +15,29 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import fspath
+from typing import Any
 
 import numpy as np
 
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.io import bcc
 from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.gltf import write_glb
 from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.radius import estimated_radius
 from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
 from stitchmesh.io.units import centimetres
+from stitchmesh.io.usd import LABELS, read_usd, write_usd
+from stitchmesh.io.vtp import read_vtp, write_vtp
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
 
 HDF5_FORMAT = "stitchmesh yarns"
 BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
 """Kinds of curve that a BCC file can be written with; the first is the official one."""
-OBJ_POINTS_PER_SEGMENT = 4
+POINTS_PER_SEGMENT = 4
+"""Of the polylines in OBJ and VTP files."""
 
 logger = logging.getLogger(__name__)
 
@@ -51,8 +56,8 @@ def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None)
     """Read yarns.
 
     Args:
-        path: an ``.h5``, ``.bcc`` or ``.obj`` file.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 files are in centimetres.
+        path: an ``.h5``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp`` or ``.obj`` file.
+        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 and USD files state their own.
         radius: radius of all yarns [cm]. Where None, the file's own, or for formats that hold none half the distance
             at which the yarns typically touch (``radius.estimated_radius``).
 
@@ -74,9 +79,11 @@ def write_yarns(path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str 
     """Write yarns.
 
     Args:
-        path: an ``.h5``, ``.bcc`` or ``.obj`` file; missing folders are made.
+        path: an ``.h5``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp``, ``.glb`` or ``.obj`` file; missing
+            folders are made.
         yarns: a set without a lattice, unless the file is HDF5.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 files are in centimetres.
+        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 and USD files are in centimetres, glTF files
+            in metres.
         curve: kind of curve in a BCC file: ``catmull-rom``, which passes through the same knots, or ``bspline``, which
             is exact but not read everywhere.
 
@@ -91,14 +98,14 @@ def write_yarns(path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str 
 
 
 def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    _check_centimetres(path, scale)
+    _check_unit_left_out(path, scale)
     yarns = read_noun(path, YarnSet, HDF5_FORMAT)
     return yarns if radius is None else _with_radius(yarns, radius)
 
 
 def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
     del curve  # control points are stored as they are
-    _check_centimetres(path, scale)
+    _check_unit_left_out(path, scale)
     write_noun(path, yarns, HDF5_FORMAT)
 
 
@@ -134,19 +141,71 @@ def _read_obj(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
     del curve  # a polyline is a polyline
     _check_no_lattice(path, yarns)
-    samples = [points / scale for points in yarns.sampled(OBJ_POINTS_PER_SEGMENT)]
+    samples = [points / scale for points in yarns.sampled(POINTS_PER_SEGMENT)]
     write_obj_polylines(path, samples, yarns.closed.tolist())
+
+
+def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    _check_unit_left_out(path, scale)
+    curves = read_usd(path)
+    radii = [curve.radius for curve in curves if curve.radius is not None]
+    own = np.array(radii) if len(radii) == len(curves) else None
+    closed = [curve.closed for curve in curves]
+    yarns = _yarns_of_curves(path, [curve.points for curve in curves], closed, own if radius is None else radius)
+    shared = [name for name in LABELS if all(name in curve.labels for curve in curves)]
+    labels: dict[str, Any] = {name: np.concatenate([curve.labels[name] for curve in curves]) for name in shared}
+    return dataclasses.replace(yarns, **labels)
+
+
+def _write_usd(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+    del curve  # control points are stored as they are
+    _check_unit_left_out(path, scale)
+    _check_no_lattice(path, yarns)
+    write_usd(path, yarns)
+
+
+def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    content = read_vtp(path)
+    pairs = zip(content.curves, content.closed, strict=True)
+    curves = [polyline_to_bspline(points * scale, flag) for points, flag in pairs]
+    own = None if content.radius is None else content.radius * scale
+    return _yarns_of_curves(path, curves, content.closed, own if radius is None else radius)
+
+
+def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+    del curve  # a polyline is a polyline
+    _check_no_lattice(path, yarns)
+    write_vtp(path, yarns, scale, POINTS_PER_SEGMENT)
+
+
+def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    del scale, radius
+    raise FileError(f"{fspath(path)}: a glTF file holds tubes, not the curves of yarns; read the .h5 they came from")
+
+
+def _write_glb(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+    del curve  # tubes are triangles
+    _check_unit_left_out(path, scale)
+    _check_no_lattice(path, yarns)
+    write_glb(path, yarns)
 
 
 FORMATS: dict[str, YarnFormat] = {
     ".h5": YarnFormat(_read_hdf5, _write_hdf5),
     ".bcc": YarnFormat(_read_bcc, _write_bcc),
+    ".usda": YarnFormat(_read_usd, _write_usd),
+    ".usdc": YarnFormat(_read_usd, _write_usd),
+    ".usd": YarnFormat(_read_usd, _write_usd),
+    ".vtp": YarnFormat(_read_vtp, _write_vtp),
+    ".glb": YarnFormat(_read_glb, _write_glb),
     ".obj": YarnFormat(_read_obj, _write_obj),
 }
 """The formats of yarns."""
 
 
-def _yarns_of_curves(path: FilePath, curves: list[FloatArray], closed: list[bool], radius: float | None) -> YarnSet:
+def _yarns_of_curves(
+    path: FilePath, curves: list[FloatArray], closed: list[bool], radius: float | FloatArray | None
+) -> YarnSet:
     yarns = YarnSet.from_curves(curves, closed=closed, radius=1.0 if radius is None else radius)
     if radius is not None:
         return yarns
@@ -165,9 +224,9 @@ def _log_conversion(path: FilePath, error: float) -> None:
     logger.info("%s: Catmull-Rom curves and B-splines lie up to %.3g cm apart between knots", fspath(path), error)
 
 
-def _check_centimetres(path: FilePath, scale: float) -> None:
+def _check_unit_left_out(path: FilePath, scale: float) -> None:
     if scale != 1.0:
-        raise ParameterError(f"unit: {fspath(path)} is an HDF5 file, always in cm; leave the unit out")
+        raise ParameterError(f"unit: {fspath(path)} is of a format that fixes or states its unit; leave the unit out")
 
 
 def _check_no_lattice(path: FilePath, yarns: YarnSet) -> None:

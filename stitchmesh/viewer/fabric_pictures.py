@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.dyes import row_colours
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.stitch import Stitch
 from stitchmesh.viewer.camera import camera_around, front_directions
 from stitchmesh.viewer.lettering import INK
-from stitchmesh.viewer.palette import row_colours, stitch_colour, stitch_colours
+from stitchmesh.viewer.palette import stitch_colour, stitch_colours
 from stitchmesh.viewer.stage import KEY_LEFT, look, picture
 from stitchmesh.viewer.surface import add_edges, add_faces, add_wale_arrows, polygon_surface
 

@@ -4,22 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.curves import curves_of_segments
+from stitchmesh.dyes import row_colours
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.tube import tubes_around
 from stitchmesh.viewer.camera import Camera, camera_around, camera_at, front_directions, front_patch
 from stitchmesh.viewer.layout import ALONE, layout_for
-from stitchmesh.viewer.palette import row_colours
 from stitchmesh.viewer.stage import DUSK, add_tubes, look, picture, shade_hollows
-from stitchmesh.viewer.tubes import tubes_around
-from stitchmesh.yarn import YarnSet, basis
+from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
     import pyvista
@@ -62,62 +60,6 @@ def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (160
             _draw(plotter, yarns, segments, (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), colours)
             look(plotter, camera)
             shade_hollows(plotter, 3 * radius)
-
-
-@dataclass(frozen=True)
-class Curves:
-    """Sampled curves."""
-
-    points: list[FloatArray]
-    """Points of each curve [cm], shape (n, 3) each."""
-    closed: list[bool]
-    """Whether each curve is closed."""
-    yarn: IntArray
-    """Yarn of each curve."""
-    control_point: IntArray
-    """Nearest control point of each point of all curves."""
-
-
-def curves_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Curves:
-    """Sample some segments of a set, an unbroken run of segments to a curve.
-
-    Args:
-        yarns: the set.
-        segments: numbers of the segments, ascending, at least one.
-        samples: points to a segment.
-    """
-    parameter = np.arange(samples) / samples
-    corners = yarns.points[yarns.segment_points[segments]]
-    if yarns.point_shift is not None:
-        corners = corners + yarns.point_shift[segments]
-    points = np.einsum("kj,sjd->skd", basis(parameter), corners)
-    ends = np.einsum("j,sjd->sd", basis(1.0)[0], corners)
-    nearest = yarns.segment_points[segments][:, np.where(parameter < 0.5, 1, 2)]
-    nearest_to_end = yarns.segment_points[segments][:, 2]
-    curves, closed, starts, control_point = [], [], [], []
-    for first, last in _runs(yarns, segments):
-        whole = _is_whole_ring(yarns, segments[first], last - first)
-        curves.append(_with_end(points[first:last].reshape(-1, 3), ends[last - 1], whole))
-        control_point.append(_with_end(nearest[first:last].ravel(), nearest_to_end[last - 1], whole))
-        closed.append(whole)
-        starts.append(segments[first])
-    return Curves(curves, closed, yarns.segment_yarn[starts], np.concatenate(control_point))
-
-
-def _runs(yarns: YarnSet, segments: IntArray) -> Iterator[tuple[int, int]]:
-    owner = yarns.segment_yarn[segments]
-    breaks = np.flatnonzero((np.diff(segments) != 1) | (np.diff(owner) != 0)) + 1
-    return pairwise([0, *breaks.tolist(), len(segments)])
-
-
-def _is_whole_ring(yarns: YarnSet, segment: int, count: int) -> bool:
-    yarn = yarns.segment_yarn[segment]
-    size = yarns.segment_start[yarn + 1] - yarns.segment_start[yarn]
-    return bool(yarns.closed[yarn] and yarns.lattice is None and count == size)
-
-
-def _with_end(values: NDArray, end: NDArray, whole: bool) -> NDArray:
-    return values if whole else np.concatenate([values, end[None]])
 
 
 def _detail(yarns: YarnSet) -> tuple[int, int]:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.tube import Tubes
 from stitchmesh.viewer.camera import VIEW_ANGLE, Camera
 from stitchmesh.viewer.gl_probe import check_display
 from stitchmesh.viewer.lettering import Colour, draw_key, write_caption
-from stitchmesh.viewer.tubes import Tubes
 
 if TYPE_CHECKING:
     import pyvista

@@ -13,39 +13,17 @@ import h5py
 import numpy as np
 import pytest
 
+from stitchmesh import cli
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.radius import estimated_radius
+from stitchmesh.io.yarns import FORMATS
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from tests.gallery import shared
+from tests.io.yarn_sets import assert_same, awkward_yarns, ring
 
 HEADER = 64
-
-
-def awkward_yarns() -> YarnSet:
-    """Closed and open yarns of the fewest control points, with numbers that have no short decimal form."""
-    rng = np.random.default_rng(3)
-    curves = [
-        rng.standard_normal((count, 3)) * scale for count, scale in ((3, 1 / 3), (4, np.pi), (30, 1e3), (17, 1e-3))
-    ]
-    yarns = YarnSet.from_curves(curves, closed=[True, False, True, False], radius=[0.1, 1 / 3, 1e-3, 7.0])
-    count = len(yarns.points)
-    return dataclasses.replace(
-        yarns,
-        rest_length=yarns.lengths * 1.01,
-        row=np.arange(count) // 4,
-        face=np.arange(count) - 1,
-        part=np.arange(count) % 5,
-    )
-
-
-def assert_same(first: YarnSet, second: YarnSet) -> None:
-    for field in dataclasses.fields(YarnSet):
-        a, b = getattr(first, field.name), getattr(second, field.name)
-        if field.name == "lattice" and a is not None:
-            a, b = a.periods, b.periods
-        np.testing.assert_array_equal(a, b, err_msg=field.name)
 
 
 def test_hdf5_keeps_everything(tmp_path):
@@ -59,7 +37,7 @@ def test_hdf5_keeps_a_lattice(tmp_path):
     yarns = dataclasses.replace(awkward_yarns(), lattice=Lattice([[1, 0, 0], [0.1, 2, 0]]), lattice_step=step)
     write_yarns(tmp_path / "y.h5", yarns)
     assert_same(read_yarns(tmp_path / "y.h5"), yarns)
-    for name in ("y.bcc", "y.obj"):
+    for name in ("y.bcc", "y.obj", "y.usda", "y.usdc", "y.usd", "y.vtp", "y.glb"):
         with pytest.raises(FileError, match=r"cannot hold yarns that repeat on a lattice; write \.h5"):
             write_yarns(tmp_path / name, yarns)
 
@@ -78,7 +56,7 @@ def test_bcc_keeps_control_points_to_float32(tmp_path, curve):
         np.testing.assert_allclose(again.points[part], yarns.points[part], atol=3e-7 * size)
 
 
-@pytest.mark.parametrize("suffix", [".bcc", ".obj"])
+@pytest.mark.parametrize("suffix", [".bcc", ".obj", ".vtp"])
 def test_units_are_centimetres_inside(tmp_path, suffix):
     yarns = YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1)
     write_yarns(tmp_path / f"y{suffix}", yarns, unit="m")
@@ -99,7 +77,7 @@ def test_obj_polylines_keep_the_points_written(tmp_path):
 
 def test_writers_leave_their_input_alone(tmp_path):
     yarns = awkward_yarns()
-    for name in ("y.h5", "y.bcc", "y.obj"):
+    for name in ("y.h5", "y.bcc", "y.obj", "y.usda", "y.usdc", "y.usd", "y.vtp", "y.glb"):
         write_yarns(tmp_path / name, yarns)
     assert_same(yarns, awkward_yarns())
 
@@ -180,10 +158,24 @@ def test_an_open_polyline_bcc_of_two_points_is_a_straight_yarn(tmp_path):
     assert yarns.lengths.sum() == pytest.approx(5.0, rel=1e-12)
 
 
-def test_coordinates_beyond_float32_are_not_written(tmp_path):
-    yarns = YarnSet.from_curves([np.eye(3) * 1e39], closed=[True], radius=0.1)
+def test_convert_writes_every_format_and_reads_all_but_tubes(tmp_path, capsys):
+    rings = [ring([0, 0, 0]), ring([0, 0, 0.2])]
+    write_yarns(tmp_path / "y.bcc", YarnSet.from_curves(rings, closed=[True, True], radius=1.0))
+    for suffix in FORMATS:
+        assert cli.main(["convert", str(tmp_path / "y.bcc"), str(tmp_path / f"z{suffix}")]) == 0
+        status = cli.main(["convert", str(tmp_path / f"z{suffix}"), str(tmp_path / "again.h5")])
+        assert status == (cli.BAD_INPUT if suffix == ".glb" else 0)
+        # float32 in files; polylines of 4 points a segment differ by far less than 1% in length
+        expected = read_yarns(tmp_path / "y.bcc").lengths.sum()
+        assert read_yarns(tmp_path / "again.h5").lengths.sum() == pytest.approx(expected, rel=0.01)
+    assert capsys.readouterr().err.count("FileError") == 1
+
+
+@pytest.mark.parametrize("suffix", [".bcc", ".usda", ".usdc", ".glb"])
+def test_coordinates_beyond_float32_are_not_written(tmp_path, suffix):
+    yarns = YarnSet.from_curves([np.eye(3) * 1e41], closed=[True], radius=0.1)
     with pytest.raises(FileError, match="too large for the format's float32"):
-        write_yarns(tmp_path / "y.bcc", yarns)
+        write_yarns(tmp_path / f"y{suffix}", yarns)
     assert not list(tmp_path.iterdir())
 
 
@@ -265,21 +257,21 @@ def test_a_truncated_hdf5_is_an_error_wherever_it_is_cut(tmp_path):
 def test_bad_parameters_are_named(tmp_path):
     yarns = awkward_yarns()
     write_yarns(tmp_path / "y.h5", yarns)
-    with pytest.raises(ParameterError, match="always in cm"):
-        read_yarns(tmp_path / "y.h5", unit="mm")
+    write_yarns(tmp_path / "y.usda", yarns)
+    for name in ("y.h5", "y.usda"):
+        with pytest.raises(ParameterError, match="fixes or states its unit; leave the unit out"):
+            read_yarns(tmp_path / name, unit="mm")
+    for name in ("y.h5", "y.usdc", "y.glb"):
+        with pytest.raises(ParameterError, match="fixes or states its unit; leave the unit out"):
+            write_yarns(tmp_path / name, yarns, unit="mm")
     with pytest.raises(ParameterError, match="got 'ell'; expected one of mm"):
         write_yarns(tmp_path / "y.bcc", yarns, unit="ell")
     with pytest.raises(ParameterError, match="got 'hermite'; expected one of catmull-rom, bspline"):
         write_yarns(tmp_path / "y.bcc", yarns, curve="hermite")
     with pytest.raises(ParameterError, match="radius: got -1"):
         read_yarns(tmp_path / "y.h5", radius=-1.0)
-    with pytest.raises(FileError, match=r"unknown format '.txt'; expected one of .h5 .bcc .obj"):
+    with pytest.raises(FileError, match=r"unknown format '.txt'; expected one of .h5 .bcc .usda"):
         write_yarns(tmp_path / "y.txt", yarns)
-
-
-def ring(centre: list[float], size: float = 1.0, count: int = 40) -> np.ndarray:
-    angle = 2 * np.pi * np.arange(count) / count
-    return np.array(centre) + size * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
 
 
 def test_radius_of_stacked_rings_is_half_their_distance():

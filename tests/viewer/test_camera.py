@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras hold what they must show, and curves of segments are the yarns they come from."""
+"""Cameras hold what they must show."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ import pytest
 
 from stitchmesh.viewer.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_directions, front_patch
 from stitchmesh.viewer.layout import ALONE, BELOW, BESIDE, CLOSE_UP_AREA, layout_for
-from stitchmesh.viewer.palette import row_colours
-from stitchmesh.viewer.picture import curves_of_segments
-from stitchmesh.yarn import YarnSet
 
 
 def cloud(*size: float) -> np.ndarray:
@@ -87,38 +84,3 @@ def test_a_camera_at_a_place_shows_the_height_asked_for():
     camera = camera_at(np.array([1.0, 2, 3]), np.array([1.0, 1, 0]), np.array([0, 1.0, 0]), 6.0)
     edge = camera.focus + 3.0 * camera.up
     np.testing.assert_allclose(in_picture(camera, np.array([edge, camera.focus]), 1.0), [[0, 1], [0, 0]], atol=1e-12)
-
-
-def yarns() -> YarnSet:
-    rng = np.random.default_rng(5)
-    return YarnSet.from_curves([rng.random((n, 3)) for n in (7, 9, 5)], closed=[True, False, True], radius=0.1)
-
-
-def test_curves_of_all_segments_are_the_sampled_yarns():
-    curves = curves_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
-    assert curves.closed == [True, False, True]
-    for mine, sampled in zip(curves.points, yarns().sampled(3), strict=True):
-        np.testing.assert_allclose(mine, sampled, atol=1e-15)  # the same sums in another order
-    np.testing.assert_array_equal(yarns().row[curves.control_point], np.repeat([0, 1, 2], [21, 19, 15]))
-    # a segment starts beside its second control point, and ends beside its third
-    np.testing.assert_array_equal(curves.control_point[:5], [1, 1, 2, 2, 2])
-
-
-def test_a_run_of_segments_is_an_open_piece_of_its_yarn():
-    curves = curves_of_segments(yarns(), np.array([1, 2, 6, 7, 8, 17]), 2)
-    assert [len(points) for points in curves.points] == [5, 3, 5, 3]
-    assert curves.closed == [False] * 4
-    assert curves.yarn.tolist() == [0, 0, 1, 2]
-    whole = np.concatenate([yarns().sampled(2)[0]] * 2)
-    np.testing.assert_allclose(curves.points[0], whole[2:7], atol=1e-15)
-    np.testing.assert_allclose(curves.points[1], whole[12:15], atol=1e-15)
-
-
-def test_neighbouring_rows_differ_clearly_in_brightness():
-    for count in (2, 7, 300):
-        brightness = row_colours(np.arange(count)) @ [0.299, 0.587, 0.114]
-        assert (np.abs(np.diff(brightness)) > 25).all()  # a tenth of the range is seen at once
-
-
-def test_one_row_has_a_colour():
-    assert row_colours([4, 4]).shape == (2, 3)

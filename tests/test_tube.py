@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.viewer.tubes import Tubes, tubes_around
+from stitchmesh.tube import Tubes, tubes_around
 
 RADIUS = 0.1
 

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Binary glTF: yarns as one mesh of triangle tubes, in metres and y up as the format demands, coloured by row.
+
+Colours stand at the vertices, as light and not as sRGB, over a rough white material. Tubes have fewer sides and
+sections the more segments there are, so that a file stays within what a viewer loads.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.curves import curves_of_segments
+from stitchmesh.dyes import row_colours
+from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.float32 import rounded
+from stitchmesh.tube import tubes_around
+from stitchmesh.yarn import YarnSet
+
+METRES = 0.01
+"""In a centimetre."""
+DETAIL = ((20_000, 12, 4), (60_000, 8, 2), (160_000, 6, 1))
+"""Sides of a tube and sections of a segment for sets of up to so many segments: about a million vertices at most."""
+COARSEST = (4, 1)
+ROUGHNESS = 0.9
+
+
+def write_glb(path: FilePath, yarns: YarnSet) -> None:
+    """Write yarns as tubes of their radius.
+
+    Args:
+        path: a ``.glb`` file.
+        yarns: a set without a lattice.
+
+    Raises:
+        FileError: a coordinate is too large for float32, or the file cannot be written.
+    """
+    import trimesh
+    from trimesh.exchange.gltf import export_glb
+    from trimesh.visual.material import PBRMaterial
+
+    count = len(yarns.segment_points)
+    sides, samples = next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
+    curves = curves_of_segments(yarns, np.arange(count), samples)
+    tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=sides)
+    visual = trimesh.visual.TextureVisuals(
+        material=PBRMaterial(name="wool", metallicFactor=0.0, roughnessFactor=ROUGHNESS)
+    )
+    visual.vertex_attributes["color"] = _light(row_colours(yarns.row)[curves.control_point])[tubes.ring]
+    mesh = trimesh.Trimesh(
+        vertices=rounded(path, "the coordinates", METRES * tubes.vertices),
+        faces=tubes.triangles,
+        vertex_normals=tubes.normals,
+        visual=visual,
+        process=False,
+    )
+    scene = trimesh.Scene()
+    scene.add_geometry(mesh, node_name="yarns", geom_name="yarns")
+    write_bytes(path, export_glb(scene, include_normals=True))
+
+
+def _light(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Opaque linear colour of sRGB colours, shape (n, 3) to (n, 4)."""
+    value = colours / 255
+    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+    opaque = np.concatenate([linear, np.ones((len(colours), 1))], axis=1)
+    return np.round(255 * opaque).astype(np.uint8)

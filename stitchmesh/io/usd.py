@@ -1,0 +1,223 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Universal Scene Description: yarns as ``BasisCurves``, cubic B-splines as they are inside StitchMesh.
+
+    /yarns          Xform, the default prim; the stage is y up with 0.01 metres to the unit
+    /yarns/closed   BasisCurves, wrap periodic
+    /yarns/open     BasisCurves, wrap nonperiodic; a prim without curves is left out
+
+``widths`` are diameters, one where all agree, else one to a curve. The primvar ``yarn`` numbers the curves as in the
+set; ``row``, ``face`` and ``part`` belong to control points. Coordinates are rounded to float32. Curves of other
+programs are read where they are cubic B-splines: transforms, the unit and a z axis that is up are accounted for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import fspath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import FileError, first_few
+from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.float32 import rounded
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.yarn import YarnSet
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+METRES_PER_UNIT = 0.01
+LABELS = ("row", "face", "part")
+"""Fields of a yarn set that are kept for each control point."""
+Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""Turns rows with z up to y up."""
+
+
+@dataclass(frozen=True)
+class UsdCurve:
+    """One curve of a stage, in its world."""
+
+    points: FloatArray
+    """B-spline control points [cm], y up, shape (n, 3)."""
+    closed: bool
+    """Whether it returns to its start."""
+    radius: float | None
+    """Half its width [cm], if it states one."""
+    yarn: int | None
+    """Its number among the yarns, if it states one."""
+    labels: dict[str, IntArray]
+    """Those of ``LABELS`` that it has, shape (n,) each."""
+
+
+def write_usd(path: FilePath, yarns: YarnSet) -> None:
+    """Write yarns as text (``.usda``) or in binary (``.usdc``, ``.usd``).
+
+    Raises:
+        FileError: a coordinate is too large for float32, or the file cannot be written.
+    """
+    from pxr import Sdf, Tf, Usd, UsdGeom
+
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
+    widths = rounded(path, "the widths", 2.0 * yarns.radius)
+    points = rounded(path, "the coordinates", yarns.points)
+    for name, closed in (("closed", True), ("open", False)):
+        chosen = np.flatnonzero(yarns.closed == closed)
+        if len(chosen):
+            _define_curves(stage, f"/yarns/{name}", yarns, chosen, points, widths[chosen])
+    with atomic_path(path) as temporary:
+        try:
+            stage.GetRootLayer().Export(str(temporary))
+        except Tf.ErrorException as error:
+            raise FileError(f"{fspath(path)}: cannot be written ({_reason(error)})") from error
+    opened = Sdf.Layer.Find(fspath(path))
+    if opened:  # a stage that someone holds open would go on showing the old file, to readers as well
+        opened.Reload(force=True)
+
+
+def read_usd(path: FilePath) -> list[UsdCurve]:
+    """The curves of a stage in the order of their yarn numbers, or of the stage where they have none.
+
+    Raises:
+        FileError: the file cannot be read, is malformed, has no curves, or curves that are not cubic B-splines.
+    """
+    from pxr import Tf, Usd, UsdGeom
+
+    name = fspath(path)
+    read_bytes(path)
+    try:
+        stage = Usd.Stage.Open(name)
+        prims = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.BasisCurves)]
+        curves = [curve for prim in prims for curve in _curves_of(name, prim)]
+    except Tf.ErrorException as error:
+        raise FileError(f"{name}: is not a sound USD file ({_reason(error)}); write it again") from error
+    if not curves:
+        raise FileError(f"{name}: has no curves; expected prims of type BasisCurves")
+    if any(curve.yarn is None for curve in curves):
+        return curves
+    return sorted(curves, key=lambda curve: curve.yarn or 0)
+
+
+def _define_curves(
+    stage: Usd.Stage,
+    place: str,
+    yarns: YarnSet,
+    chosen: IntArray,
+    points: NDArray[np.float32],
+    widths: NDArray[np.float32],
+) -> None:
+    from pxr import Sdf, UsdGeom, Vt
+
+    curves = UsdGeom.BasisCurves.Define(stage, place)
+    of_chosen = np.isin(yarns.point_yarn, chosen)
+    curves.CreateTypeAttr(UsdGeom.Tokens.cubic)
+    curves.CreateBasisAttr(UsdGeom.Tokens.bspline)
+    curves.CreateWrapAttr(UsdGeom.Tokens.periodic if yarns.closed[chosen[0]] else UsdGeom.Tokens.nonperiodic)
+    curves.CreateCurveVertexCountsAttr(Vt.IntArray.FromNumpy(_int32(np.diff(yarns.start)[chosen])))
+    curves.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points[of_chosen]))
+    alike = bool((widths == widths[0]).all())
+    curves.CreateWidthsAttr(Vt.FloatArray.FromNumpy(widths[:1] if alike else widths))
+    curves.SetWidthsInterpolation(UsdGeom.Tokens.constant if alike else UsdGeom.Tokens.uniform)
+    extent = _extent(points[of_chosen], yarns.radius[yarns.point_yarn[of_chosen]])
+    curves.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent))
+    primvars = UsdGeom.PrimvarsAPI(curves)
+    labels = {name: (getattr(yarns, name)[of_chosen], UsdGeom.Tokens.vertex) for name in LABELS}
+    for name, (values, interpolation) in {"yarn": (chosen, UsdGeom.Tokens.uniform), **labels}.items():
+        primvar = primvars.CreatePrimvar(name, Sdf.ValueTypeNames.IntArray, interpolation)
+        primvar.Set(Vt.IntArray.FromNumpy(_int32(values)))
+
+
+def _extent(points: NDArray[np.float32], radius: FloatArray) -> NDArray[np.float32]:
+    """Box around the tubes: a B-spline lies in the hull of its control points. Rounded outward, shape (2, 3)."""
+    low = (points - radius[:, None]).min(axis=0).astype(np.float32)
+    high = (points + radius[:, None]).max(axis=0).astype(np.float32)
+    return np.stack([np.nextafter(low, np.float32(-np.inf)), np.nextafter(high, np.float32(np.inf))])
+
+
+def _int32(values: IntArray) -> NDArray[np.int32]:
+    return values.astype(np.int32)
+
+
+def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
+    from pxr import Usd, UsdGeom
+
+    where = f"{name}: {prim.GetPath()}"
+    curves = UsdGeom.BasisCurves(prim)
+    time = Usd.TimeCode.EarliestTime()
+    closed = _is_closed(where, [curves.GetTypeAttr(), curves.GetBasisAttr(), curves.GetWrapAttr()])
+    points = _array(curves.GetPointsAttr(), np.float64).reshape(-1, 3)
+    counts = _array(curves.GetCurveVertexCountsAttr(), np.int64)
+    if (counts < 0).any() or counts.sum() != len(points):
+        found = f"curves of {first_few(counts)} points, {counts.sum()} together"
+        raise FileError(f"{where}: got {found}; expected its {len(points)} points to be shared out; write it again")
+    turn, shift, scale = _to_centimetres(prim.GetStage(), curves.ComputeLocalToWorldTransform(time))
+    cuts = np.cumsum(counts)[:-1]
+    labels = {label: _primvar(prim, label, len(points)) for label in LABELS}
+    split = {label: np.split(values, cuts) for label, values in labels.items() if values is not None}
+    radius = _radii(where, curves, len(counts))
+    yarn = _primvar(prim, "yarn", len(counts))
+    return [
+        UsdCurve(
+            points=own,
+            closed=closed,
+            radius=None if radius is None else float(radius[index] * scale),
+            yarn=None if yarn is None else int(yarn[index]),
+            labels={label: values[index] for label, values in split.items()},
+        )
+        for index, own in enumerate(np.split(points @ turn + shift, cuts))
+    ]
+
+
+def _is_closed(where: str, attributes: list[Usd.Attribute]) -> bool:
+    kind, basis, wrap = (attribute.Get() for attribute in attributes)
+    if (kind, basis) != ("cubic", "bspline") or wrap not in ("periodic", "nonperiodic"):
+        found = f"{wrap} {kind} {basis}"
+        raise FileError(f"{where}: got {found} curves; expected cubic bspline, periodic or nonperiodic; convert them")
+    return bool(wrap == "periodic")
+
+
+def _to_centimetres(stage: Usd.Stage, world: Any) -> tuple[FloatArray, FloatArray, float]:
+    """Matrix and shift that take a prim's points, as rows, to centimetres with y up; and what they do to lengths."""
+    from pxr import UsdGeom
+
+    matrix = np.array(world, dtype=np.float64) * (UsdGeom.GetStageMetersPerUnit(stage) / METRES_PER_UNIT)
+    if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
+        matrix[:, :3] = matrix[:, :3] @ Z_UP
+    return matrix[:3, :3], matrix[3, :3], float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
+
+
+def _radii(where: str, curves: Any, count: int) -> FloatArray | None:
+    """Half the width of each curve in the prim's unit."""
+    widths = _array(curves.GetWidthsAttr(), np.float64)
+    if len(widths) == 0:
+        return None
+    if len(widths) not in (1, count):
+        raise FileError(f"{where}: got {len(widths)} widths of {count} curves; expected one, or one to a curve")
+    return np.broadcast_to(widths / 2, count)
+
+
+def _primvar(prim: Usd.Prim, name: str, count: int) -> IntArray | None:
+    """An array of so many integers under that name, if the prim has one."""
+    from pxr import Usd, UsdGeom
+
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)
+    values = np.array(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) if primvar else [])
+    return values.astype(np.int64) if values.shape == (count,) and values.dtype.kind == "i" else None
+
+
+def _array(attribute: Usd.Attribute, kind: Any) -> NDArray:
+    from pxr import Usd
+
+    values = attribute.Get(Usd.TimeCode.EarliestTime())
+    return np.array([] if values is None else values, dtype=kind)
+
+
+def _reason(error: Any) -> str:
+    """The first of the errors that USD reports together, in one line."""
+    return " ".join(str(error.args[0].commentary).split())[:160]

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""VTK's XML poly data: yarns as polylines that ParaView colours by row, stitch, strain or radius.
+
+A closed yarn returns to its first point. Points carry ``yarn``, ``row``, ``face``, ``part``, ``radius`` and ``strain``,
+polylines carry ``yarn``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from os import fspath
+
+import numpy as np
+
+from stitchmesh.curves import curves_of_segments
+from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import write_text
+from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.yarn import YarnSet
+
+
+@dataclass(frozen=True)
+class VtpPolylines:
+    """The polylines of a VTP file."""
+
+    curves: list[FloatArray]
+    """Points of each polyline in the file's unit, the first not repeated, shape (n, 3) each."""
+    closed: list[bool]
+    """Whether each polyline returns to its first point."""
+    radius: FloatArray | None
+    """Radius of each polyline in the file's unit, if its points state one."""
+
+
+def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> None:
+    """Write yarns as polylines.
+
+    Args:
+        path: a ``.vtp`` file.
+        yarns: a set without a lattice.
+        scale: centimetres in the file's unit.
+        samples: points to a segment.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    import pyvista
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    curves = curves_of_segments(yarns, np.arange(len(yarns.segment_points)), samples)
+    data = pyvista.PolyData(np.concatenate(curves.points) / scale, lines=_cells(curves.points, curves.closed))
+    yarn = yarns.segment_yarn[curves.segment]
+    data.point_data["yarn"] = yarn
+    for name in ("row", "face", "part"):
+        data.point_data[name] = getattr(yarns, name)[curves.control_point]
+    data.point_data["radius"] = yarns.radius[yarn] / scale
+    data.point_data["strain"] = yarns.strain[curves.segment]
+    data.cell_data["yarn"] = curves.yarn
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(data)
+    writer.SetDataModeToBinary()
+    writer.WriteToOutputStringOn()
+    writer.Write()
+    write_text(path, writer.GetOutputString())
+
+
+def read_vtp(path: FilePath) -> VtpPolylines:
+    """The polylines of a VTP file.
+
+    Raises:
+        FileError: the file cannot be read, is malformed, or has no polylines.
+    """
+    name = fspath(path)
+    points, starts, corners, radius = _content(path)
+    if len(starts) < 2:
+        raise FileError(f"{name}: has no lines; expected polylines, one for each yarn")
+    unknown = corners[(corners < 0) | (corners >= len(points))]
+    if len(unknown):
+        raise FileError(f"{name}: a line names point {unknown[0]}; the file has {len(points)} points")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
+    curves: list[FloatArray] = []
+    closed: list[bool] = []
+    for index, line in enumerate(np.split(corners, starts[1:-1])):
+        returns = len(line) > 2 and line[0] == line[-1]
+        least = 4 if returns else 2
+        if len(line) < least:
+            raise FileError(f"{name}: line {index} has {len(line)} points; expected at least {least}")
+        curves.append(points[line[:-1] if returns else line])
+        closed.append(bool(returns))
+    return VtpPolylines(curves, closed, None if radius is None else radius[corners[starts[:-1]]])
+
+
+def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
+    """VTK's cells: for each polyline the number of its corners, then the corners."""
+    cells: list[int] = []
+    first = 0
+    for points, returns in zip(curves, closed, strict=True):
+        end = first + len(points)
+        cells += [len(points) + returns, *range(first, end), *([first] if returns else [])]
+        first = end
+    return np.array(cells, dtype=np.int64)
+
+
+def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, FloatArray | None]:
+    """Points, where each line starts among the corners and the last ends, the corners, and the points' radii."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    name = fspath(path)
+    read_bytes(path)
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(name)
+    with _quiet():
+        whole = reader.GetExecutive().Update()
+    if not whole or reader.GetErrorCode():
+        raise FileError(f"{name}: is not a sound VTP file; it was cut short or altered")
+    data = reader.GetOutput()
+    lines = data.GetLines()
+    if data.GetPoints() is None or lines.GetNumberOfCells() == 0:
+        return np.empty((0, 3)), np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), None
+    points = vtk_to_numpy(data.GetPoints().GetData()).astype(np.float64)
+    starts = vtk_to_numpy(lines.GetOffsetsArray()).astype(np.int64)
+    corners = vtk_to_numpy(lines.GetConnectivityArray()).astype(np.int64)
+    radius = data.GetPointData().GetArray("radius")
+    return points, starts, corners, None if radius is None else vtk_to_numpy(radius).astype(np.float64)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep VTK from printing pages about a malformed file."""
+    from vtkmodules.vtkCommonCore import vtkObject
+
+    before = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()
+    try:
+        yield
+    finally:
+        vtkObject.SetGlobalWarningDisplay(before)

@@ -1,0 +1,232 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""USD files hold the yarns' own B-splines, as any program that knows USD sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
+
+from stitchmesh.errors import FileError
+from stitchmesh.io import read_yarns, usd, write_yarns
+from stitchmesh.yarn import YarnSet
+from tests.gallery import shared
+from tests.io.yarn_sets import awkward_yarns, ring
+
+SUFFIXES = [".usda", ".usdc", ".usd"]
+FLOAT32 = 2.0**-24
+"""Largest relative error of rounding to float32."""
+
+
+def written(path: Path, yarns: YarnSet) -> Usd.Stage:
+    write_yarns(path, yarns)
+    return Usd.Stage.Open(str(path))
+
+
+def curves_at(stage: Usd.Stage, place: str) -> UsdGeom.BasisCurves:
+    return UsdGeom.BasisCurves(stage.GetPrimAtPath(place))
+
+
+def primvar(curves: UsdGeom.BasisCurves, name: str) -> tuple[str, list[int]]:
+    found = UsdGeom.PrimvarsAPI(curves).GetPrimvar(name)
+    return found.GetInterpolation(), list(found.Get())
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_stage_says_its_unit_its_up_axis_and_its_default_prim(tmp_path, suffix):
+    stage = written(tmp_path / f"y{suffix}", awkward_yarns())
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 0.01
+    assert UsdGeom.GetStageUpAxis(stage) == "Y"
+    assert stage.GetDefaultPrim().GetPath() == "/yarns"
+    assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/yarns", "/yarns/closed", "/yarns/open"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize(
+    ("place", "wrap", "chosen"), [("/yarns/closed", "periodic", [0, 2]), ("/yarns/open", "nonperiodic", [1, 3])]
+)
+def test_curves_are_the_control_points_with_their_wrap_and_diameter(tmp_path, suffix, place, wrap, chosen):
+    yarns = awkward_yarns()
+    stage = written(tmp_path / f"y{suffix}", yarns)
+    curves = curves_at(stage, place)
+    assert [a.Get() for a in (curves.GetTypeAttr(), curves.GetBasisAttr(), curves.GetWrapAttr())] == [
+        "cubic", "bspline", wrap,
+    ]  # fmt: skip
+    of_chosen = np.isin(yarns.point_yarn, chosen)
+    assert list(curves.GetCurveVertexCountsAttr().Get()) == np.diff(yarns.start)[chosen].tolist()
+    np.testing.assert_array_equal(curves.GetPointsAttr().Get(), yarns.points[of_chosen].astype(np.float32))
+    np.testing.assert_array_equal(curves.GetWidthsAttr().Get(), np.float32(2 * yarns.radius[chosen]))
+    assert curves.GetWidthsInterpolation() == "uniform"
+    assert primvar(curves, "yarn") == ("uniform", chosen)
+    for name in ("row", "face", "part"):
+        assert primvar(curves, name) == ("vertex", getattr(yarns, name)[of_chosen].tolist())
+
+
+def test_yarns_of_one_radius_have_one_width_and_no_empty_prim(tmp_path):
+    yarns = YarnSet.from_curves([ring([0, 0, 0]), ring([0, 0, 1])], closed=[True, True], radius=0.125)
+    stage = written(tmp_path / "y.usda", yarns)
+    curves = curves_at(stage, "/yarns/closed")
+    assert list(curves.GetWidthsAttr().Get()) == [0.25]
+    assert curves.GetWidthsInterpolation() == "constant"
+    assert not stage.GetPrimAtPath("/yarns/open")
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_the_extent_holds_the_tubes_and_little_more(tmp_path, suffix):
+    stage = written(tmp_path / f"y{suffix}", awkward_yarns())
+    again = read_yarns(tmp_path / f"y{suffix}")  # the curves as rounded to the file's float32
+    for place, closed in (("/yarns/closed", True), ("/yarns/open", False)):
+        low, high = np.array(curves_at(stage, place).GetExtentAttr().Get(), dtype=np.float64)
+        sampled = again.sampled(16)
+        for yarn in np.flatnonzero(again.closed == closed):
+            assert (low <= sampled[yarn] - again.radius[yarn]).all()
+            assert (sampled[yarn] + again.radius[yarn] <= high).all()
+        chosen = again.closed[again.point_yarn] == closed
+        radius = again.radius[again.point_yarn][chosen, None]
+        # the box of the control points, plus the radius, rounded to the nearest and then one step outward
+        step = 4 * FLOAT32 * np.abs([low, high]).max()
+        np.testing.assert_allclose(low, (again.points[chosen] - radius).min(axis=0), atol=step, rtol=0)
+        np.testing.assert_allclose(high, (again.points[chosen] + radius).max(axis=0), atol=step, rtol=0)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_the_validators_of_usd_find_nothing(tmp_path, suffix):
+    stage = written(tmp_path / f"y{suffix}", awkward_yarns())
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    assert len(validators) > 10
+    assert UsdValidation.ValidationContext(validators).Validate(stage) == []
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_yarns_come_back_in_their_order(tmp_path, suffix):
+    yarns = awkward_yarns()
+    write_yarns(tmp_path / f"y{suffix}", yarns)
+    again = read_yarns(tmp_path / f"y{suffix}")
+    np.testing.assert_array_equal(again.points, yarns.points.astype(np.float32))
+    np.testing.assert_allclose(again.radius, yarns.radius, rtol=FLOAT32)
+    for name in ("start", "closed", "row", "face", "part"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(yarns, name))
+    np.testing.assert_array_equal(read_yarns(tmp_path / f"y{suffix}", radius=0.5).radius, [0.5] * 4)
+
+
+def test_a_file_written_again_is_read_again(tmp_path):
+    stages = []
+    for size in (1.0, 2.0):
+        yarns = YarnSet.from_curves([ring([0, 0, 0], size)], closed=[True], radius=0.1)
+        stages.append(written(tmp_path / "y.usda", yarns))  # USD keeps what is open in memory, by name
+        np.testing.assert_array_equal(read_yarns(tmp_path / "y.usda").points, yarns.points.astype(np.float32))
+
+
+def test_a_real_glove_keeps_its_curves(tmp_path):
+    glove = read_yarns(shared("yarns/glove.bcc"), radius=0.1)
+    write_yarns(tmp_path / "glove.usdc", glove)
+    again = read_yarns(tmp_path / "glove.usdc")
+    np.testing.assert_array_equal(again.points, glove.points.astype(np.float32))
+    np.testing.assert_array_equal(again.start, glove.start)
+
+
+def stage_of(path: Path, change: Callable[[UsdGeom.BasisCurves], object] | None = None) -> Usd.Stage:
+    """Two closed curves as another program may write them, without numbers or labels."""
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.Xform.Define(stage, "/fabric")
+    curves = UsdGeom.BasisCurves.Define(stage, "/fabric/curves")
+    curves.CreateTypeAttr("cubic")
+    curves.CreateBasisAttr("bspline")
+    curves.CreateWrapAttr("periodic")
+    points = np.concatenate([ring([0, 0, 0]), ring([0, 0, 0.5])]).astype(np.float32)
+    curves.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    curves.CreateCurveVertexCountsAttr([40, 40])
+    if change is not None:
+        change(curves)
+    stage.Save()
+    return stage
+
+
+def test_unit_up_axis_and_transform_of_a_foreign_stage_are_applied(tmp_path):
+    stage = stage_of(tmp_path / "y.usda", lambda curves: curves.CreateWidthsAttr([0.25]))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    place = UsdGeom.Xformable(stage.GetPrimAtPath("/fabric"))
+    place.AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
+    place.AddScaleOp().Set(Gf.Vec3f(2, 2, 2))
+    stage.Save()
+    yarns = read_yarns(tmp_path / "y.usda")
+    x, y, z = 100 * (2 * ring([0, 0, 0.5]) + [1, 2, 3]).T
+    expected = np.stack([x, z, -y], axis=1)
+    np.testing.assert_allclose(yarns.points[40:], expected, atol=2 * FLOAT32 * 500)  # the file's float32, of 500 cm
+    np.testing.assert_allclose(yarns.radius, [25.0, 25.0], rtol=1e-12)  # a width of 0.25 m, twice as large
+    assert yarns.row.tolist() == [0] * 40 + [1] * 40
+
+
+def test_the_radius_of_curves_without_widths_is_estimated_and_announced(tmp_path, caplog):
+    stage_of(tmp_path / "y.usda")
+    np.testing.assert_allclose(read_yarns(tmp_path / "y.usda").radius, [0.25, 0.25], rtol=1e-6)  # float32
+    assert "holds no yarn radius; estimated 0.25 cm" in caplog.text
+
+
+def not_finite(curves: UsdGeom.BasisCurves) -> None:
+    points = np.full((80, 3), np.nan, dtype=np.float32)
+    curves.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(points))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c.GetPrim().GetStage().RemovePrim("/fabric"), "has no curves; expected prims of type BasisCurves"),
+        (lambda c: c.GetBasisAttr().Set("bezier"), "/fabric/curves: got periodic cubic bezier curves"),
+        (lambda c: c.GetTypeAttr().Set("linear"), "got periodic linear bspline curves"),
+        (lambda c: c.GetWrapAttr().Set("pinned"), "got pinned cubic bspline curves; expected cubic bspline"),
+        (lambda c: c.GetCurveVertexCountsAttr().Set([40]), "got curves of 40 points, 40 together; expected its 80"),
+        (lambda c: c.GetCurveVertexCountsAttr().Set([90, -10]), "got curves of 90, -10 points"),
+        (lambda c: c.GetCurveVertexCountsAttr().Set([78, 2]), "yarn 1: got 2 control points; a closed yarn needs 3"),
+        (lambda c: c.GetPointsAttr().Clear(), "got curves of 40, 40 points, 80 together; expected its 0 points"),
+        (lambda c: c.CreateWidthsAttr([0.1] * 80), "got 80 widths of 2 curves; expected one, or one to a curve"),
+        (lambda c: c.CreateWidthsAttr([0.0]), "radius 0, 1: got 0.0; expected a positive number of cm"),
+        (not_finite, "coordinates are not finite"),
+    ],
+)
+def test_each_unfit_stage_gets_its_message(tmp_path, change, message):
+    stage_of(tmp_path / "y.usda", change)
+    with pytest.raises(FileError) as caught:
+        read_yarns(tmp_path / "y.usda")
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path / "y.usda"))
+    assert "\n" not in str(caught.value)
+
+
+def test_curves_that_lack_a_label_keep_none_of_it(tmp_path):
+    def label(curves: UsdGeom.BasisCurves) -> None:
+        primvars = UsdGeom.PrimvarsAPI(curves)
+        primvars.CreatePrimvar("row", Sdf.ValueTypeNames.IntArray, "vertex").Set([7] * 80)
+        primvars.CreatePrimvar("face", Sdf.ValueTypeNames.FloatArray, "vertex").Set([7.5] * 80)
+        primvars.CreatePrimvar("part", Sdf.ValueTypeNames.IntArray, "constant").Set([7])
+
+    stage_of(tmp_path / "y.usda", label)
+    yarns = read_yarns(tmp_path / "y.usda", radius=0.1)
+    assert set(yarns.row) == {7} and set(yarns.face) == {-1} and set(yarns.part) == {0}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_truncated_file_is_an_error_wherever_it_is_cut(tmp_path, suffix, capfd):
+    write_yarns(tmp_path / f"whole{suffix}", awkward_yarns())
+    whole = (tmp_path / f"whole{suffix}").read_bytes().rstrip()
+    for cut in range(0, len(whole) - 1, len(whole) // 40):
+        path = tmp_path / f"y{cut}{suffix}"
+        path.write_bytes(whole[:cut])
+        with pytest.raises(FileError) as caught:
+            read_yarns(path)
+        assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+    assert capfd.readouterr().err == ""
+
+
+def test_what_usd_cannot_write_is_one_line(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(usd, "atomic_path", lambda path: nullcontext(tmp_path / "file" / "y.usda"))
+    with pytest.raises(FileError, match="cannot be written") as caught:
+        write_yarns(tmp_path / "y.usda", awkward_yarns())
+    assert "\n" not in str(caught.value)
