@@ -182,7 +182,7 @@ def relaxing_progress(stage: str, tolerance: float, progress: Progress) -> Calla
     """Turn a solver's residual into the part done: residuals fall by a factor a turn, so their logarithm counts."""
     start: list[float] = []
 
-    def tell(iteration: int, residual: float, *_: object) -> None:
+    def tell(iteration: int, residual: float) -> None:
         if not start and residual > tolerance and math.isfinite(residual):
             start.append(residual)
         done = 0.0

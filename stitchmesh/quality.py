@@ -10,6 +10,7 @@ from typing import Literal
 from stitchmesh.errors import ParameterError
 
 Precision = Literal["float32", "float64"]
+Solver = Literal["quasistatic", "dynamics"]
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class Quality:
     """Relative force residual at which a relaxation has converged (``yarnrelax.convergence``)."""
     max_iterations: int
     """Iterations after which a relaxation stops without having converged."""
+    solver: Solver = "quasistatic"
+    """How it comes to rest: "quasistatic", or "dynamics" as in L, Algorithm 1."""
 
 
 PRESETS: dict[str, Quality] = {

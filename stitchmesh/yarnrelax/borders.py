@@ -13,13 +13,16 @@ shortened by one common factor to the step limits, which leaves the mean where i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.forces import Run
-from stitchmesh.yarnrelax.shape import Shape
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.patches import loops_of
 from stitchmesh.yarnrelax.state import State
+from stitchmesh.yarnrelax.term import Constraint, ConstraintChoice, Run
 
 wp.set_module_options({"enable_backward": False})
 
@@ -33,8 +36,8 @@ def hold_loops(
     home: wp.array[Any],
     # state in
     points: wp.array[Any],
+    stiffness: wp.array[Any],
     limit: wp.array[Any],
-    mobility: wp.array[Any],
     # state out
     step: wp.array[Any],
 ) -> None:
@@ -46,12 +49,12 @@ def hold_loops(
     for k in range(first, last):
         i = loop_points[k]
         drift += points[i] + step[i] - home[i]
-        whole += mobility[i]
+        whole += type(whole)(1.0) / stiffness[i]
     pull = drift / whole
     scale = type(whole)(1.0)
     for k in range(first, last):
         i = loop_points[k]
-        step[i] = step[i] - pull * mobility[i]
+        step[i] = step[i] - pull / stiffness[i]
         length = wp.length(step[i])
         if length * scale > limit[i]:
             scale = limit[i] / length
@@ -79,13 +82,46 @@ def centre_forces(
         force[loop_points[k]] = force[loop_points[k]] - mean
 
 
-def hold_borders(shape: Shape, state: State, run: Run) -> Any:
-    """Filter the proposed steps of the border's loops."""
-    inputs = [shape.held, shape.loop_start, shape.loop_points, shape.home, state.points, state.limit,
-              state.mobility]  # fmt: skip
-    return run(hold_loops, len(shape.held), inputs, [state.step])
+@dataclass(frozen=True, eq=False)
+class KeepBorders(ConstraintChoice):
+    """The loops at the edge of a garment keep their place."""
+
+    fabric: StitchMesh
+    """The fabric that the yarns were made from."""
+
+    def on(self, model: Model) -> Borders:
+        """Send the loops to the device.
+
+        Raises:
+            ParameterError: the yarns were not made from this fabric.
+        """
+        loops = loops_of(model.yarns, self.fabric)
+        return Borders(
+            held=model.integers(loops.held),
+            loop_start=model.integers(loops.points.start),
+            loop_points=model.integers(loops.points.entry),
+            home=model.upload(model.to_device(model.yarns.points), 3),
+        )
 
 
-def free_forces(shape: Shape, force: wp.array[Any], run: Run) -> Any:
-    """Take from forces what the border's constraints carry."""
-    return run(centre_forces, len(shape.held), [shape.held, shape.loop_start, shape.loop_points], [force])
+@dataclass(frozen=True, eq=False)
+class Borders(Constraint):
+    """Loops whose mean position is kept, on the device."""
+
+    held: wp.array[Any]
+    """The loops."""
+    loop_start: wp.array[Any]
+    """Where each loop's control points start, shape (L + 1,)."""
+    loop_points: wp.array[Any]
+    """Control points of the loops."""
+    home: wp.array[Any]
+    """Control points at the start, shape (N, 3)."""
+
+    def filter_forces(self, force: wp.array[Any], run: Run) -> list[Any]:
+        """Take from forces what the border's constraints carry."""
+        return [run(centre_forces, len(self.held), [self.held, self.loop_start, self.loop_points], [force])]
+
+    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], run: Run) -> list[Any]:
+        """Take from the steps of each border loop what would move its mean."""
+        inputs = [self.held, self.loop_start, self.loop_points, self.home, state.points, state.stiffness, limit]
+        return [run(hold_loops, len(self.held), inputs, [step])]

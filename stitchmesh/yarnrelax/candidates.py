@@ -3,14 +3,16 @@
 """Contact candidates: for each contact sample the samples that may touch it, kept over many iterations.
 
 The list of a sample holds every sample of a segment that may collide with its own, up to the contact distance plus a
-margin, in ascending order. Each pair is listed from both sides. A list stays complete while no control point has moved
-by more than half the margin since it was made (the weights of the spline sum to one, so samples move no farther), and
-the step limit keeps them from moving farther. The force does not depend on the margin: samples beyond the contact
-distance add nothing.
+margin, in ascending order; on a lattice an entry is the sample plus the number of samples times its image
+(``images``). Each pair is listed from both sides. A list stays complete while no control point has moved by more than
+half the margin since it was made (the weights of the spline sum to one, so samples move no farther), and the step
+limit keeps them from moving farther. The force does not depend on the margin: samples beyond the contact distance add
+nothing.
 
-They are found coarsely and filtered finely: a hash grid of the balls around segments gives pairs of segments, whose
-samples are then compared. Lists have a fixed capacity. The longest one is measured while they are filled; if it does
-not fit they are made again with more room, so that nothing is dropped.
+They are found coarsely and filtered finely: a hash grid of the balls around segments gives each segment the segments
+near it, whose samples are then compared. Both kinds of lists have a fixed capacity. The longest one is measured while
+they are filled; if it does not fit they are made again with more room, so that nothing is dropped. On a GPU the lists
+of neighbouring samples lie interleaved, so that a warp reads whole lines of memory.
 """
 
 from __future__ import annotations
@@ -21,23 +23,36 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.yarnrelax.images import image_count, shifted_by, turns_to
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.reduction import maximum
 
 wp.set_module_options({"enable_backward": False})
 
 FIRST_CAPACITY = 16
 """Capacity of a list before its first growth."""
-GRID_CELLS = 64
-"""Cells along each axis of the hash grid; cells wrap around, so this bounds memory and not space."""
+SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 128, 200_000
+"""Cells along each axis of the hash grid, up to that many segments and beyond; cells wrap around, so this bounds
+memory and not space."""
 
 
 @wp.func
-def may_collide(model: Any, i: int, j: int) -> Any:
-    """Whether segments i and j are of different yarns, or far enough apart along one."""
-    if model.segment_yarn[i] != model.segment_yarn[j]:
+def may_collide(model: Any, i: int, j: int, image: int) -> bool:
+    """Whether segment i and segment j of an image are of different strands, or far enough apart along one."""
+    yarn = model.segment_yarn[i]
+    if yarn != model.segment_yarn[j]:
+        return True
+    turns = turns_to(model.images, model.yarn_step[yarn], image)
+    if turns == 2147483647:
         return True
     cycle = model.segment_cycle[i]
     ahead = j - i
+    if turns != 0:  # the same strand, some turns farther along
+        count = model.yarn_segments[yarn]
+        far = wp.int64(ahead) + wp.int64(turns) * wp.int64(count)
+        if far < wp.int64(0):
+            return -far > wp.int64(model.segment_skip[j])
+        return far > wp.int64(model.segment_skip[i])
     if ahead < 0:
         ahead += cycle
     return ahead > model.segment_skip[i] and cycle - ahead > model.segment_skip[j]
@@ -53,81 +68,91 @@ def bound_segments(
     centre: wp.array[Any],
     extent: wp.array[Any],
 ) -> None:
-    """A ball around the samples of each segment: its centre and its radius [cm]."""
+    """A ball around the samples of each segment: its centre and its radius."""
     s = wp.tid()
-    first = s * model.contact_samples
-    middle = (samples[first] + samples[first + model.contact_samples - 1]) * type(extent[0])(0.5)
+    first, last = model.sample_start[s], model.sample_start[s + 1] - 1
+    middle = (samples[first] + samples[last]) * type(extent[0])(0.5)
     farthest = type(extent[0])(0.0)
-    for k in range(model.contact_samples):
-        farthest = wp.max(farthest, wp.length(samples[first + k] - middle))
-    centre[s] = middle
-    extent[s] = farthest
-
-
-@wp.func
-def list_pairs(
-    model: Any,
-    margin: Any,
-    samples: wp.array[Any],
-    centre: wp.array[Any],
-    extent: wp.array[Any],
-    i: int,
-    j: int,
-    candidate_count: wp.array[wp.int32],
-    candidates: wp.array2d[wp.int32],
-) -> None:
-    """Put the samples of segment j that are near into the lists of the samples of segment i."""
-    count = model.contact_samples
-    limit = model.sample_radius[i * count] + model.sample_radius[j * count] + margin
-    for p in range(i * count, i * count + count):
-        here = samples[p]
-        if wp.length(centre[j] - here) > limit + extent[j]:
-            continue
-        for q in range(j * count, j * count + count):
-            apart = samples[q] - here
-            if wp.dot(apart, apart) < limit * limit:
-                place = candidate_count[p]
-                candidate_count[p] = place + 1
-                if place < candidates.shape[1]:
-                    while place > 0 and candidates[p, wp.max(place - 1, 0)] > q:
-                        candidates[p, place] = candidates[p, place - 1]
-                        place -= 1
-                    candidates[p, place] = q
+    for p in range(first, last + 1):
+        apart = samples[p] - middle
+        farthest = wp.max(farthest, apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2])
+    centre[s] = type(centre[0])(middle[0], middle[1], middle[2])
+    extent[s] = wp.sqrt(farthest)
 
 
 @wp.kernel(module="unique")
-def list_candidates(
+def list_segments(
     # model
     model: Any,
     margin: Any,
     search_radius: Any,
     # state in
     grid: wp.uint64,
-    samples: wp.array[Any],
     centre: wp.array[Any],
     extent: wp.array[Any],
     # state out
+    near_count: wp.array[wp.int32],
+    near: wp.array2d[wp.int32],
+) -> None:
+    """Segments near each segment, in ascending order; an entry counts images by the number of segments."""
+    i = wp.tid()
+    here = centre[i]
+    reach = model.yarn_radius[model.segment_yarn[i]] + margin + extent[i]
+    found = int(0)
+    for image in range(image_count(model.images)):
+        seen_from = here + here - shifted_by(model.images, here, image)
+        for j in wp.hash_grid_query(grid, seen_from, search_radius):
+            apart = centre[j] - seen_from
+            limit = reach + model.yarn_radius[model.segment_yarn[j]] + extent[j]
+            if wp.dot(apart, apart) < limit * limit and may_collide(model, i, j, image):
+                entry = image * centre.shape[0] + j
+                place = found
+                found += 1
+                if place < near.shape[1]:
+                    while place > 0 and near[i, wp.max(place - 1, 0)] > entry:
+                        near[i, place] = near[i, place - 1]
+                        place -= 1
+                    near[i, place] = entry
+    near_count[i] = found
+
+
+@wp.kernel(module="unique")
+def list_samples(
+    # model
+    model: Any,
+    margin: Any,
+    segment_count: int,
+    # state in
+    samples: wp.array[Any],
+    centre: wp.array[Any],
+    extent: wp.array[Any],
+    near_count: wp.array[wp.int32],
+    near: wp.array2d[wp.int32],
+    # state out
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
-    longest: wp.array[wp.int32],
 ) -> None:
-    """List the candidates of each segment's samples in ascending order; ``longest`` tells whether all fitted."""
-    i = wp.tid()
-    first = i * model.contact_samples
-    for k in range(model.contact_samples):
-        candidate_count[first + k] = 0
-    here = centre[i]
-    reach = model.sample_radius[first] + margin + extent[i]
-    for j in wp.hash_grid_query(grid, here, search_radius):
-        apart = centre[j] - here
-        limit = reach + model.sample_radius[j * model.contact_samples] + extent[j]
-        if wp.dot(apart, apart) < limit * limit and may_collide(model, i, j):
-            list_pairs(model, margin, samples, centre, extent, i, j, candidate_count, candidates)
-    most = int(0)
-    for k in range(model.contact_samples):
-        most = wp.max(most, candidate_count[first + k])
-        candidate_count[first + k] = wp.min(candidate_count[first + k], candidates.shape[1])
-    wp.atomic_max(longest, 0, most)
+    """Samples near each sample, in ascending order; an entry counts images by the number of samples."""
+    p = wp.tid()
+    s = model.sample_segment[p]
+    here4 = samples[p]
+    here = type(centre[0])(here4[0], here4[1], here4[2])
+    found = int(0)
+    for n in range(near_count[s]):
+        image = near[s, n] // segment_count
+        j = near[s, n] - image * segment_count
+        seen_from = here + here - shifted_by(model.images, here, image)
+        limit = here4[3] + model.yarn_radius[model.segment_yarn[j]] + margin
+        if wp.length(centre[j] - seen_from) > limit + extent[j]:
+            continue
+        for q in range(model.sample_start[j], model.sample_start[j + 1]):
+            there = samples[q]
+            apart = type(here)(there[0], there[1], there[2]) - seen_from
+            if wp.dot(apart, apart) < limit * limit:
+                if found < candidates.shape[1]:
+                    candidates[p, found] = image * samples.shape[0] + q
+                found += 1
+    candidate_count[p] = found
 
 
 @dataclass(eq=False)
@@ -135,21 +160,36 @@ class Candidates:
     """Candidate lists of all samples."""
 
     margin: float
-    """Distance beyond contact up to which pairs are listed [cm]."""
+    """Distance beyond contact up to which pairs are listed, in units."""
     count: wp.array[Any]
     """Length of each list, shape (P,)."""
     lists: wp.array[Any]
     """Samples in each list, ascending, shape (P, capacity)."""
+    near_count: wp.array[Any]
+    """How many segments are near each segment, shape (S,)."""
+    near: wp.array[Any]
+    """Segments near each segment, ascending, shape (S, capacity)."""
+    centre: wp.array[Any]
+    """Middle of each segment's samples, shape (S, 3)."""
+    extent: wp.array[Any]
+    """How far they lie from it, shape (S,)."""
     grid: wp.HashGrid
-    """The grid that finds them."""
+    """The grid that finds the segments."""
 
 
 def make_candidates(model: Model, margin: float) -> Candidates:
     """Empty lists for the samples of a model."""
-    count = wp.zeros(model.sample_count, dtype=wp.int32, device=model.device)
-    lists = wp.zeros((model.sample_count, FIRST_CAPACITY), dtype=wp.int32, device=model.device)
-    grid = wp.HashGrid(GRID_CELLS, GRID_CELLS, GRID_CELLS, device=model.device, dtype=model.scalar)
-    return Candidates(margin, count, lists, grid)
+    cells = SMALL_GRID if model.segment_count <= MANY_SEGMENTS else LARGE_GRID
+    return Candidates(
+        margin,
+        wp.zeros(model.sample_count, dtype=wp.int32, device=model.device),
+        _lists(model, model.sample_count, FIRST_CAPACITY),
+        wp.zeros(model.segment_count, dtype=wp.int32, device=model.device),
+        _lists(model, model.segment_count, FIRST_CAPACITY),
+        model.empty(model.segment_count, 3),
+        model.empty(model.segment_count),
+        wp.HashGrid(cells, cells, cells, device=model.device, dtype=model.scalar),
+    )
 
 
 def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates) -> bool:
@@ -158,21 +198,33 @@ def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates
     Returns:
         Whether the lists had to grow, so that ``candidates.lists`` is a new array.
     """
-    centre, extent = model.empty(model.segment_count, 3), model.empty(model.segment_count)
-    model.launch(bound_segments, model.segment_count, [model.constants, samples], [centre, extent])
-    radius = 2.0 * float(model.yarns.radius.max()) + candidates.margin + 2.0 * float(extent.numpy().max())
-    candidates.grid.build(centre, 2.0 * radius)  # eight cells a query, most of them not empty
-    longest = wp.zeros(1, dtype=wp.int32, device=model.device)
-    inputs = [model.constants, model.number(candidates.margin), model.number(radius), wp.uint64(candidates.grid.id),
-              samples, centre, extent]  # fmt: skip
+    found = candidates
+    model.launch(bound_segments, model.segment_count, [model.constants, samples], [found.centre, found.extent])
+    radius = 2.0 * float(model.radius.max()) + found.margin + 2.0 * maximum(found.extent)
+    found.grid.build(found.centre, 2.0 * radius)  # eight cells a query, most of them not empty
+    inputs = [model.constants, model.number(found.margin), model.number(radius), wp.uint64(found.grid.id),
+              found.centre, found.extent]  # fmt: skip
+    while True:
+        model.launch(list_segments, model.segment_count, inputs, [found.near_count, found.near])
+        needed = int(maximum(found.near_count))
+        if needed <= found.near.shape[1]:
+            break
+        found.near = _lists(model, model.segment_count, needed)
+    inputs = [model.constants, model.number(found.margin), model.segment_count, samples, found.centre, found.extent,
+              found.near_count, found.near]  # fmt: skip
     grown = False
     while True:
-        longest.zero_()
-        outputs = [candidates.count, candidates.lists, longest]
-        model.launch(list_candidates, model.segment_count, inputs, outputs)
-        needed = int(longest.numpy()[0])
-        if needed <= candidates.lists.shape[1]:
+        model.launch(list_samples, model.sample_count, inputs, [found.count, found.lists])
+        needed = int(maximum(found.count))
+        if needed <= found.lists.shape[1]:
             return grown
-        capacity = int(np.ceil(needed * 1.25 / 8)) * 8
-        candidates.lists = wp.zeros((model.sample_count, capacity), dtype=wp.int32, device=model.device)
+        found.lists = _lists(model, model.sample_count, needed)
         grown = True
+
+
+def _lists(model: Model, count: int, needed: int) -> wp.array[Any]:
+    """Room for ``count`` lists of a quarter more entries than needed."""
+    capacity = int(np.ceil(needed * 1.25 / 8)) * 8 if needed > FIRST_CAPACITY else needed
+    if model.device.is_cuda:
+        return wp.zeros((capacity, count), dtype=wp.int32, device=model.device).transpose()
+    return wp.zeros((count, capacity), dtype=wp.int32, device=model.device)

@@ -12,8 +12,8 @@ converge fast because the integrand is smooth along yarns that are many samples 
 
     F_p = sum over q of  2 k_contact w_p w_q (R^4 / d^4 - 1) / R^2 (y_p - y_q),   R = r_p + r_q,  d = |y_p - y_q|
 
-where w = l / samples per segment. It is computed from p's side and from q's side, so that each segment gathers its
-own force; both sides use the same numbers, so the forces sum to zero up to rounding.
+where w = l / samples per segment. It is computed from p's side and from q's side, so that each sample gathers its own
+force; both sides use the same numbers, so the forces sum to zero up to rounding.
 """
 
 from __future__ import annotations
@@ -22,108 +22,113 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.step_limit import distance_of_pieces, pair_clearance, tangent_piece
+from stitchmesh.yarnrelax.aligned import read_whole, write_whole
+from stitchmesh.yarnrelax.images import entry_shift, sample_number
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
 def contact_energy(distance2: Any, reach2: Any, stiffness: Any) -> Any:
-    """Energy [erg] of two samples at a squared distance below ``reach2`` [cm^2]."""
+    """Energy [erg] of two samples at a squared distance below ``reach2``."""
     d2 = distance2 / reach2
     return stiffness * (type(d2)(1.0) / d2 + d2 - type(d2)(2.0))
 
 
 @wp.func
 def contact_push(distance2: Any, reach2: Any, stiffness: Any) -> Any:
-    """Force over the vector from the other sample [dyn / cm]."""
+    """Force over the vector from the other sample."""
     ratio = reach2 / distance2
     return type(ratio)(2.0) * stiffness * (ratio * ratio - type(ratio)(1.0)) / reach2
 
 
 @wp.func
 def contact_stiffness(distance2: Any, reach2: Any, stiffness: Any) -> Any:
-    """Second derivative of the energy by the distance [dyn / cm]."""
+    """Second derivative of the energy by the distance."""
     ratio = reach2 / distance2
     return stiffness * (type(ratio)(6.0) * ratio * ratio + type(ratio)(2.0)) / reach2
 
 
-@wp.kernel(module="unique")
-def place_samples(
-    # model
-    model: Any,
-    # state in
-    points: wp.array[Any],
-    # state out
-    samples: wp.array[Any],
-    sample_reach: wp.array[Any],
-) -> None:
-    """Contact samples [cm], and how far the curve they stand for lies from them at most [cm]."""
-    s = wp.tid()
-    corner = model.segment_points[s]
-    q0, q1, q2, q3 = points[corner[0]], points[corner[1]], points[corner[2]], points[corner[3]]
-    longest = wp.max(wp.length(q1 - q0), wp.max(wp.length(q2 - q1), wp.length(q3 - q2)))
-    reach = longest / type(longest)(2 * model.contact_samples)
-    for k in range(model.contact_samples):
-        weight = model.sample_basis[k]
-        p = s * model.contact_samples + k
-        samples[p] = q0 * weight[0] + q1 * weight[1] + q2 * weight[2] + q3 * weight[3]
-        sample_reach[p] = reach
+@wp.func
+def from_entry(images: Any, samples: wp.array[Any], here: Any, entry: int) -> Any:
+    """Vector from a listed sample, in its image, to ``here``; the sum of the two radii last."""
+    there = read_whole(samples, sample_number(images, entry))
+    apart = here - there
+    return type(here)(apart[0], apart[1], apart[2], here[3] + there[3]) - entry_shift(images, type(here)(), entry)
+
+
+@wp.func
+def pair_push(apart: Any, weight: Any) -> tuple[Any, Any]:
+    """Force from one listed sample with its stiffness, and stiffness over squared distance.
+
+    ``weight`` is that sample's, or 0 to leave it out.
+    """
+    distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
+    reach2 = apart[3] * apart[3]
+    push = type(apart)()
+    stiff = weight - weight
+    if distance2 < reach2:
+        size = contact_push(distance2, reach2, weight)
+        stiff = contact_stiffness(distance2, reach2, weight)
+        push = type(apart)(apart[0] * size, apart[1] * size, apart[2] * size, stiff)
+        stiff = stiff / distance2
+    return push, stiff
+
+
+@wp.func
+def outer_product(apart: Any, size: Any, zero: Any) -> Any:
+    """size times apart apart^T as (xx, yy, zz, xy, xz, yz)."""
+    x, y, z = apart[0] * size, apart[1] * size, apart[2] * size
+    return type(zero)(x * apart[0], y * apart[1], z * apart[2], x * apart[1], x * apart[2], y * apart[2])
 
 
 @wp.kernel(module="unique")
-def add_contact_forces(
+def contact_forces(
     # model
     model: Any,
-    watch: Any,
     # state in
-    points: wp.array[Any],
     samples: wp.array[Any],
-    sample_reach: wp.array[Any],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
-    segment_force: wp.array[Any],
-    segment_stiffness: wp.array[Any],
-    segment_clearance: wp.array[Any],
+    sample_force: wp.array[Any],
+    sample_block: wp.array[Any],
 ) -> None:
-    """Add contact forces [dyn]; row sums of their stiffness [dyn / cm]; clearance where below ``watch`` [cm]."""
-    s = wp.tid()
-    force0, force1 = type(samples[0])(), type(samples[0])()
-    force2, force3 = type(samples[0])(), type(samples[0])()
-    stiffness = model.sample_basis[0] * type(watch)(0.0)
-    first = s * model.contact_samples
-    clearance = wp.min(watch, type(watch)(2.0) * (model.sample_radius[first] - sample_reach[first]))
-    for k in range(model.contact_samples):
-        p = first + k
-        here = samples[p]
-        radius, weight = model.sample_radius[p], model.sample_weight[p] * model.k_contact
-        push = type(here)()
-        stiff = type(watch)(0.0)
-        for c in range(candidate_count[p]):
-            q = candidates[p, c]
-            apart = here - samples[q]
-            distance2 = wp.dot(apart, apart)
-            reach = radius + model.sample_radius[q]
-            if distance2 < reach * reach:
-                pair_weight = weight * model.sample_weight[q]
-                push += apart * contact_push(distance2, reach * reach, pair_weight)
-                stiff += contact_stiffness(distance2, reach * reach, pair_weight)
-                gap = wp.sqrt(distance2) - sample_reach[p] - sample_reach[q]
-                if gap < clearance:
-                    clearance = wp.min(clearance, pair_clearance(model, points, p, q, apart, gap))
-        basis = model.sample_basis[k]
-        force0 += push * basis[0]
-        force1 += push * basis[1]
-        force2 += push * basis[2]
-        force3 += push * basis[3]
-        stiffness += basis * (type(stiff)(2.0) * stiff)
-    segment_force[4 * s] += force0
-    segment_force[4 * s + 1] += force1
-    segment_force[4 * s + 2] += force2
-    segment_force[4 * s + 3] += force3
-    segment_stiffness[s] = stiffness
-    segment_clearance[s] = clearance
+    """Contact force on each sample and the row sum of its stiffness; its 3 x 3 block of stiffness where there is room.
+
+    Four entries at a time, so that their places are on the way together; those past the end count for nothing.
+    """
+    p = wp.tid()
+    here = read_whole(samples, p)
+    push = type(here)()
+    block = type(sample_block[0])()
+    count = candidate_count[p]
+    last = count - 1
+    nothing = here[0] - here[0]
+    for c in range(0, count, 4):
+        entry0 = candidates[p, c]
+        entry1 = candidates[p, wp.min(c + 1, last)]
+        entry2 = candidates[p, wp.min(c + 2, last)]
+        entry3 = candidates[p, wp.min(c + 3, last)]
+        apart0 = from_entry(model.images, samples, here, entry0)
+        apart1 = from_entry(model.images, samples, here, entry1)
+        apart2 = from_entry(model.images, samples, here, entry2)
+        apart3 = from_entry(model.images, samples, here, entry3)
+        weight0 = model.sample_weight[sample_number(model.images, entry0)]
+        weight1 = wp.where(c + 1 < count, model.sample_weight[sample_number(model.images, entry1)], nothing)
+        weight2 = wp.where(c + 2 < count, model.sample_weight[sample_number(model.images, entry2)], nothing)
+        weight3 = wp.where(c + 3 < count, model.sample_weight[sample_number(model.images, entry3)], nothing)
+        push0, stiff0 = pair_push(apart0, weight0)
+        push1, stiff1 = pair_push(apart1, weight1)
+        push2, stiff2 = pair_push(apart2, weight2)
+        push3, stiff3 = pair_push(apart3, weight3)
+        push += push0 + push1 + push2 + push3
+        block += outer_product(apart0, stiff0, block) + outer_product(apart1, stiff1, block)
+        block += outer_product(apart2, stiff2, block) + outer_product(apart3, stiff3, block)
+    scale = model.sample_weight[p] * model.k_contact
+    write_whole(sample_force, p, push * scale)
+    if sample_block.shape[0] > 0:
+        sample_block[p] = block * scale
 
 
 @wp.kernel(module="unique")
@@ -143,34 +148,11 @@ def contact_energies(
     energy = model.k_contact - model.k_contact
     weight = model.sample_weight[p] * model.k_contact
     for c in range(candidate_count[p]):
-        q = candidates[p, c]
-        apart = here - samples[q]
-        distance2 = wp.dot(apart, apart)
-        reach = model.sample_radius[p] + model.sample_radius[q]
-        if distance2 < reach * reach:
-            energy += contact_energy(distance2, reach * reach, weight * model.sample_weight[q])
+        entry = candidates[p, c]
+        apart = from_entry(model.images, samples, here, entry)
+        distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
+        reach2 = apart[3] * apart[3]
+        if distance2 < reach2:
+            stiffness = weight * model.sample_weight[sample_number(model.images, entry)]
+            energy += contact_energy(distance2, reach2, stiffness)
     sample_energy[p] = energy * type(energy)(0.5)
-
-
-@wp.kernel(module="unique")
-def nearest_arcs(
-    # model
-    model: Any,
-    # state in
-    points: wp.array[Any],
-    samples: wp.array[Any],
-    candidate_count: wp.array[wp.int32],
-    candidates: wp.array2d[wp.int32],
-    # state out
-    sample_nearest: wp.array[Any],
-) -> None:
-    """Smallest distance of the arc of a sample to others, over the mean radius; 2 where nothing touches it."""
-    p = wp.tid()
-    nearest = model.sample_radius[p] / model.sample_radius[p]
-    half1, _sag1 = tangent_piece(model, points, p)
-    for c in range(candidate_count[p]):
-        q = candidates[p, c]
-        half2, _sag2 = tangent_piece(model, points, q)
-        distance = distance_of_pieces(samples[p] - samples[q], half1, half2)
-        nearest = wp.min(nearest, distance / (model.sample_radius[p] + model.sample_radius[q]))
-    sample_nearest[p] = nearest * type(nearest)(2.0)

@@ -6,14 +6,15 @@ The residual compares the force that is left with the forces that balance one an
 
     residual = rms over control points of |F| / rms over control points of sum over terms of |F_term|
 
-where F is the net force less what the held borders carry, and the terms are stretch, bending, length, contact and
-shape. It is 0 at balance and at most 1, has no unit and knows nothing of the start. Yarns without any force are at
-rest: no force means no more than the rounding of coordinates makes, the rms of the row sums of stiffness times the
-size of the set times the precision. A relaxation has converged when the residual is below ``Quality.tolerance``.
+where F is the net force less what constraints carry, and the terms are stretch, length, bending, contact and those that
+were asked for. It is 0 at balance and at most 1, has no unit and knows nothing of the start. Yarns without any force
+are at rest: no force means no more than the rounding of coordinates makes, the rms of the row sums of stiffness times
+the size of the set times the precision. A relaxation has converged when the residual is below ``Quality.tolerance``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,12 +23,11 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.yarnrelax import forces
-from stitchmesh.yarnrelax.borders import free_forces
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import ordered_sum
-from stitchmesh.yarnrelax.shape import Shape, shape_energy, shape_forces
 from stitchmesh.yarnrelax.state import State
+from stitchmesh.yarnrelax.term import Constraint, Term
 
 wp.set_module_options({"enable_backward": False})
 
@@ -40,7 +40,7 @@ def add_effort(
     net: wp.array[Any],
     effort: wp.array[Any],
 ) -> None:
-    """Add one term's force to the net force, and its magnitude to the effort [dyn]."""
+    """Add one term's force to the net force, and its magnitude to the effort."""
     i = wp.tid()
     net[i] += point_force[i]
     effort[i] += wp.length(point_force[i])
@@ -55,7 +55,7 @@ def square_forces(
     net2: wp.array[Any],
     effort2: wp.array[Any],
 ) -> None:
-    """Squares of the net force and of the effort [dyn^2]."""
+    """Squares of the net force and of the effort."""
     i = wp.tid()
     net2[i] = wp.dot(net[i], net[i])
     effort2[i] = effort[i] * effort[i]
@@ -82,29 +82,32 @@ class Assessment:
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> float:
-    """Root mean square of the force that the rounding of coordinates makes [dyn]."""
+    """Root mean square of the force that the rounding of coordinates makes [erg / unit]."""
     precision = np.finfo(np.float32 if model.scalar is wp.float32 else np.float64).eps
-    size = float(np.abs(model.yarns.points - model.origin).max())
+    size = float(np.abs(model.to_device(model.yarns.points)).max())
     return float(np.sqrt(np.mean(stiffness**2)) * size * precision)
 
 
-def assess(model: Model, state: State, candidates: Candidates, shape: Shape | None, *, rounding: float) -> Assessment:
-    """Residual and energies of a state; its segment and point forces are overwritten."""
+def assess(
+    model: Model,
+    state: State,
+    candidates: Candidates,
+    terms: Sequence[Term],
+    constraints: Sequence[Constraint],
+    point_stiffness: wp.array[Any],
+    *,
+    rounding: float,
+) -> Assessment:
+    """Residual and energies of a state; its forces are overwritten."""
     n = model.point_count
     net, effort = model.empty(n, 3), model.empty(n)
-    forces.sample(model, state, model.launch)
-    for _ in forces.each_term(model, state, candidates):
+    forces.sample(model, state)
+    for _ in forces.each_term(model, state, candidates, terms, point_stiffness):
         model.launch(add_effort, n, [state.point_force], [net, effort])
-    if shape is not None:
-        state.point_force.zero_()
-        shape_forces(model, shape, state, model.launch)
-        model.launch(add_effort, n, [state.point_force], [net, effort])
-        free_forces(shape, net, model.launch)
+    for constraint in constraints:
+        constraint.filter_forces(net, model.launch)
     net2, effort2 = model.empty(n), model.empty(n)
     model.launch(square_forces, n, [net, effort], [net2, effort2])
     left, whole = np.sqrt(ordered_sum(net2) / n), np.sqrt(ordered_sum(effort2) / n)
     residual = 0.0 if whole <= rounding else float(left / whole)
-    energies = forces.energies(model, state, candidates)
-    if shape is not None:
-        energies["shape"] = shape_energy(shape)
-    return Assessment(residual, energies)
+    return Assessment(residual, forces.energies(model, state, candidates, terms))

@@ -21,20 +21,26 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.yarnrelax.images import corner_place
+
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def segment_legs(points: wp.array[Any], corner: wp.vec4i) -> Any:
-    """The three legs [cm] between the four control points of a segment."""
-    inner = points[corner[2]] - points[corner[1]]
-    return points[corner[1]] - points[corner[0]], inner, points[corner[3]] - points[corner[2]]
+def segment_corners(model: Any, points: wp.array[Any], s: int) -> tuple[Any, Any, Any, Any]:
+    """The four control points of a segment, each where its image lies."""
+    corner = model.segment_points[s]
+    q0 = corner_place(model.images, points, s, 0, corner[0])
+    q1 = corner_place(model.images, points, s, 1, corner[1])
+    q2 = corner_place(model.images, points, s, 2, corner[2])
+    q3 = corner_place(model.images, points, s, 3, corner[3])
+    return q0, q1, q2, q3
 
 
 @wp.func
-def curve_speed(rule: Any, leg0: Any, leg1: Any, leg2: Any) -> Any:
-    """Length |y'| [cm] of the derivative at one point of the rule."""
-    return wp.length(leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2])
+def weight_row(model: Any, count: int, k: int) -> int:
+    """Row of the tables of sample weights for sample ``k`` of a segment with ``count`` samples."""
+    return (count * (count - 1)) // 2 + k
 
 
 def leg_weights(parameter: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -48,3 +54,8 @@ def gauss_rule(count: int) -> NDArray[np.float64]:
     nodes, weights = np.polynomial.legendre.leggauss(count)
     s = (nodes + 1) / 2
     return np.column_stack([leg_weights(s), 1 - s, s, weights / 2])
+
+
+def sample_places(most: int) -> NDArray[np.float64]:
+    """Parameters of 1, 2, ... ``most`` equidistant samples of a segment, one after the other."""
+    return np.concatenate([(np.arange(count) + 0.5) / count for count in range(1, most + 1)])

@@ -1,56 +1,139 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Momentum that dies where it stops helping: the damping of the relaxation.
+"""Damping: what yarns lose as they move (Kaldor 2008; L eqs 11 and 12).
 
-Each iteration keeps a part of the last move and adds the force over the row sum of stiffness,
+Dissipation of segments with velocities v(s), each unordered pair in contact counted once:
 
-    v <- beta v + eta F / D,     x <- x + v
+    D_global  = k_global int v . v ds                                                           [erg / s]
+    D_contact = l_i l_j int int [k_dt |dv|^2 - (k_dt - k_dn) (n . dv)^2] ds ds'
 
-(heavy ball; a semi-implicit Euler step with mass D, time step sqrt(eta) and mass-proportional damping). beta grows as
-a / (a + 3) with the iterations a since the last restart, and momentum restarts from nothing as soon as the moves point
-up the energy, sum F . v < 0 (O'Donoghue and Candes 2015; kinetic damping of form finding). The power is that of the
-previous iteration, so nothing is read back to the host. Damping of contacts and of all motion (Kaldor's k_dt, k_dn,
-k_global) changes how a yarn comes to rest and not where, and has no part in it.
+with dv the velocity of one relative to the other and n the direction between them. As in L's Algorithm 1 a damping force
+is minus the derivative of D by the velocity, so yarns lose power at the rate 2 D (D is no Rayleigh function, which is
+half of that). On control points and contact samples:
+
+    F_j = - 2 k_global sum over segments and their slots k of  int B_j B_k ds  v_k
+    F_p = - sum over q of  2 w_p w_q [k_dt dv - (k_dt - k_dn) (n . dv) n],   dv = v_p - v_q,  w = l / samples per segment
+
+Pairs are in contact where their contact energy is not zero. Both samples of a pair compute its force from the same
+numbers, so contact damping keeps momentum. Row sums of the damping go with it, for the time step (``time_step``).
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.yarn import basis
+from stitchmesh.yarnrelax.aligned import read_whole, write_whole
+from stitchmesh.yarnrelax.candidates import Candidates
+from stitchmesh.yarnrelax.contact import from_entry
+from stitchmesh.yarnrelax.curve import weight_row
+from stitchmesh.yarnrelax.images import sample_number
+from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.state import State
+from stitchmesh.yarnrelax.term import Run
 
 wp.set_module_options({"enable_backward": False})
 
-KEPT = 0
-"""Place of beta in the array of pace."""
-AGE = 1
-"""Place of the iterations since the last restart."""
-EAGERNESS = 2
-"""Place of eta."""
-LARGEST_EAGERNESS = 2.0
-"""eta of an undisturbed run. Row sums overestimate the stiffness; measured, 2 needs 0.7 times the iterations of 1."""
-
 
 @wp.func
-def damped_step(force: Any, last_step: Any, stiffness: Any, pace: wp.array[wp.float64]) -> Any:
-    """The move [cm] that momentum and force ask for."""
-    kept, eagerness = type(stiffness)(pace[0]), type(stiffness)(pace[2])
-    return last_step * kept + force * (eagerness / stiffness)
+def drag_on(model: Any, drag: wp.array[Any], velocity: wp.array[Any], s: int, slot: int) -> Any:
+    """Global damping of a segment on the control point in a slot."""
+    corner = model.segment_points[s]
+    row = drag[slot]
+    pull = velocity[corner[0]] * row[0] + velocity[corner[1]] * row[1]
+    return -(pull + velocity[corner[2]] * row[2] + velocity[corner[3]] * row[3])
 
 
 @wp.kernel(module="unique")
-def update_pace(
+def sample_velocities(
+    # model
+    model: Any,
     # state in
-    power_sums: wp.array[wp.float64],
+    velocity: wp.array[Any],
     # state out
-    pace: wp.array[wp.float64],
+    sample_velocity: wp.array[Any],
 ) -> None:
-    """Let momentum grow, or restart it; one thread."""
-    power = wp.float64(0.0)
-    for k in range(power_sums.shape[0]):
-        power += power_sums[k]
-    age = pace[1] + wp.float64(1.0)
-    if power < wp.float64(0.0):
-        age = wp.float64(0.0)
-    pace[1] = age
-    pace[0] = age / (age + wp.float64(3.0))
+    """Velocity [unit / s] of each contact sample, and 0."""
+    s = wp.tid()
+    corner = model.segment_points[s]
+    v0, v1, v2, v3 = velocity[corner[0]], velocity[corner[1]], velocity[corner[2]], velocity[corner[3]]
+    first = model.sample_start[s]
+    count = model.sample_start[s + 1] - first
+    row = weight_row(model, count, 0)
+    for k in range(count):
+        weight = model.sample_basis[row + k]
+        v = v0 * weight[0] + v1 * weight[1] + v2 * weight[2] + v3 * weight[3]
+        write_whole(sample_velocity, first + k, type(sample_velocity[0])(v[0], v[1], v[2], v[0] - v[0]))
+
+
+@wp.kernel(module="unique")
+def contact_damping(
+    # model
+    model: Any,
+    k_dt: Any,
+    k_dn: Any,
+    # state in
+    samples: wp.array[Any],
+    sample_velocity: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    sample_damping: wp.array[Any],
+) -> None:
+    """Contact damping on each sample [erg / unit], and the row sum of its coefficients, the others' share left out."""
+    p = wp.tid()
+    here, moving = read_whole(samples, p), read_whole(sample_velocity, p)
+    loss = type(here)()
+    for c in range(candidate_count[p]):
+        entry = candidates[p, c]
+        apart = from_entry(model.images, samples, here, entry)
+        distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
+        if distance2 < apart[3] * apart[3]:
+            q = sample_number(model.images, entry)
+            dv = moving - read_whole(sample_velocity, q)
+            nearing = (apart[0] * dv[0] + apart[1] * dv[1] + apart[2] * dv[2]) / distance2 * (k_dt - k_dn)
+            pull = apart * nearing - dv * k_dt
+            largest = wp.max(k_dt, k_dn)
+            loss += type(loss)(pull[0], pull[1], pull[2], largest) * model.sample_weight[q]
+    write_whole(sample_damping, p, loss * (model.sample_weight[p] * type(k_dt)(2.0)))
+
+
+class ContactDamping:
+    """Damping of contacts on a device; a material that has none costs nothing."""
+
+    def __init__(self, model: Model) -> None:
+        count = model.sample_count if max(model.material.k_dt, model.material.k_dn) > 0.0 else 0
+        self.model = model
+        self.velocity = model.empty(count, 4)
+        self.force = model.empty(count, 4)
+        """Damping on each sample and the row sum of its coefficients [erg s / unit^2], shape (P, 4) or empty."""
+
+    def launches(self, state: State, candidates: Candidates, velocity: wp.array[Any], run: Run) -> list[Any]:
+        """Leave the damping for velocities of the control points in ``force``; the samples must be placed."""
+        if len(self.force) == 0:
+            return []
+        model = self.model
+        inputs = [model.constants, model.number(model.material.k_dt), model.number(model.material.k_dn),
+                  state.samples, self.velocity, candidates.count, candidates.lists]  # fmt: skip
+        return [
+            run(sample_velocities, model.segment_count, [model.constants, velocity], [self.velocity]),
+            run(contact_damping, model.sample_count, inputs, [self.force]),
+        ]
+
+
+def segment_drag(model: Model) -> NDArray[np.float64]:
+    """Coefficients of global damping between the slots of a segment [erg s / unit^2], shape (4, 4)."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)  # exact for products of cubics
+    value = basis((nodes + 1) / 2)
+    return 2.0 * model.material.k_global * np.einsum("g,gi,gj->ij", weights / 2, value, value)
+
+
+def drag_rows(model: Model) -> NDArray[np.float64]:
+    """Row sums of global damping at the control points [erg s / unit^2], shape (N,)."""
+    rows = np.broadcast_to(segment_drag(model).sum(axis=1), (model.segment_count, 4))
+    corners = model.yarns.segment_points.ravel()
+    return np.bincount(corners, weights=rows.ravel(), minlength=model.point_count)

@@ -16,6 +16,9 @@ from stitchmesh.yarnrelax.model import Model, put_model
 from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import State, make_state
 
+SMALLEST_MARGIN = 1e-4
+"""Margin of the candidate lists, in mean radii; any would do."""
+
 
 def yarn_energies(
     yarns: YarnSet,
@@ -29,7 +32,7 @@ def yarn_energies(
     """Energies of yarns as they lie [erg].
 
     Args:
-        yarns: the yarns, without a lattice.
+        yarns: the yarns, on a lattice or not (energies are then those of one cell).
         material: stiffnesses, taken as they are (``YarnMaterial.scaled`` adapts them to another radius).
         precision: "float32" or "float64".
         quadrature_points: Gauss points a segment for stretch, length and bending; three reach what eleven
@@ -41,10 +44,10 @@ def yarn_energies(
         Energies under "stretch", "length", "bend" and "contact".
 
     Raises:
-        ParameterError: an unknown device or precision, a count below 1, or yarns on a lattice.
+        ParameterError: an unknown device or precision, or a count below 1.
     """
     model, state, candidates = _evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
-    return forces.energies(model, state, candidates)
+    return forces.energies(model, state, candidates, ())
 
 
 def yarn_forces(
@@ -61,10 +64,9 @@ def yarn_forces(
     Arguments and errors are those of ``yarn_energies``.
     """
     model, state, candidates = _evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
-    total = np.zeros((model.point_count, 3))
-    for _ in forces.each_term(model, state, candidates):
-        total += state.point_force.numpy()
-    return total
+    unheld = model.empty(model.point_count)
+    forces.all_forces(model, state, candidates, (), unheld, model.launch)
+    return state.point_force.numpy().astype(np.float64) / model.unit
 
 
 def _evaluation(
@@ -85,7 +87,7 @@ def _evaluation(
         device=device_named(device),
     )
     state = make_state(model)
-    candidates = make_candidates(model, margin=1e-4 * float(yarns.radius.min()))
-    forces.sample(model, state, model.launch)
+    candidates = make_candidates(model, margin=SMALLEST_MARGIN)
+    forces.sample(model, state)
     find_candidates(model, state.samples, candidates)
     return model, state, candidates

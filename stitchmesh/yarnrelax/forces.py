@@ -4,92 +4,114 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import warp as wp
 
 from stitchmesh.yarnrelax.candidates import Candidates
-from stitchmesh.yarnrelax.contact import add_contact_forces, contact_energies, nearest_arcs, place_samples
-from stitchmesh.yarnrelax.internal import internal_energies, internal_forces
-from stitchmesh.yarnrelax.length import add_length_forces, length_energies
+from stitchmesh.yarnrelax.contact import contact_energies, contact_forces
+from stitchmesh.yarnrelax.gather import gather_forces
+from stitchmesh.yarnrelax.internal import internal_energies, internal_forces, place_and_pull
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.motion import gather_forces
-from stitchmesh.yarnrelax.reduction import minimum, ordered_sum
+from stitchmesh.yarnrelax.reduction import ordered_sum
+from stitchmesh.yarnrelax.samples import place_samples
 from stitchmesh.yarnrelax.state import State
-
-Run = Callable[[wp.Kernel, int, list[Any], list[Any]], Any]
-"""``Model.launch`` or ``Model.record``."""
+from stitchmesh.yarnrelax.term import Run, Term
 
 
-def sample(model: Model, state: State, run: Run) -> Any:
+def sample(model: Model, state: State) -> None:
     """Place the contact samples on the curves."""
-    return run(place_samples, model.segment_count, [model.constants, state.points], [state.samples, state.sample_reach])
+    model.launch(place_samples, model.segment_count, [model.constants, state.points], [state.samples])
 
 
-def internal(model: Model, state: State, run: Run, *, k_len: float, k_bend: float) -> Any:
-    """Set the segments' forces to those of stretch and bending."""
-    inputs = [model.constants, model.number(k_len), model.number(k_bend), state.points]
-    return run(internal_forces, model.segment_count, inputs, [state.segment_force])
+def all_forces(
+    model: Model,
+    state: State,
+    candidates: Candidates,
+    terms: Sequence[Term],
+    point_stiffness: wp.array[Any],
+    run: Run,
+) -> list[Any]:
+    """Place the samples, then leave the sum of all forces in ``state.point_force``."""
+    inputs = [model.constants, *_internal_stiffnesses(model), state.points]
+    outputs = [state.samples, state.segment_pull, state.segment_block]
+    launches = [run(place_and_pull(model.quadrature_points), model.segment_count, inputs, outputs)]
+    launches.append(_contact(model, state, candidates, run))
+    if terms:
+        launches.append(run(clear, model.point_count, [], [state.outer_force]))
+        launches += [launch for term in terms for launch in term.forces(state, candidates, run)]
+    launches.append(gather(model, state, point_stiffness, run))
+    return launches
 
 
-def length(model: Model, state: State, run: Run) -> Any:
-    """Add the length penalty to the segments' forces."""
-    return run(add_length_forces, model.segment_count, [model.constants, state.points], [state.segment_force])
+def gather(model: Model, state: State, point_stiffness: wp.array[Any], run: Run) -> Any:
+    """Sum pulls, pushes and outer forces at the control points."""
+    inputs = [model.constants, point_stiffness, state.segment_pull, state.sample_force, state.outer_force]
+    return run(gather_forces, model.point_count, inputs, [state.point_force, state.stiffness])
 
 
-def contact(model: Model, state: State, candidates: Candidates, run: Run, *, watch: float) -> Any:
-    """Add contact to the segments' forces; clearances are exact where they are below ``watch`` [cm]."""
-    inputs = [model.constants, model.number(watch), state.points, state.samples, state.sample_reach,
-              candidates.count, candidates.lists]  # fmt: skip
-    outputs = [state.segment_force, state.segment_stiffness, state.segment_clearance]
-    return run(add_contact_forces, model.segment_count, inputs, outputs)
-
-
-def gather(model: Model, state: State, run: Run) -> Any:
-    """Sum the segments' forces at the control points."""
-    return run(gather_forces, model.point_count, [model.constants, state.segment_force], [state.point_force])
-
-
-def each_term(model: Model, state: State, candidates: Candidates) -> Iterator[str]:
+def each_term(
+    model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
+) -> Iterator[str]:
     """Leave the force of one term after the other in ``state.point_force``; the samples must be placed."""
-    material, run = model.material, model.launch
-    for name, k_len, k_bend in (("stretch", material.k_len, 0.0), ("bend", 0.0, material.k_bend)):
-        if k_len + k_bend > 0.0:
-            internal(model, state, run, k_len=k_len, k_bend=k_bend)
-            gather(model, state, run)
+    k_len, k_length, k_bend = _internal_stiffnesses(model)
+    zero = model.number(0.0)
+    kernel = internal_forces(model.quadrature_points)
+    _clear_forces(state)
+    parts = {"stretch": (k_len, zero, zero), "length": (zero, k_length, zero), "bend": (zero, zero, k_bend)}
+    for name, stiffnesses in parts.items():
+        if any(float(value) > 0.0 for value in stiffnesses):
+            inputs = [model.constants, *stiffnesses, state.points]
+            model.launch(kernel, model.segment_count, inputs, [state.segment_pull])
+            gather(model, state, point_stiffness, model.launch)
             yield name
-    if material.k_length > 0.0:
-        state.segment_force.zero_()
-        length(model, state, run)
-        gather(model, state, run)
-        yield "length"
-    if material.k_contact > 0.0:
-        state.segment_force.zero_()
-        contact(model, state, candidates, run, watch=0.0)
-        gather(model, state, run)
+    state.segment_pull.zero_()
+    if model.material.k_contact > 0.0:
+        _contact(model, state, candidates, model.launch)
+        gather(model, state, point_stiffness, model.launch)
         yield "contact"
+    for term in terms:
+        _clear_forces(state)
+        term.forces(state, candidates, model.launch)
+        gather(model, state, point_stiffness, model.launch)
+        yield term.name
 
 
-def energies(model: Model, state: State, candidates: Candidates) -> dict[str, float]:
+def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[Term]) -> dict[str, float]:
     """Energy of each term [erg]; the samples must be placed."""
-    stretch, bend = model.empty(model.segment_count), model.empty(model.segment_count)
-    inputs = [model.constants, state.points]
-    model.launch(internal_energies, model.segment_count, inputs, [stretch, bend])
-    result = {"stretch": ordered_sum(stretch), "length": 0.0, "bend": ordered_sum(bend)}
-    if model.material.k_length > 0.0:
-        model.launch(length_energies, model.segment_count, inputs, [stretch])
-        result["length"] = ordered_sum(stretch)
-    energy = model.empty(model.sample_count)
+    stretch, length, bend = (model.empty(model.segment_count) for _ in range(3))
+    inputs = [model.constants, *_internal_stiffnesses(model), state.points]
+    model.launch(internal_energies, model.segment_count, inputs, [stretch, length, bend])
+    contact = model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
-    model.launch(contact_energies, model.sample_count, inputs, [energy])
-    result["contact"] = ordered_sum(energy)
-    return result
+    model.launch(contact_energies, model.sample_count, inputs, [contact])
+    parts = {"stretch": stretch, "length": length, "bend": bend, "contact": contact}
+    result = {name: ordered_sum(part) for name, part in parts.items()}
+    return result | {term.name: term.energy(state, candidates) for term in terms}
 
 
-def smallest_distance(model: Model, state: State, candidates: Candidates) -> float:
-    """Smallest distance of yarns over their radius, 2 where none touch; as exact as the arcs' sag is small."""
-    nearest = model.empty(model.sample_count)
-    inputs = [model.constants, state.points, state.samples, candidates.count, candidates.lists]
-    model.launch(nearest_arcs, model.sample_count, inputs, [nearest])
-    return minimum(nearest)
+@wp.kernel(module="unique")
+def clear(
+    # state out
+    vectors: wp.array[Any],
+) -> None:
+    """Set an array to zero, in a recorded launch."""
+    i = wp.tid()
+    vectors[i] = type(vectors[0])()
+
+
+def _internal_stiffnesses(model: Model) -> tuple[Any, Any, Any]:
+    material = model.material
+    return model.number(material.k_len), model.number(material.k_length), model.number(material.k_bend)
+
+
+def _contact(model: Model, state: State, candidates: Candidates, run: Run) -> Any:
+    inputs = [model.constants, state.samples, candidates.count, candidates.lists]
+    return run(contact_forces, model.sample_count, inputs, [state.sample_force, state.sample_block])
+
+
+def _clear_forces(state: State) -> None:
+    state.segment_pull.zero_()
+    state.sample_force.zero_()
+    state.outer_force.zero_()

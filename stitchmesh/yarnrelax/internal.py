@@ -1,76 +1,182 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The forces a yarn exerts on itself: stretch and bending of all segments in one pass."""
+"""The forces a yarn exerts on itself: stretch, bending and length penalty of all segments in one pass.
+
+A force on a segment acts through the three legs between its control points (``curve``), so three pulls a segment are
+stored and the four control points get differences of them.
+"""
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import warp as wp
 
 from stitchmesh.yarnrelax.bend import bend_energy, bend_slopes
-from stitchmesh.yarnrelax.curve import segment_legs
+from stitchmesh.yarnrelax.curve import segment_corners
+from stitchmesh.yarnrelax.length import length_energy, length_slope
+from stitchmesh.yarnrelax.samples import put_samples
 from stitchmesh.yarnrelax.stretch import stretch_energy, stretch_slope
 
 wp.set_module_options({"enable_backward": False})
 
 
-@wp.kernel(module="unique")
-def internal_forces(
-    # model
-    model: Any,
-    k_len: Any,
-    k_bend: Any,
-    # state in
-    points: wp.array[Any],
-    # state out
-    segment_force: wp.array[Any],
-) -> None:
-    """Force [dyn] of stretch and bending on the four control points of each segment."""
-    s = wp.tid()
-    corner = model.segment_points[s]
-    rest_length = model.segment_rest_length[s]
-    leg0, leg1, leg2 = segment_legs(points, corner)
-    turn0, turn1 = leg1 - leg0, leg2 - leg1
-    pull0, pull1, pull2 = type(leg0)(), type(leg0)(), type(leg0)()
-    for g in range(model.quadrature_points):
-        rule = model.rule[g]
-        tangent = leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]
-        turn = turn0 * rule[3] + turn1 * rule[4]
-        speed = wp.length(tangent)
-        by_tangent, by_turn = bend_slopes(tangent, turn, k_bend * rest_length * rule[5])
-        by_tangent += tangent * (stretch_slope(speed, rest_length, k_len * rule[5]) / speed)
-        first, last = by_turn * rule[3], by_turn * rule[4]
-        pull0 += by_tangent * rule[0] - first
-        pull1 += by_tangent * rule[1] + first - last
-        pull2 += by_tangent * rule[2] + last
-    segment_force[4 * s] = pull0
-    segment_force[4 * s + 1] = pull1 - pull0
-    segment_force[4 * s + 2] = pull2 - pull1
-    segment_force[4 * s + 3] = -pull2
+@functools.cache
+def segment_pulls(quadrature_points: int) -> Any:
+    """The function of a segment's pulls for a number of quadrature points, known when it is compiled.
+
+    A loop of known length is unrolled, and the points' square roots and divisions overlap: measured on a GPU, twice
+    as fast on small scenes.
+    """
+
+    @wp.func
+    def pulls(
+        model: Any, k_len: Any, k_length: Any, k_bend: Any, rest_length: Any, leg0: Any, leg1: Any, leg2: Any
+    ) -> tuple[Any, Any, Any]:
+        """Force on the end of each leg; the start of the leg feels its opposite."""
+        turn0, turn1 = leg1 - leg0, leg2 - leg1
+        pull0, pull1, pull2 = type(leg0)(), type(leg0)(), type(leg0)()
+        along0, along1, along2 = type(leg0)(), type(leg0)(), type(leg0)()
+        length = rest_length - rest_length
+        for g in range(quadrature_points):
+            rule = model.rule[g]
+            tangent = leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]
+            turn = turn0 * rule[3] + turn1 * rule[4]
+            speed = wp.length(tangent)
+            direction = tangent / speed
+            length += speed * rule[5]
+            by_tangent, by_turn = bend_slopes(tangent, turn, k_bend * rest_length * rule[5])
+            by_tangent += direction * stretch_slope(speed, rest_length, k_len * rule[5])
+            first, last = by_turn * rule[3], by_turn * rule[4]
+            pull0 += by_tangent * rule[0] - first
+            pull1 += by_tangent * rule[1] + first - last
+            pull2 += by_tangent * rule[2] + last
+            share = direction * rule[5]
+            along0 += share * rule[0]
+            along1 += share * rule[1]
+            along2 += share * rule[2]
+        slope = length_slope(length, rest_length, k_length)
+        return -(pull0 + along0 * slope), -(pull1 + along1 * slope), -(pull2 + along2 * slope)
+
+    return pulls
+
+
+@wp.func
+def mean_direction(rest_length: Any, leg0: Any, leg1: Any, leg2: Any, zero: Any) -> Any:
+    """Means over a segment by Simpson's rule, with t the unit tangent: t t^T as (xx, yy, zz, xy, xz, yz), (l / |y'|)^4."""
+    half = type(rest_length)(0.5)
+    first, last = (leg0 + leg1) * half, (leg1 + leg2) * half
+    middle = (first + last) * half + (leg1 + leg1 - leg0 - leg2) * (half * half * half)
+    return simpson_part(first, type(half)(1.0 / 6.0), rest_length, zero) + (
+        simpson_part(middle, type(half)(4.0 / 6.0), rest_length, zero)
+        + simpson_part(last, type(half)(1.0 / 6.0), rest_length, zero)
+    )
+
+
+@wp.func
+def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
+    """What one point of the rule adds to ``mean_direction``."""
+    inverse = type(weight)(1.0) / wp.dot(tangent, tangent)
+    x, y, z = tangent[0], tangent[1], tangent[2]
+    scale = weight * inverse
+    slow = rest_length * rest_length * inverse
+    return type(zero)(
+        x * x * scale, y * y * scale, z * z * scale, x * y * scale, x * z * scale, y * z * scale, weight * slow * slow
+    )
+
+
+@functools.cache
+def internal_forces(quadrature_points: int) -> wp.Kernel:
+    """The kernel of the pulls alone."""
+    pulls = segment_pulls(quadrature_points)
+
+    @wp.kernel(module="unique")
+    def internal_forces(
+        # model
+        model: Any,
+        k_len: Any,
+        k_length: Any,
+        k_bend: Any,
+        # state in
+        points: wp.array[Any],
+        # state out
+        segment_pull: wp.array2d[Any],
+    ) -> None:
+        """Pull on the legs of each segment [erg / unit]."""
+        s = wp.tid()
+        q0, q1, q2, q3 = segment_corners(model, points, s)
+        rest_length = model.segment_rest_length[s]
+        pull0, pull1, pull2 = pulls(model, k_len, k_length, k_bend, rest_length, q1 - q0, q2 - q1, q3 - q2)
+        segment_pull[0, s] = pull0
+        segment_pull[1, s] = pull1
+        segment_pull[2, s] = pull2
+
+    return internal_forces
+
+
+@functools.cache
+def place_and_pull(quadrature_points: int) -> wp.Kernel:
+    """The kernel that places contact samples and finds the pulls: both need a segment's control points, read once."""
+    pulls = segment_pulls(quadrature_points)
+
+    @wp.kernel(module="unique")
+    def place_and_pull(
+        # model
+        model: Any,
+        k_len: Any,
+        k_length: Any,
+        k_bend: Any,
+        # state in
+        points: wp.array[Any],
+        # state out
+        samples: wp.array[Any],
+        segment_pull: wp.array2d[Any],
+        segment_block: wp.array[Any],
+    ) -> None:
+        """Contact samples, pulls on the legs of each segment [erg / unit], ``mean_direction`` where there is room."""
+        s = wp.tid()
+        q0, q1, q2, q3 = segment_corners(model, points, s)
+        put_samples(model, s, q0, q1, q2, q3, samples)
+        rest_length = model.segment_rest_length[s]
+        pull0, pull1, pull2 = pulls(model, k_len, k_length, k_bend, rest_length, q1 - q0, q2 - q1, q3 - q2)
+        segment_pull[0, s] = pull0
+        segment_pull[1, s] = pull1
+        segment_pull[2, s] = pull2
+        if segment_block.shape[0] > 0:
+            segment_block[s] = mean_direction(rest_length, q1 - q0, q2 - q1, q3 - q2, segment_block[0])
+
+    return place_and_pull
 
 
 @wp.kernel(module="unique")
 def internal_energies(
     # model
     model: Any,
+    k_len: Any,
+    k_length: Any,
+    k_bend: Any,
     # state in
     points: wp.array[Any],
     # state out
     stretch: wp.array[Any],
+    length: wp.array[Any],
     bend: wp.array[Any],
 ) -> None:
-    """Stretch and bending energy [erg] of each segment."""
+    """Energy [erg] of each segment by term."""
     s = wp.tid()
-    corner = model.segment_points[s]
+    q0, q1, q2, q3 = segment_corners(model, points, s)
+    leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
     rest_length = model.segment_rest_length[s]
-    leg0, leg1, leg2 = segment_legs(points, corner)
-    in_stretch, in_bend = rest_length - rest_length, rest_length - rest_length
+    in_stretch, in_bend, long = rest_length - rest_length, rest_length - rest_length, rest_length - rest_length
     for g in range(model.quadrature_points):
         rule = model.rule[g]
         tangent = leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]
         turn = (leg1 - leg0) * rule[3] + (leg2 - leg1) * rule[4]
-        in_stretch += stretch_energy(wp.length(tangent), rest_length, model.k_len * rule[5])
-        in_bend += bend_energy(tangent, turn, model.k_bend * rest_length * rule[5])
+        speed = wp.length(tangent)
+        long += speed * rule[5]
+        in_stretch += stretch_energy(speed, rest_length, k_len * rule[5])
+        in_bend += bend_energy(tangent, turn, k_bend * rest_length * rule[5])
     stretch[s] = in_stretch
+    length[s] = length_energy(long, rest_length, k_length)
     bend[s] = in_bend

@@ -1,9 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums and maxima in a fixed order, so that the same run gives the same bits."""
+"""Sums, minima and maxima in a fixed order, so that the same run gives the same bits.
+
+Each of some strands walks through an array with a stride and keeps its own result; the few results are then read back.
+How many strands there are depends on the length of the array alone.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,8 +18,18 @@ from numpy.typing import NDArray
 
 wp.set_module_options({"enable_backward": False})
 
-STRANDS = 256
-"""Threads of the first stage; each walks through the array with this stride."""
+FEWEST_STRANDS, MOST_STRANDS = 256, 8192
+"""Threads of a reduction."""
+TILE = 256
+"""Values that a block of threads sums together."""
+VALUES_PER_STRAND = 32
+"""Values that a strand walks through before there are more strands."""
+
+
+def strands_for(count: int) -> int:
+    """How many strands an array of ``count`` values gets, a power of two."""
+    wanted = max(count // VALUES_PER_STRAND, 1)
+    return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_STRANDS))
 
 
 @wp.kernel(module="unique")
@@ -23,42 +39,91 @@ def strand_sums(
     # state out
     sums: wp.array[wp.float64],
 ) -> None:
-    """Sum of every 256th value, in ascending order."""
+    """Sum of a strand's values, in ascending order."""
     strand = wp.tid()
     total = wp.float64(0.0)
-    for k in range(strand, values.shape[0], 256):
+    for k in range(strand, values.shape[0], sums.shape[0]):
         total += wp.float64(values[k])
     sums[strand] = total
 
 
 @wp.kernel(module="unique")
-def strand_minima(
+def strand_maxima(
     # state in
+    sign: wp.float64,
     values: wp.array[Any],
     # state out
-    minima: wp.array[wp.float64],
+    maxima: wp.array[wp.float64],
 ) -> None:
-    """Smallest of every 256th value; not a number where one of them is not."""
+    """Largest of sign times a strand's values; not a number where one of them is not."""
     strand = wp.tid()
-    least = wp.float64(1.0e300)
-    for k in range(strand, values.shape[0], 256):
-        value = wp.float64(values[k])
-        if least == least and not (value >= least):  # once it is not a number it stays so
-            least = value
-    minima[strand] = least
+    most = wp.float64(-1.0e300)
+    for k in range(strand, values.shape[0], maxima.shape[0]):
+        value = sign * wp.float64(values[k])
+        if most == most and not (value <= most):  # once it is not a number it stays so
+            most = value
+    maxima[strand] = most
+
+
+@wp.kernel(module="unique")
+def row_totals(
+    # state in
+    parts: wp.array2d[wp.float64],
+    # state out
+    totals: wp.array[wp.float64],
+) -> None:
+    """Sum of each row, whose length is a multiple of 256; a block a row."""
+    row, lane = wp.tid()
+    whole = wp.tile_zeros(shape=(1, 256), dtype=wp.float64)
+    for k in range(parts.shape[1] // 256):
+        whole += wp.tile_load(parts, shape=(1, 256), offset=(row, k * 256))
+    total = wp.tile_sum(whole)
+    if lane == 0:
+        totals[row] = total[0]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """How the strands of a sum walk over an array: strand s takes s across + k along, for k below chunk."""
+
+    strands: int
+    across: int
+    along: int
+    chunk: int
+
+    @property
+    def numbers(self) -> list[int]:
+        """Arguments of a kernel."""
+        return [self.across, self.along, self.chunk]
+
+    def total(self, parts: wp.array[Any], totals: wp.array[Any], launch: Callable[..., Any]) -> Any:
+        """Sum what the strands have gathered, row by row."""
+        return launch(row_totals, len(totals), [parts], [totals], tile=TILE)
+
+
+def walk_over(count: int, device: wp.Device) -> Walk:
+    """The walk for an array: side by side on a GPU, where neighbours read together, and one after the other on a CPU."""
+    strands = strands_for(count)
+    chunk = -(-count // strands)
+    return Walk(strands, 1, strands, chunk) if device.is_cuda else Walk(strands, chunk, 1, chunk)
 
 
 def ordered_sum(values: wp.array[Any]) -> float:
     """Sum of an array of scalars, read back to the host."""
-    return float(np.sum(_reduced(strand_sums, values)))
+    return float(np.sum(_reduced(strand_sums, [values], values)))
+
+
+def maximum(values: wp.array[Any]) -> float:
+    """Largest of an array of scalars, read back to the host; not a number where one of them is not."""
+    return float(np.max(_reduced(strand_maxima, [wp.float64(1.0), values], values)))
 
 
 def minimum(values: wp.array[Any]) -> float:
     """Smallest of an array of scalars, read back to the host; not a number where one of them is not."""
-    return float(np.min(_reduced(strand_minima, values)))
+    return -float(np.max(_reduced(strand_maxima, [wp.float64(-1.0), values], values)))
 
 
-def _reduced(kernel: wp.Kernel, values: wp.array[Any]) -> NDArray[np.float64]:
-    partial = wp.empty(STRANDS, dtype=wp.float64, device=values.device)
-    wp.launch(kernel, dim=STRANDS, inputs=[values], outputs=[partial], device=values.device)
+def _reduced(kernel: wp.Kernel, inputs: list[Any], values: wp.array[Any]) -> NDArray[np.float64]:
+    partial = wp.empty(strands_for(len(values)), dtype=wp.float64, device=values.device)
+    wp.launch(kernel, dim=len(partial), inputs=inputs, outputs=[partial], device=values.device)
     return partial.numpy()

@@ -36,12 +36,13 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.yarnrelax.forces import Run
+from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.patches import Loops, Rows, choose_patches, loops_of, owners
 from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.reduction import ordered_sum
 from stitchmesh.yarnrelax.state import State
+from stitchmesh.yarnrelax.term import Run, Term, TermChoice
 
 wp.set_module_options({"enable_backward": False})
 
@@ -65,7 +66,7 @@ def patch_energy(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
 
 @wp.func
 def patch_slope(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
-    """Derivative of the energy by the mean displacement [dyn]."""
+    """Derivative of the energy by the mean displacement."""
     across = wp.dot(mean, normal)
     along = mean - normal * across
     beyond = wp.max(wp.abs(across) - threshold, type(across)(0.0)) * wp.sign(across)
@@ -84,7 +85,7 @@ def displace_loops(
     # state out
     displacement: wp.array[Any],
 ) -> None:
-    """Sum of the displacements of each loop's control points [cm]."""
+    """Sum of the displacements of each loop's control points."""
     loop = wp.tid()
     total = type(points[0])()
     for k in range(loop_start[loop], loop_start[loop + 1]):
@@ -108,7 +109,7 @@ def pull_patches(
     pull: wp.array[Any],
     energy: wp.array[Any],
 ) -> None:
-    """Derivative of each patch's energy by a loop's displacement, at weight one [dyn]; its energy [erg]."""
+    """Derivative of each patch's energy by a loop's displacement, at weight one; its energy [erg]."""
     patch = wp.tid()
     mean = type(normal[0])()
     for k in range(patch_start[patch], patch_start[patch + 1]):
@@ -129,29 +130,45 @@ def add_shape_forces(
     # state in
     pull: wp.array[Any],
     # state out
-    point_force: wp.array[Any],
+    outer_force: wp.array[Any],
 ) -> None:
-    """Add the pull of all patches of a loop to its control points [dyn]."""
+    """Add the pull of all patches of a loop to its control points."""
     loop = wp.tid()
     total = type(pull[0])()
     for k in range(owner_start[loop], owner_start[loop + 1]):
         total += pull[owner_patches[k]] * owner_weight[k]
     for k in range(loop_start[loop], loop_start[loop + 1]):
-        point_force[loop_points[k]] -= total
+        outer_force[loop_points[k]] -= total
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
-    """Loops, patches and the positions they keep to, on the device."""
+class KeepShape(TermChoice):
+    """A garment keeps its shape (Y section 6.3, eqs 6 and 7)."""
 
-    held: wp.array[Any]
-    """Loops whose mean position is kept."""
+    fabric: StitchMesh
+    """The fabric that the yarns were made from."""
+
+    def on(self, model: Model) -> Shape:
+        """Choose patches on the fabric and send them to the device.
+
+        Raises:
+            ParameterError: the yarns were not made from this fabric.
+        """
+        return put_shape(model, self.fabric, loops_of(model.yarns, self.fabric))
+
+
+@dataclass(frozen=True, eq=False)
+class Shape(Term):
+    """Loops, patches and the positions they keep to, on the device; lengths in units."""
+
+    name = "shape"
+    model: Model
     loop_start: wp.array[Any]
     """Where each loop's control points start, shape (L + 1,)."""
     loop_points: wp.array[Any]
     """Control points of the loops."""
     home: wp.array[Any]
-    """Control points at the start [cm], shape (N, 3)."""
+    """Control points at the start, shape (N, 3)."""
     patch_start: wp.array[Any]
     """Where each patch's loops start, shape (K + 1,)."""
     patch_loops: wp.array[Any]
@@ -168,92 +185,80 @@ class Shape:
     """Sum of each patch's weights over its control points, shape (K,)."""
     normal: wp.array[Any]
     """Normal of the fabric at each patch's centre, shape (K, 3)."""
-    stiffness: Any
-    """kappa_T, kappa_N, kappa_S [erg / cm^2]."""
-    largest_stiffness: float
-    """kappa_S [erg / cm^2]."""
+    kappa: tuple[float, float, float]
+    """kappa_T, kappa_N, kappa_S [erg / unit^2]."""
     threshold: Any
-    """Displacement from which the normal stiffness is larger [cm]."""
+    """Displacement from which the normal stiffness is larger."""
     displacement: wp.array[Any]
-    """Sum of displacements of each loop [cm], shape (L, 3)."""
+    """Sum of displacements of each loop, shape (L, 3)."""
     pull: wp.array[Any]
-    """Pull of each patch [dyn], shape (K, 3)."""
-    energy: wp.array[Any]
+    """Pull of each patch, shape (K, 3)."""
+    patch_energy: wp.array[Any]
     """Energy of each patch [erg], shape (K,)."""
 
+    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
+        """Add the patches' forces."""
+        owned = [self.loop_start, self.loop_points, self.owner_start, self.owner_patches, self.owner_weight]
+        launch = run(add_shape_forces, len(self.loop_start) - 1, [*owned, self.pull], [state.outer_force])
+        return [*self._pull(state, run), launch]
 
-def put_shape(model: Model, fabric: StitchMesh) -> Shape:
-    """Choose patches on the fabric and send them to the device.
+    def energy(self, state: State, candidates: Candidates) -> float:
+        """Energy of the patches [erg]."""
+        self._pull(state, self.model.launch)
+        return ordered_sum(self.patch_energy)
 
-    Raises:
-        ParameterError: the yarns were not made from this fabric.
-    """
-    loops = loops_of(model.yarns, fabric)
+    def stiffness(self) -> NDArray[np.float64]:
+        """Largest row sums of the patches' stiffness."""
+        start, weight = self.owner_start.numpy(), self.owner_weight.numpy().astype(np.float64)
+        rows = 2.0 * max(self.kappa) * np.add.reduceat(weight, start[:-1])
+        result = np.zeros(self.model.point_count)
+        result[self.loop_points.numpy()] = np.repeat(rows, np.diff(self.loop_start.numpy()))
+        return result
+
+    def _pull(self, state: State, run: Run) -> list[Any]:
+        kappa = vector(3, self.model.scalar)(*self.kappa)
+        inputs = [self.patch_start, self.patch_loops, self.patch_weight, self.whole, self.normal, kappa,
+                  self.threshold, self.displacement]  # fmt: skip
+        return [
+            run(displace_loops, len(self.loop_start) - 1, [self.loop_start, self.loop_points, self.home, state.points],
+                [self.displacement]),
+            run(pull_patches, len(self.whole), inputs, [self.pull, self.patch_energy]),
+        ]  # fmt: skip
+
+
+def put_shape(model: Model, fabric: StitchMesh, loops: Loops) -> Shape:
+    """Choose patches on the fabric and send them to the device."""
     patches, centres = choose_patches(fabric, loops)
     by_loop = owners(patches, len(loops.face))
     normal = fabric.face_vector_area[centres]
     whole = np.add.reduceat(patches.weight * np.diff(loops.points.start)[patches.entry], patches.start[:-1])
-    stiffness = _stiffness(model, loops, by_loop)
-
-    def integers(values: NDArray[Any]) -> wp.array[Any]:
-        return wp.array(values.astype(np.int32), dtype=wp.int32, device=model.device)
-
     return Shape(
-        held=integers(loops.held),
-        loop_start=integers(loops.points.start),
-        loop_points=integers(loops.points.entry),
-        home=model.upload(model.yarns.points - model.origin, 3),
-        patch_start=integers(patches.start),
-        patch_loops=integers(patches.entry),
+        model=model,
+        loop_start=model.integers(loops.points.start),
+        loop_points=model.integers(loops.points.entry),
+        home=model.upload(model.to_device(model.yarns.points), 3),
+        patch_start=model.integers(patches.start),
+        patch_loops=model.integers(patches.entry),
         patch_weight=model.upload(patches.weight),
-        owner_start=integers(by_loop.start),
-        owner_patches=integers(by_loop.entry),
+        owner_start=model.integers(by_loop.start),
+        owner_patches=model.integers(by_loop.entry),
         owner_weight=model.upload(by_loop.weight),
         whole=model.upload(whole),
         normal=model.upload(normal / np.linalg.norm(normal, axis=1, keepdims=True), 3),
-        stiffness=vector(3, model.scalar)(*stiffness),
-        largest_stiffness=max(stiffness),
-        threshold=model.number(float(model.yarns.radius.mean())),
+        kappa=_stiffness(model, loops, by_loop),
+        threshold=model.number(1.0),
         displacement=model.empty(len(loops.face), 3),
         pull=model.empty(len(centres), 3),
-        energy=model.empty(len(centres)),
+        patch_energy=model.empty(len(centres)),
     )
 
 
 def _stiffness(model: Model, loops: Loops, by_loop: Rows) -> tuple[float, float, float]:
-    """kappa_T, kappa_N and kappa_S [erg / cm^2] from the pull of one stitch."""
-    radius, length = float(model.yarns.radius.mean()), float(model.yarns.rest_length.mean())
-    pull = 0.02 * model.material.k_len / length + 2 * model.material.k_bend / (4 * radius) ** 2
+    """kappa_T, kappa_N and kappa_S [erg / unit^2] from the pull of one stitch; the mean radius is the unit."""
+    length = float(model.rest_length.mean())
+    pull = 0.02 * model.material.k_len / length + 2 * model.material.k_bend / 4**2
     # a displacement of one radius gives a stitch 2 kappa radius (its control points) (the weights on it)
     points_per_stitch = len(loops.points.entry) / len(loops.face)
     weight_per_stitch = by_loop.weight.sum() / len(loops.face)
-    unit = pull / (2 * radius * points_per_stitch * weight_per_stitch)
+    unit = pull / (2 * points_per_stitch * weight_per_stitch)
     return TANGENTIAL * unit, NORMAL * unit, STIFFENED * NORMAL * unit
-
-
-def shape_stiffness(model: Model, shape: Shape) -> NDArray[np.float64]:
-    """Largest row sums of the patches' stiffness [dyn / cm], shape (N,)."""
-    start, weight = shape.owner_start.numpy(), shape.owner_weight.numpy().astype(np.float64)
-    rows = 2.0 * shape.largest_stiffness * np.add.reduceat(weight, start[:-1])
-    result = np.zeros(model.point_count)
-    result[shape.loop_points.numpy()] = np.repeat(rows, np.diff(shape.loop_start.numpy()))
-    return result
-
-
-def shape_forces(model: Model, shape: Shape, state: State, run: Run) -> list[Any]:
-    """Add the patches' forces to ``state.point_force``."""
-    loop_count, patch_count = len(shape.loop_start) - 1, len(shape.whole)
-    inputs = [shape.patch_start, shape.patch_loops, shape.patch_weight, shape.whole, shape.normal,
-              shape.stiffness, shape.threshold, shape.displacement]  # fmt: skip
-    owned = [shape.loop_start, shape.loop_points, shape.owner_start, shape.owner_patches, shape.owner_weight]
-    return [
-        run(displace_loops, loop_count, [shape.loop_start, shape.loop_points, shape.home, state.points],
-            [shape.displacement]),
-        run(pull_patches, patch_count, inputs, [shape.pull, shape.energy]),
-        run(add_shape_forces, loop_count, [*owned, shape.pull], [state.point_force]),
-    ]  # fmt: skip
-
-
-def shape_energy(shape: Shape) -> float:
-    """Energy of the patches [erg] when their forces were last computed."""
-    return ordered_sum(shape.energy)

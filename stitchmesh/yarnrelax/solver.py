@@ -4,22 +4,27 @@
 
 from __future__ import annotations
 
+import logging
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from stitchmesh.device import device_named
-from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.errors import SolverError
+from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.borders import KeepBorders
 from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.linking import changed_pairs, linking_certificate
+from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.shape import KeepShape
+from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
 
 CHECK = 20
 """Iterations between two assessments."""
@@ -27,11 +32,11 @@ ON_STATE_SECONDS = 5.0
 """Time between two good states handed out for saving."""
 PROGRESS_SECONDS = 0.5
 """Time between two reports of progress."""
-RISE = 0.05
-"""Rise of the energy between two assessments, over its size, that makes a relaxation back off."""
 
-Progress = Callable[[int, float, float], None]
-"""Called with iteration, residual and energy [erg]."""
+Progress = Callable[[HistoryEntry], None]
+"""Called with iteration, seconds, residual and energies by term [erg]."""
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,9 @@ class Relaxation:
     """The yarns at rest."""
     report: dict[str, Any]
     """seconds, iterations, converged, residual, energy [erg], energies [erg], max_strain, min_distance_over_radius
-    (2 where no yarns touch), pull_throughs, certificate ("changed" where an open yarn's end slipped out), device."""
+    (2 where no yarns touch), pull_throughs, certificate, solver, device."""
+    history: list[HistoryEntry]
+    """What each assessment found."""
 
 
 def relax_yarns(
@@ -52,77 +59,65 @@ def relax_yarns(
     quality: str | Quality = "standard",
     device: str | None = None,
     keep_shape: StitchMesh | None = None,
+    terms: Sequence[TermChoice] = (),
+    constraints: Sequence[ConstraintChoice] = (),
     progress: Progress | None = None,
     on_state: Callable[[YarnSet], None] | None = None,
 ) -> Relaxation:
     """Relax yarns to a state of rest without letting any pass through another.
 
+    A relaxation that stops at ``Quality.max_iterations`` says so in one line of its log, and in its report.
+
     Args:
-        yarns: the yarns, without a lattice, no two of them touching by more than half their thickness.
+        yarns: the yarns, on a lattice or not, no two of them touching by more than half their thickness.
         material: stiffnesses; the material ``stitchmesh`` scaled to the yarns' radius where not given.
         quality: a preset or a ``Quality``.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
         keep_shape: the fabric that the yarns were made from, whose borders and shape are to be kept.
-        progress: called every half second or so with iteration, residual and energy.
+        terms: more energies, such as gravity; a term that is not given costs nothing.
+        constraints: what holds control points.
+        progress: called every half second or so.
         on_state: called every few seconds, and when the relaxation ends early, with the last good state.
 
     Raises:
-        ParameterError: yarns on a lattice, an unknown device or quality, or a fabric that is not the yarns' own.
+        ParameterError: an unknown device or quality, or a fabric, a term or a constraint that does not fit the yarns.
         SolverError: the relaxation cannot go on, or a yarn passed through another; it names yarn and stitch face.
     """
     began = time.perf_counter()
     quality = quality_named(quality)
-    if yarns.lattice is not None:
-        raise ParameterError("yarns: got a set with a lattice; relaxation takes yarns without one")
     if material is None:
-        gamma = float(yarns.radius.mean()) / REFERENCE_RADIUS
-        material = YarnMaterial.named("stitchmesh").scaled(gamma)
-    solver = Iteration.start(yarns, material, quality, device_named(device), keep_shape)
-    before = linking_certificate(yarns)
-    watch = _Watch(progress, on_state)
+        material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    if keep_shape is not None:
+        terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
+    solver = Iteration.start(yarns, material, quality, device_named(device), terms, constraints)
+    linking = doubled_linking(yarns, device=device)
+    run = _Run(solver, quality, progress, on_state, began)
     try:
-        iterations, assessment = _iterate(solver, quality, watch)
+        run.to_rest()
     except (KeyboardInterrupt, SolverError):
         if on_state is not None:
             on_state(solver.good_yarns())
         raise
     relaxed = solver.good_yarns()
-    _refuse_pull_through(yarns, changed_pairs(before, linking_certificate(relaxed)))
-    return Relaxation(
-        relaxed,
-        {
-            "seconds": time.perf_counter() - began,
-            "iterations": iterations,
-            "converged": assessment.residual < quality.tolerance,
-            "residual": assessment.residual,
-            "energy": assessment.energy,
-            "energies": assessment.energies,
-            "max_strain": float(np.abs(relaxed.strain).max()),
-            "min_distance_over_radius": solver.smallest_distance(),
-            "pull_throughs": 0,
-            "certificate": "unchanged",
-            "device": str(solver.model.device),
-        },
-    )
+    _refuse_pull_through(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
+    return Relaxation(relaxed, _report(run, relaxed), run.history)
 
 
-def _iterate(solver: Iteration, quality: Quality, watch: _Watch) -> tuple[int, Assessment]:
-    """Run bursts of iterations until the yarns are at rest; the last state is a good one."""
-    last = solver.assess()
-    if not last.finite:
-        raise SolverError(f"{solver.blame()}: not finite at the start; move the yarns apart")
-    iteration = 0
-    while last.residual >= quality.tolerance and iteration < quality.max_iterations:
-        solver.run(CHECK)
-        iteration += CHECK
-        now = solver.assess()
-        if now.finite and now.energy <= last.energy + RISE * abs(last.energy) + solver.noise:
-            solver.keep()
-            last = now
-        else:
-            solver.back_off()
-        watch.look(iteration, last, solver)
-    return iteration, last
+def _report(run: _Run, relaxed: YarnSet) -> dict[str, Any]:
+    return {
+        "seconds": time.perf_counter() - run.began,
+        "iterations": run.iteration,
+        "converged": run.last.residual < run.quality.tolerance,
+        "residual": run.last.residual,
+        "energy": run.last.energy,
+        "energies": run.last.energies,
+        "max_strain": float(np.abs(relaxed.strain).max()),
+        "min_distance_over_radius": run.solver.smallest_distance(),
+        "pull_throughs": 0,
+        "certificate": "unchanged",
+        "solver": run.quality.solver,
+        "device": str(run.solver.model.device),
+    }
 
 
 def _refuse_pull_through(yarns: YarnSet, changed: IntArray) -> None:
@@ -135,20 +130,58 @@ def _refuse_pull_through(yarns: YarnSet, changed: IntArray) -> None:
 
 
 @dataclass(eq=False)
-class _Watch:
-    """Tells the caller how far the relaxation is, not too often."""
+class _Run:
+    """A relaxation under way: it tells the caller how far it is, not too often."""
 
+    solver: Iteration
+    quality: Quality
     progress: Progress | None
     on_state: Callable[[YarnSet], None] | None
+    began: float
+    iteration: int = 0
+    last: Assessment = field(init=False)
+    history: list[HistoryEntry] = field(default_factory=list)
     reported: float = 0.0
     saved: float = 0.0
 
-    def look(self, iteration: int, last: Assessment, solver: Iteration) -> None:
-        """Report after half a second, hand out the state after a few."""
+    def to_rest(self) -> None:
+        """Iterate until the yarns are at rest; the last state is a good one."""
+        self.last = self.solver.assess()
+        if not self.last.finite:
+            raise SolverError(f"{self.solver.blame()}: not finite at the start; move the yarns apart")
+        self._note()
+        while self.last.residual >= self.quality.tolerance and self.iteration < self.quality.max_iterations:
+            self.solver.run(CHECK)
+            self.iteration += CHECK
+            self.last = self._judged(self.solver.assess())
+            self._note()
+        if self.last.residual >= self.quality.tolerance:
+            found = f"residual {self.last.residual:.2g} after {self.iteration} iterations"
+            logger.warning("yarns are not at rest: %s; expected %g; raise max_iterations", found, self.quality.tolerance)
+
+    def _judged(self, now: Assessment) -> Assessment:
+        """Keep a good state; go back to the one before where the energy is not finite or rose too far."""
+        solver, last = self.solver, self.last
+        allowed = solver.method.allowed_rise * abs(last.energy) + solver.noise
+        if now.finite and now.energy <= last.energy + allowed:
+            solver.keep()
+            return now
+        solver.back_off()
+        return last
+
+    def _note(self) -> None:
+        """Add to the history; report after half a second, hand out the state after a few."""
         now = time.perf_counter()
+        entry = HistoryEntry(
+            iteration=self.iteration,
+            seconds=now - self.began,
+            residual=self.last.residual,
+            energies=self.last.energies,
+        )
+        self.history.append(entry)
         if self.progress is not None and now - self.reported > PROGRESS_SECONDS:
             self.reported = now
-            self.progress(iteration, last.residual, last.energy)
+            self.progress(entry)
         if self.on_state is not None and now - self.saved > ON_STATE_SECONDS:
             self.saved = now
-            self.on_state(solver.good_yarns())
+            self.on_state(self.solver.good_yarns())

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What changes during a relaxation, on the device."""
+"""What changes during a relaxation, on the device; lengths in units (``model``), forces in erg per unit."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.damping import LARGEST_EAGERNESS
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.reduction import STRANDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,61 +17,43 @@ class State:
     """Arrays that the kernels of an iteration read and write."""
 
     points: wp.array[Any]
-    """Control points, relative to the origin of the solver [cm], shape (N, 3)."""
+    """Control points, shape (N, 3)."""
     listed_points: wp.array[Any]
-    """Control points when the candidate lists were made [cm], shape (N, 3)."""
-    good_points: wp.array[Any]
-    """Control points of the last state that was found good [cm], shape (N, 3)."""
-    travel: wp.array[Any]
-    """How far control points may go on one candidate list: half its margin [cm], shape (1,)."""
-    point_force: wp.array[Any]
-    """Force on each control point [dyn], shape (N, 3)."""
-    step: wp.array[Any]
-    """Last move of each control point [cm], shape (N, 3)."""
-    limit: wp.array[Any]
-    """Largest move of each control point in this iteration [cm], shape (N,)."""
-    mobility: wp.array[Any]
-    """Inverse row sum of stiffness at each control point [cm / dyn], shape (N,)."""
-    room: wp.array[Any]
-    """How far each control point may go before the candidate lists are made again [cm], shape (N,)."""
+    """Control points when the candidate lists were made, shape (N, 3)."""
+    budget: wp.array[Any]
+    """How far each control point may go from where it was listed (``step_limit``), shape (N,)."""
     samples: wp.array[Any]
-    """Contact samples [cm], shape (P, 3)."""
-    sample_reach: wp.array[Any]
-    """How far the curve lies from its sample at most [cm], shape (P,)."""
-    segment_force: wp.array[Any]
-    """Force of each segment on its four control points [dyn], shape (4 S, 3)."""
-    segment_stiffness: wp.array[Any]
-    """Row sums of contact stiffness for its four control points [dyn / cm], shape (S, 4)."""
-    segment_clearance: wp.array[Any]
-    """Smallest clearance of its arcs, where it matters [cm], shape (S,)."""
-    power: wp.array[Any]
-    """Force times last move of each control point [erg], shape (N,)."""
-    power_sums: wp.array[Any]
-    """First stage of the sum of powers [erg]."""
-    pace: wp.array[Any]
-    """Momentum kept, iterations since its restart, eagerness (``damping``), shape (3,)."""
+    """Contact samples: place and yarn radius, shape (P, 4)."""
+    sample_force: wp.array[Any]
+    """Force on each sample, and the row sum of its stiffness [erg / unit^2], shape (P, 4)."""
+    sample_block: wp.array[Any]
+    """Stiffness of contact at each sample as (xx, yy, zz, xy, xz, yz), shape (P, 6); empty where no solver needs it."""
+    segment_block: wp.array[Any]
+    """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, shape (S, 7); empty likewise."""
+    segment_pull: wp.array[Any]
+    """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
+    outer_force: wp.array[Any]
+    """Force of terms that act on control points, shape (N, 3); empty where a relaxation has none."""
+    point_force: wp.array[Any]
+    """Sum of all forces on each control point, shape (N, 3)."""
+    stiffness: wp.array[Any]
+    """Row sum of stiffness at each control point [erg / unit^2], shape (N,)."""
 
 
-def make_state(model: Model) -> State:
-    """A state at rest where the yarns were given, relative to the model's origin."""
-    points = model.upload(model.yarns.points - model.origin, 3)
-    n, s = model.point_count, model.segment_count
+def make_state(model: Model, *, outer: bool = False, blocks: bool = False) -> State:
+    """A state where the yarns were given; with room for outer forces and for blocks of stiffness if asked for."""
+    points = model.upload(model.to_device(model.yarns.points), 3)
+    n = model.point_count
     return State(
         points=points,
         listed_points=wp.clone(points),
-        good_points=wp.clone(points),
-        travel=model.empty(1),
+        budget=model.empty(n),
+        samples=model.empty(model.sample_count, 4),
+        sample_force=model.empty(model.sample_count, 4),
+        sample_block=model.empty(model.sample_count if blocks else 0, 6),
+        segment_block=model.empty(model.segment_count if blocks else 0, 7),
+        segment_pull=model.empty((3, model.segment_count), 3),
+        outer_force=model.empty(n if outer else 0, 3),
         point_force=model.empty(n, 3),
-        step=model.empty(n, 3),
-        limit=model.empty(n),
-        mobility=model.empty(n),
-        room=model.empty(n),
-        samples=model.empty(model.sample_count, 3),
-        sample_reach=model.empty(model.sample_count),
-        segment_force=model.empty(4 * s, 3),
-        segment_stiffness=model.empty(s, 4),
-        segment_clearance=model.empty(s),
-        power=model.empty(n),
-        power_sums=wp.zeros(STRANDS, dtype=wp.float64, device=model.device),
-        pace=wp.array([0.0, 0.0, LARGEST_EAGERNESS], dtype=wp.float64, device=model.device),
+        stiffness=model.empty(n),
     )

@@ -17,16 +17,19 @@ that do not neighbour each other along a yarn are at least their *clearance*
 
 apart; the second, dearer one is used where the first is too small to be of use.
 
-Let control points move in straight lines by vectors of length at most m. The weights of the spline are not negative and
-sum to one, so every point of a curve, at every moment of the move, is displaced by at most the largest m of its four
-control points. If each control point moves by less than half the clearance of every arc it takes part in, two arcs
-approach by less than their clearance and cannot touch, at no moment: no yarn passes through another. Here a control
-point moves by at most 0.45 of it, so that a clearance that was positive stays so.
+Let every control point stay within a ball around the place x0 where it was when the candidate lists were made. The
+weights of the spline are not negative and sum to one, so every point of a curve is displaced from where it was by at
+most the largest displacement of its four control points. If each control point stays closer to x0 than half the
+clearance of every arc it takes part in, two arcs approach by less than their clearance and cannot touch, at no moment,
+however many iterations there are: no yarn passes through another. The radius of the ball is the point's *budget*,
 
-Only pairs in the candidate lists are looked at. The lists hold all pairs up to the contact distance plus a margin, and
-no control point moves by more than half the margin before the lists are made again; samples that are not listed are
-thus at least the contact distance r_p + r_q apart, and their arcs (r_p - e_p) + (r_q - e_q). So 2 (r - e) serves as
-the clearance of an arc towards all of them.
+    min(margin / 2,  0.45 * smallest clearance of its arcs)
+
+and new lists give a new budget. A straight move within the ball never leaves it, for a ball is convex.
+
+Only pairs in the candidate lists are looked at. The lists hold all pairs up to the contact distance plus a margin;
+samples that are not listed are farther apart, and their arcs at least (r_p - e_p) + (r_q - e_q) + margin. So
+2 (r - e) + margin serves as the clearance of an arc towards all of them.
 """
 
 from __future__ import annotations
@@ -38,7 +41,10 @@ import warp as wp
 
 from stitchmesh.errors import SolverError
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.curve import segment_legs
+from stitchmesh.yarnrelax.candidates import Candidates
+from stitchmesh.yarnrelax.contact import from_entry
+from stitchmesh.yarnrelax.curve import segment_corners, weight_row
+from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import minimum
 from stitchmesh.yarnrelax.state import State
@@ -46,11 +52,9 @@ from stitchmesh.yarnrelax.state import State
 wp.set_module_options({"enable_backward": False})
 
 SAFETY = 0.45
-"""Part of the clearance that one control point may use up in an iteration; below one half."""
+"""Part of the clearance that one control point may use up; below one half."""
 SMALLEST_CLEARANCE = 1e-3
-"""Clearance over the yarn radius below which a relaxation gives up."""
-LARGEST_REACH = 0.85
-"""Largest reach of a contact sample over the yarn radius at the start; it leaves room for yarns that stretch."""
+"""Clearance over the mean yarn radius below which a relaxation gives up."""
 
 
 @wp.func
@@ -71,36 +75,109 @@ def distance_of_pieces(centre: Any, half1: Any, half2: Any) -> Any:
     return wp.length(centre + half1 * s - half2 * t)
 
 
-@wp.func
-def tangent_piece(model: Any, points: wp.array[Any], p: int) -> tuple[Any, Any]:
-    """Half of the tangent piece of an arc, and the arc's sag."""
-    s = p // model.contact_samples
-    weight = model.sample_legs[p - s * model.contact_samples]
-    corner = model.segment_points[s]
-    leg0, leg1, leg2 = segment_legs(points, corner)
-    half = type(weight[0])(0.5) / type(weight[0])(model.contact_samples)
+@wp.kernel(module="unique")
+def measure_arcs(
+    # model
+    model: Any,
+    # state in
+    points: wp.array[Any],
+    # state out
+    half_tangent: wp.array[Any],
+    slack: wp.array[Any],
+) -> None:
+    """Half of each arc's tangent piece; its reach and its sag."""
+    s = wp.tid()
+    q0, q1, q2, q3 = segment_corners(model, points, s)
+    leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
+    first = model.sample_start[s]
+    count = model.sample_start[s + 1] - first
+    row = weight_row(model, count, 0)
+    longest = wp.max(wp.length(leg0), wp.max(wp.length(leg1), wp.length(leg2)))
     turn = wp.max(wp.length(leg1 - leg0), wp.length(leg2 - leg1))
-    tangent = leg0 * weight[0] + leg1 * weight[1] + leg2 * weight[2]
-    return tangent * half, turn * (half * half * type(half)(0.5))
+    half = type(longest)(0.5) / type(longest)(count)
+    for k in range(count):
+        weight = model.sample_legs[row + k]
+        half_tangent[first + k] = (leg0 * weight[0] + leg1 * weight[1] + leg2 * weight[2]) * half
+        slack[first + k] = type(slack[0])(longest * half, turn * (half * half * type(half)(0.5)))
 
 
-@wp.func
-def pair_clearance(model: Any, points: wp.array[Any], p: int, q: int, apart: Any, gap: Any) -> Any:
-    """The better of the two bounds on the distance of two arcs [cm]."""
-    half1, sag1 = tangent_piece(model, points, p)
-    half2, sag2 = tangent_piece(model, points, q)
-    return wp.max(gap, distance_of_pieces(apart, half1, half2) - sag1 - sag2)
+@wp.kernel(module="unique")
+def arc_clearances(
+    # model
+    model: Any,
+    margin: Any,
+    # state in
+    samples: wp.array[Any],
+    half_tangent: wp.array[Any],
+    slack: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    clearance: wp.array[Any],
+) -> None:
+    """Clearance of each sample's arc; exact enough only where it limits a budget."""
+    p = wp.tid()
+    here = samples[p]
+    reach, sag = slack[p][0], slack[p][1]
+    least = type(margin)(2.0) * (here[3] - reach) + margin
+    enough = margin / type(margin)(2.0 * 0.45)
+    for c in range(candidate_count[p]):
+        entry = candidates[p, c]
+        q = sample_number(model.images, entry)
+        apart4 = from_entry(model.images, samples, here, entry)
+        apart = type(half_tangent[0])(apart4[0], apart4[1], apart4[2])
+        gap = wp.length(apart) - reach - slack[q][0]
+        if gap < wp.min(least, enough):
+            close = distance_of_pieces(apart, half_tangent[p], half_tangent[q]) - sag - slack[q][1]
+            least = wp.min(least, wp.max(gap, close))
+    clearance[p] = least
 
 
-@wp.func
-def largest_step(model: Any, segment_clearance: wp.array[Any], i: int, step_fraction: Any, room: Any) -> Any:
-    """How far control point ``i`` may move in this iteration [cm]."""
-    limit = wp.min(step_fraction * model.point_radius[i], room)
+@wp.kernel(module="unique")
+def set_budgets(
+    # model
+    model: Any,
+    margin: Any,
+    # state in
+    clearance: wp.array[Any],
+    # state out
+    budget: wp.array[Any],
+) -> None:
+    """How far each control point may go on these lists."""
+    i = wp.tid()
     slots = model.point_segments[i]
+    least = margin * type(margin)(0.5)
     for slot in range(4):
-        if slots[slot] >= 0:
-            limit = wp.min(limit, segment_clearance[slots[slot]] * type(room)(SAFETY))
-    return wp.max(limit, room - room)
+        s = slots[slot]
+        if s >= 0:
+            for p in range(model.sample_start[s], model.sample_start[s + 1]):
+                least = wp.min(least, clearance[p] * type(margin)(0.45))
+    budget[i] = wp.max(least, margin - margin)
+
+
+@wp.kernel(module="unique")
+def nearest_arcs(
+    # model
+    model: Any,
+    # state in
+    samples: wp.array[Any],
+    half_tangent: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    nearest: wp.array[Any],
+) -> None:
+    """Smallest distance of the arc of a sample to others, over the mean radius of both; 2 where nothing touches it."""
+    p = wp.tid()
+    here = samples[p]
+    least = here[3] / here[3]
+    for c in range(candidate_count[p]):
+        entry = candidates[p, c]
+        q = sample_number(model.images, entry)
+        apart = from_entry(model.images, samples, here, entry)
+        centre = type(half_tangent[0])(apart[0], apart[1], apart[2])
+        least = wp.min(least, distance_of_pieces(centre, half_tangent[p], half_tangent[q]) / apart[3])
+    nearest[p] = least * type(least)(2.0)
 
 
 @wp.func
@@ -112,30 +189,50 @@ def shortened(step: Any, limit: Any) -> Any:
     return step
 
 
-def samples_needed(yarns: YarnSet, contact_samples: int) -> int:
-    """Contact samples a segment, at least as many as given, that leave no gap between samples.
+def clearances(model: Model, state: State, candidates: Candidates) -> wp.array[Any]:
+    """Clearance of each arc as the yarns lie, where it limits a budget, shape (P,); samples and lists are fresh."""
+    half_tangent, slack = _arcs(model, state)
+    result = model.empty(model.sample_count)
+    inputs = [model.constants, model.number(candidates.margin), state.samples, half_tangent, slack,
+              candidates.count, candidates.lists]  # fmt: skip
+    model.launch(arc_clearances, model.sample_count, inputs, [result])
+    return result
 
-    Leaf et al. (3.1) ask for spheres that touch, a reach of one radius.
-    """
-    corners = yarns.points[yarns.segment_points]
-    leg = np.linalg.norm(np.diff(corners, axis=1), axis=2).max(axis=1)
-    reach = np.maximum(leg, yarns.rest_length) / (2 * yarns.radius[yarns.segment_yarn])
-    return max(contact_samples, int(np.ceil(reach.max() / LARGEST_REACH)))
 
-
-def check_clearance(model: Model, state: State) -> None:
-    """No two arcs may be so close, or a segment so stretched, that the bounds leave no room to move.
+def limit_steps(model: Model, state: State, candidates: Candidates) -> None:
+    """Set the budgets of all control points for lists that were just made.
 
     Raises:
-        SolverError: the clearance of a segment is used up; it names the yarn and the stitch face.
+        SolverError: the clearance of an arc is used up; it names the yarn and the stitch face.
     """
-    smallest = SMALLEST_CLEARANCE * float(model.yarns.radius.min())
-    if not minimum(state.segment_clearance) < smallest:
-        return
-    segment = int(state.segment_clearance.numpy().argmin())
+    clearance = clearances(model, state, candidates)
+    if not minimum(clearance) >= SMALLEST_CLEARANCE:
+        raise SolverError(_too_close(model, int(clearance.numpy().argmin())))
+    inputs = [model.constants, model.number(candidates.margin), clearance]
+    model.launch(set_budgets, model.point_count, inputs, [state.budget])
+
+
+def smallest_distance(model: Model, state: State, candidates: Candidates) -> float:
+    """Smallest distance of yarns over their radius, 2 where none touch; as exact as the arcs' sag is small."""
+    half_tangent, _slack = _arcs(model, state)
+    nearest = model.empty(model.sample_count)
+    inputs = [model.constants, state.samples, half_tangent, candidates.count, candidates.lists]
+    model.launch(nearest_arcs, model.sample_count, inputs, [nearest])
+    return minimum(nearest)
+
+
+def _arcs(model: Model, state: State) -> tuple[wp.array[Any], wp.array[Any]]:
+    half_tangent, slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
+    model.launch(measure_arcs, model.segment_count, [model.constants, state.points], [half_tangent, slack])
+    return half_tangent, slack
+
+
+def _too_close(model: Model, sample: int) -> str:
+    segment = int(np.searchsorted(model.sample_start, sample, side="right") - 1)
     place = yarn_place(model.yarns, int(model.yarns.segment_points[segment, 1]))
-    found = f"too close to another yarn, or stretched too far, for {model.contact_samples} contact samples a segment"
-    raise SolverError(f"{place}: {found} to tell it from touching; move the yarns apart or raise contact_samples")
+    count = int(np.diff(model.sample_start)[segment])
+    found = f"too close to another yarn, or stretched too far, for {count} contact samples a segment"
+    return f"{place}: {found} to tell it from touching; move the yarns apart or raise contact_samples"
 
 
 def yarn_place(yarns: YarnSet, point: int) -> str:

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The linking certificate: seconds and crossings of a garment, of the garment many times over, and of many open yarns.
+
+    python benchmarks/linking.py glove.bcc --device cpu --copies 21
+
+A run is repeated, the first one compiles; the shortest is printed, with the seconds of its parts: drawing polylines,
+finding crossings, and the rest, which closes open yarns and sums signs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import stitchmesh as sm
+from stitchmesh.device import device_named
+from stitchmesh.yarnrelax.crossings import edge_crossings
+from stitchmesh.yarnrelax.linking import doubled_linking
+from stitchmesh.yarnrelax.picture import draw
+
+
+def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
+    """The yarns many times over, in rows beside one another."""
+    size = 1.05 * np.ptp(yarns.points, axis=0)
+    across = int(np.ceil(np.sqrt(count)))
+    places = [size * [k % across, k // across, 0] for k in range(count)]
+    starts = [yarns.start[1:] + k * len(yarns.points) for k in range(count)]
+    tiled = {name: np.tile(getattr(yarns, name), count) for name in ("closed", "radius", "rest_length", "row", "face")}
+    return replace(
+        yarns,
+        points=np.concatenate([yarns.points + place for place in places]),
+        start=np.concatenate([[0], *starts]),
+        part=np.tile(yarns.part, count),
+        **tiled,
+    )
+
+
+def open_rows(rows: int, stitches: int, points_per_stitch: int = 12) -> sm.YarnSet:
+    """Open rows of plain knit, one above the other (Crane 2023)."""
+    t = np.arange(stitches * points_per_stitch) / points_per_stitch * 2 * np.pi
+    row = np.stack([t + 1.5 * np.sin(2 * t), 4 * np.cos(t), np.cos(2 * t)], axis=1)
+    curves = [row + np.array([0.0, 4.5 * k, 0.0]) for k in range(rows)]
+    return sm.YarnSet.from_curves(curves, closed=[False] * rows, radius=0.78)
+
+
+def measure(name: str, yarns: sm.YarnSet, device: str, runs: int) -> None:
+    """Print the shortest run, on the clock and of the processor, and what it found."""
+    best = (np.inf, np.inf, np.inf, np.inf)
+    for _ in range(runs):
+        clock, processor = time.perf_counter(), time.process_time()
+        linking = doubled_linking(yarns, device=device)
+        whole, used = time.perf_counter() - clock, time.process_time() - processor
+        clock = time.perf_counter()
+        picture = draw(yarns, device_named(device))
+        drawn = time.perf_counter()
+        crossings = len(edge_crossings(picture))
+        best = min(best, (whole, used, drawn - clock, time.perf_counter() - drawn))
+    whole, used, drawing, finding = best
+    print(f"{name}: {len(yarns.points)} control points, {yarns.yarn_count} yarns, {picture.edge_yarn.shape[0]} edges")
+    print(f"  {crossings} crossings, {len(linking.doubled)} linked pairs, device {device}")
+    print(f"  {whole:.3f} s ({used:.3f} s processor): draw {drawing:.3f}, crossings {finding:.3f}, "
+          f"rest {whole - drawing - finding:.3f}")  # fmt: skip
+
+
+def main() -> None:
+    """Measure three scenes."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("garment", type=Path, help="file of yarns, glove.bcc say")
+    parser.add_argument("--device", default="cpu")
+    parser.add_argument("--copies", type=int, default=21, help="of the garment in the second scene")
+    parser.add_argument("--rows", type=int, default=10_000, help="open yarns of 120 control points in the third")
+    parser.add_argument("--runs", type=int, default=3)
+    given = parser.parse_args()
+    garment = sm.read_yarns(given.garment)
+    measure(given.garment.name, garment, given.device, given.runs)
+    measure(f"{given.copies} times {given.garment.name}", copies(garment, given.copies), given.device, given.runs)
+    measure(f"{given.rows} open rows", open_rows(given.rows, 10), given.device, given.runs)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Time of one iteration of the yarn relaxer, kernel by kernel, beside the memory traffic that bounds it.
+
+    python benchmarks/yarn_iteration.py --device cuda:0 --points 3000 1200000
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import warp as wp
+from scenes import stockinette_tube
+
+from stitchmesh.device import device_named
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.material import YarnMaterial
+
+BANDWIDTH = {"cuda": 4.8e12, "cpu": 1.0e10}
+"""Memory traffic a second: that of an H200, and of one core of a server."""
+
+
+def seconds(device: wp.Device, action: Callable[[], object], repeats: int) -> float:
+    """Shortest time of an action out of three runs of many."""
+    best = np.inf
+    action()
+    for _ in range(3):
+        wp.synchronize_device(device)
+        began = time.perf_counter()
+        for _ in range(repeats):
+            action()
+        wp.synchronize_device(device)
+        best = min(best, (time.perf_counter() - began) / repeats)
+    return best
+
+
+def repeated(device: wp.Device, launches: Sequence[wp.Launch], times: int) -> Callable[[], object]:
+    """An action that runs launches several times; a captured graph on a GPU."""
+
+    def all_of_them() -> None:
+        for _ in range(times):
+            for launch in launches:
+                launch.launch()
+
+    if not device.is_cuda:
+        return all_of_them
+    with wp.ScopedCapture(device=device) as capture:
+        all_of_them()
+    return lambda: wp.capture_launch(capture.graph)
+
+
+def traffic(iteration: Iteration) -> dict[str, float]:
+    """Bytes that each kernel must read and write at least, every array once."""
+    model, candidates = iteration.model, iteration.candidates
+    real = 4 if model.scalar is wp.float32 else 8
+    n, s, p = model.point_count, model.segment_count, model.sample_count
+    entries = float(candidates.count.numpy().sum())
+    return {
+        "place_and_pull": n * 3 * real + s * (16 + real + 8) + p * 4 * real + s * 9 * real,
+        "contact_forces": p * (4 * real + 4 + real) + 4 * entries + p * 4 * real,
+        "gather_forces": s * 9 * real + p * 4 * real + n * (16 + 4 + real) + n * 4 * real,
+    }
+
+
+def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> None:
+    """Print one size."""
+    per_stitch = quality.control_points_per_stitch
+    rows = max(int(np.sqrt(points / per_stitch)), 2)
+    yarns = stockinette_tube(rows, max(round(points / per_stitch / rows), 6), per_stitch)
+    material = YarnMaterial.named("stitchmesh")
+    iteration = Iteration.start(yarns, material, quality, device)
+    iteration.run(settle)
+    residual = iteration.assess().residual
+    settled = wp.clone(iteration.state.points)
+    n = iteration.model.point_count
+    touching = float(iteration.candidates.count.numpy().sum()) / 2
+    print(f"\n{n} points, {iteration.model.sample_count} samples, {touching:.0f} listed pairs, residual {residual:.4f}, "
+          f"margin {iteration.candidates.margin:.2f} r, {quality.precision}, {device.name}")  # fmt: skip
+    times = 20 if n < 100_000 else 2
+    repeats = 50 if device.is_cuda else 2
+    bound = traffic(iteration)
+    bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]
+    print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9}")
+    for launch in iteration.launches:
+        name = launch.kernel.key
+        took = seconds(device, repeated(device, [launch], times), repeats) / times
+        limit = f"{bound[name] / bandwidth * 1e6:9.2f}" if name in bound else ""
+        print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f} {limit}")
+        wp.copy(iteration.state.points, settled)
+    whole = seconds(device, repeated(device, iteration.launches, times), repeats) / times
+    wp.copy(iteration.state.points, settled)
+    print(f"{'one iteration':20} {whole * 1e6:9.2f} {whole / n * 1e9:9.2f}")
+    for name, action in (("assessment", iteration.assess), ("new lists", iteration.list_candidates)):
+        took = seconds(device, action, 3)
+        print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f}")
+
+
+def main() -> None:
+    """Measure the sizes that were asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--device", default=None)
+    parser.add_argument("--points", type=int, nargs="+", default=[3000, 60_000])
+    parser.add_argument("--quality", default="standard")
+    parser.add_argument("--settle", type=int, default=100, help="iterations before the measurement")
+    arguments = parser.parse_args()
+    for points in arguments.points:
+        measure(points, quality_named(arguments.quality), device_named(arguments.device), arguments.settle)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a control point gives way to a force: the preconditioner of the quasistatic solver.
+
+The row sums of ``stiffness`` bound the stiffness at a control point by one number. But a yarn is far stiffer along
+itself than across, and a contact is stiff in one direction alone. So each control point gets a block,
+
+    B = sum over its segments of (a T + b u I)  +  c I  +  2 sum over its samples of w K
+
+with the row sums a of stretch and length along the yarn and b of bending at rest, T the segment's mean t t^T and u its
+mean (l / |y'|)^4, which is what bending grows by where the curve runs slowly, c the row sums of further terms, w the
+weight of the point in a sample, and K = sum of E'' n n^T the contact stiffness of the sample.
+The compliance is the inverse of B, found anew in every iteration: contacts come and go.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.yarnrelax.curve import weight_row
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def inverse_block(b: Any) -> Any:
+    """Inverse of a symmetric 3 x 3 matrix (xx, yy, zz, xy, xz, yz)."""
+    xx, yy, zz = b[1] * b[2] - b[5] * b[5], b[0] * b[2] - b[4] * b[4], b[0] * b[1] - b[3] * b[3]
+    xy, xz, yz = b[4] * b[5] - b[3] * b[2], b[3] * b[5] - b[4] * b[1], b[3] * b[4] - b[5] * b[0]
+    scale = type(xx)(1.0) / (b[0] * xx + b[3] * xy + b[4] * xz)
+    return type(b)(xx * scale, yy * scale, zz * scale, xy * scale, xz * scale, yz * scale)
+
+
+@wp.func
+def times_block(b: Any, v: Any) -> Any:
+    """A symmetric block times a vector."""
+    return type(v)(
+        b[0] * v[0] + b[3] * v[1] + b[4] * v[2],
+        b[3] * v[0] + b[1] * v[1] + b[5] * v[2],
+        b[4] * v[0] + b[5] * v[1] + b[2] * v[2],
+    )
+
+
+@wp.kernel(module="unique")
+def find_compliance(
+    # model
+    model: Any,
+    along: wp.array[Any],
+    across: wp.array[Any],
+    further: wp.array[Any],
+    # state in
+    segment_block: wp.array[Any],
+    sample_block: wp.array[Any],
+    sample_force: wp.array[Any],
+    # state out
+    compliance: wp.array[Any],
+) -> None:
+    """The compliance of each control point [unit^2 / erg]."""
+    i = wp.tid()
+    slots = model.point_segments[i]
+    block = type(compliance[0])()
+    level = further[i]
+    for slot in range(4):
+        s = slots[slot]
+        if s >= 0:
+            mean = segment_block[s]
+            directed = type(block)(mean[0], mean[1], mean[2], mean[3], mean[4], mean[5])
+            block += directed * along[s][slot]
+            level += mean[6] * across[s][slot]
+            first = model.sample_start[s]
+            count = model.sample_start[s + 1] - first
+            row = weight_row(model, count, 0)
+            for k in range(count):
+                block += sample_block[first + k] * (type(level)(2.0) * model.sample_basis[row + k][slot])
+    block += type(block)(level, level, level, level - level, level - level, level - level)
+    compliance[i] = inverse_block(block)

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Forces on control points: each gathers from its segments and their samples, always in the same order."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.yarnrelax.aligned import read_whole
+from stitchmesh.yarnrelax.curve import weight_row
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def pull_on(segment_pull: wp.array2d[Any], s: int, slot: int) -> Any:
+    """Force of a segment's legs on the control point in a slot: the leg before pulls it, the leg after holds it back."""
+    force = type(segment_pull[0, 0])()
+    if slot > 0:
+        force += segment_pull[slot - 1, s]
+    if slot < 3:
+        force -= segment_pull[slot, s]
+    return force
+
+
+@wp.func
+def push_on(model: Any, sample_force: wp.array[Any], s: int, slot: int) -> Any:
+    """Force of a segment's samples on the control point in a slot, and the row sum of its stiffness."""
+    total = type(sample_force[0])()
+    first = model.sample_start[s]
+    count = model.sample_start[s + 1] - first
+    row = weight_row(model, count, 0)
+    for k in range(count):
+        total += read_whole(sample_force, first + k) * model.sample_basis[row + k][slot]
+    return total
+
+
+@wp.kernel(module="unique")
+def gather_forces(
+    # model
+    model: Any,
+    point_stiffness: wp.array[Any],
+    # state in
+    segment_pull: wp.array2d[Any],
+    sample_force: wp.array[Any],
+    outer_force: wp.array[Any],
+    # state out
+    point_force: wp.array[Any],
+    stiffness: wp.array[Any],
+) -> None:
+    """Force on each control point, and the row sum of stiffness there (``stiffness``)."""
+    i = wp.tid()
+    slots = model.point_segments[i]
+    force = type(segment_pull[0, 0])()
+    push = type(sample_force[0])()
+    for slot in range(4):
+        s = slots[slot]
+        if s >= 0:
+            force += pull_on(segment_pull, s, slot)
+            push += push_on(model, sample_force, s, slot)
+    if outer_force.shape[0] > 0:
+        force += outer_force[i]
+    point_force[i] = force + type(force)(push[0], push[1], push[2])
+    stiffness[i] = point_stiffness[i] + push[3] * type(push[3])(2.0)

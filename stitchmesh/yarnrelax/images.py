@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Images on a lattice: where the neighbours of an element of a periodic fabric lie.
+
+A control point or a contact sample that an element refers to lies at its own place plus a u + b v, with the periods u
+and v and a stored integer image (a, b) (design, section 2). Images are numbered in a table. A fabric without a lattice
+has no images: its overloads of the two functions below read the place and nothing more, so no kernel asks whether a
+fabric repeats.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+
+NO_TURNS = 2147483647
+"""No number of turns of a yarn leads to an image."""
+
+
+@wp.struct
+class NoImages:
+    """A fabric that does not repeat."""
+
+    sample_count: wp.int32
+
+
+@wp.struct
+class Images32:
+    """Periods and numbered images, single precision."""
+
+    sample_count: wp.int32
+    periods: wp.array(dtype=wp.vec3f)
+    image: wp.array(dtype=wp.vec2i)
+    corner_image: wp.array(dtype=wp.vec4i)
+
+
+@wp.struct
+class Images64:
+    """Periods and numbered images, double precision."""
+
+    sample_count: wp.int32
+    periods: wp.array(dtype=wp.vec3d)
+    image: wp.array(dtype=wp.vec2i)
+    corner_image: wp.array(dtype=wp.vec4i)
+
+
+@wp.func
+def image_shift(images: Images32, number: int) -> wp.vec3f:
+    """Displacement of an image."""
+    ab = images.image[number]
+    return images.periods[0] * wp.float32(ab[0]) + images.periods[1] * wp.float32(ab[1])
+
+
+@wp.func
+def image_shift(images: Images64, number: int) -> wp.vec3d:  # noqa: F811
+    """Displacement of an image."""
+    ab = images.image[number]
+    return images.periods[0] * wp.float64(ab[0]) + images.periods[1] * wp.float64(ab[1])
+
+
+@wp.func
+def turns_of(image: wp.vec2i, step: wp.vec2i) -> int:
+    """The number n with image = n step; ``NO_TURNS`` where there is none."""
+    turns = int(0)
+    if step[0] != 0:
+        turns = image[0] // step[0]
+    elif step[1] != 0:
+        turns = image[1] // step[1]
+    if turns * step[0] != image[0] or turns * step[1] != image[1]:
+        turns = 2147483647
+    return turns
+
+
+@wp.func
+def corner_place(images: NoImages, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
+    """Where control point ``slot`` of segment ``s`` lies."""
+    return points[point]
+
+
+@wp.func
+def corner_place(images: Images32, points: wp.array[Any], s: int, slot: int, point: int) -> Any:  # noqa: F811
+    """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
+    return points[point] + image_shift(images, images.corner_image[s][slot])
+
+
+@wp.func
+def corner_place(images: Images64, points: wp.array[Any], s: int, slot: int, point: int) -> Any:  # noqa: F811
+    """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
+    return points[point] + image_shift(images, images.corner_image[s][slot])
+
+
+@wp.func
+def sample_number(images: NoImages, entry: int) -> int:
+    """The sample that an entry of a candidate list means."""
+    return entry
+
+
+@wp.func
+def sample_number(images: Images32, entry: int) -> int:  # noqa: F811
+    """The sample that an entry of a candidate list means."""
+    return entry % images.sample_count
+
+
+@wp.func
+def sample_number(images: Images64, entry: int) -> int:  # noqa: F811
+    """The sample that an entry of a candidate list means."""
+    return entry % images.sample_count
+
+
+@wp.func
+def image_count(images: NoImages) -> int:
+    """How many images there are, the fabric itself included."""
+    return 1
+
+
+@wp.func
+def image_count(images: Images32) -> int:  # noqa: F811
+    """How many images there are, the fabric itself included."""
+    return images.image.shape[0]
+
+
+@wp.func
+def image_count(images: Images64) -> int:  # noqa: F811
+    """How many images there are, the fabric itself included."""
+    return images.image.shape[0]
+
+
+@wp.func
+def shifted_by(images: NoImages, place: Any, number: int) -> Any:
+    """A place in an image."""
+    return place
+
+
+@wp.func
+def shifted_by(images: Images32, place: Any, number: int) -> wp.vec3f:  # noqa: F811
+    """A place in an image."""
+    return place + image_shift(images, number)
+
+
+@wp.func
+def shifted_by(images: Images64, place: Any, number: int) -> wp.vec3d:  # noqa: F811
+    """A place in an image."""
+    return place + image_shift(images, number)
+
+
+@wp.func
+def turns_to(images: NoImages, yarn_step: wp.vec2i, number: int) -> int:
+    """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
+    return 0
+
+
+@wp.func
+def turns_to(images: Images32, yarn_step: wp.vec2i, number: int) -> int:  # noqa: F811
+    """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
+    return turns_of(images.image[number], yarn_step)
+
+
+@wp.func
+def turns_to(images: Images64, yarn_step: wp.vec2i, number: int) -> int:  # noqa: F811
+    """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
+    return turns_of(images.image[number], yarn_step)
+
+
+@wp.func
+def entry_shift(images: NoImages, zero: Any, entry: int) -> Any:
+    """Displacement of the image that an entry means: none."""
+    return zero
+
+
+@wp.func
+def entry_shift(images: Images32, zero: Any, entry: int) -> wp.vec4f:  # noqa: F811
+    """Displacement of the image that an entry means, and 0."""
+    shift = image_shift(images, entry // images.sample_count)
+    return wp.vec4f(shift[0], shift[1], shift[2], zero[3])
+
+
+@wp.func
+def entry_shift(images: Images64, zero: Any, entry: int) -> wp.vec4d:  # noqa: F811
+    """Displacement of the image that an entry means, and 0."""
+    shift = image_shift(images, entry // images.sample_count)
+    return wp.vec4d(shift[0], shift[1], shift[2], zero[3])

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a solver is: the launches that turn the forces of an iteration into moves of the control points."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.yarnrelax.candidates import Candidates
+from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.motion import wear
+from stitchmesh.yarnrelax.reduction import maximum
+from stitchmesh.yarnrelax.state import State
+from stitchmesh.yarnrelax.term import Constraint, Run
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a solver works on."""
+
+    model: Model
+    state: State
+    candidates: Candidates
+    constraints: Sequence[Constraint]
+    step_fraction: float
+    """Largest move of a control point in one iteration, in mean yarn radii."""
+
+
+WORN = 0.7
+"""Part of its budget that a control point has used when the candidate lists are made again."""
+
+
+class Method(ABC):
+    """A solver. ``state.point_force`` and ``state.stiffness`` are fresh when its launches run."""
+
+    needs_blocks: bool
+    """Whether it wants ``state.sample_block`` and ``state.segment_block``."""
+    allowed_rise: float
+    """Rise of the energy between two assessments, over its size, that makes a relaxation back off."""
+    left: int = 0
+    """Iterations that are still to be done before the next assessment."""
+
+    @abstractmethod
+    def launches(self, scene: Scene, run: Run) -> list[Any]:
+        """Move the control points by one iteration, none by more than its limits."""
+
+    @abstractmethod
+    def restart(self, caution: float) -> None:
+        """Forget the past; ``caution`` in (0, 1] scales steps, 1 for an undisturbed run."""
+
+    @abstractmethod
+    def dare(self, caution: float) -> None:
+        """Scale steps by ``caution`` from now on."""
+
+    @abstractmethod
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """Everything that it carries from one iteration to the next, by name."""
+
+    def begin(self, count: int) -> None:
+        """Get ready for ``count`` iterations."""
+        self.left = count
+
+    def worn(self, scene: Scene, launched: int) -> bool:
+        """Count what was launched, and tell whether the candidate lists must be made again."""
+        self.left -= launched
+        state = scene.state
+        used = scene.model.empty(scene.model.point_count)
+        scene.model.launch(wear, len(used), [state.points, state.listed_points, state.budget], [used])
+        return maximum(used) > WORN

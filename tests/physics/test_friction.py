@@ -1,0 +1,341 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction between yarns: an energy between renewals, Coulomb's law in contacts, and the capstan.
+
+References: Coulomb's law F = mu N with the push of two crossing yarns integrated from L eq 9; Euler's and Eytelwein's
+capstan T1 / T2 = e^(mu phi).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+import warp as wp
+
+from stitchmesh.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, forces
+from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
+from stitchmesh.yarnrelax.friction import Friction
+from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.precision import scalar_named
+from stitchmesh.yarnrelax.state import State, make_state
+from stitchmesh.yarnrelax.term import Term
+
+RADIUS = 0.125
+MATERIAL = YarnMaterial.named("kaldor-simulation")
+BALANCE = 3e-3
+"""Largest force left on a control point of the capstan's yarn over the weight that it carries."""
+PLACE = np.arange(-1.2, 1.25, 0.1)
+
+
+@dataclass
+class Scene:
+    """Yarns with friction whose control points are set by hand; lengths in units, forces in erg per unit."""
+
+    model: Model
+    state: State
+    candidates: Candidates
+    friction: Term
+
+    @classmethod
+    def of(cls, yarns: YarnSet, friction: Friction, material: YarnMaterial = MATERIAL, **choices) -> Scene:
+        model = put_model(
+            yarns,
+            material,
+            quadrature_points=3,
+            contact_samples=choices.get("contact_samples", 5),
+            scalar=scalar_named(choices.get("precision", "float64")),
+            device=device_named("cpu"),
+        )
+        scene = cls(model, make_state(model, outer=True), make_candidates(model, 0.5), friction.on(model))
+        scene.begin_step(scene.start)
+        return scene
+
+    @property
+    def start(self) -> np.ndarray:
+        return self.model.to_device(self.model.yarns.points)
+
+    def put(self, points: np.ndarray) -> None:
+        wp.copy(self.state.points, self.model.upload(points, 3))
+        forces.sample(self.model, self.state)
+
+    def list_candidates(self) -> None:
+        find_candidates(self.model, self.state.samples, self.candidates)
+
+    def begin_step(self, points: np.ndarray) -> None:
+        self.put(points)
+        self.list_candidates()
+        self.friction.renew(self.state, self.candidates)
+
+    def energy(self, points: np.ndarray) -> float:
+        self.put(points)
+        return self.friction.energy(self.state, self.candidates)
+
+    def sample_forces(self, points: np.ndarray) -> np.ndarray:
+        self.put(points)
+        self.state.sample_force.zero_()
+        self.friction.forces(self.state, self.candidates, self.model.launch)
+        return self.state.sample_force.numpy().astype(np.float64)[:, :3]
+
+    def friction_forces(self, points: np.ndarray) -> np.ndarray:
+        self.state.segment_pull.zero_()
+        self.state.outer_force.zero_()
+        self.sample_forces(points)
+        forces.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        return self.state.point_force.numpy().astype(np.float64)
+
+    def all_forces(self, points: np.ndarray) -> np.ndarray:
+        wp.copy(self.state.points, self.model.upload(points, 3))
+        unheld = self.model.empty(self.model.point_count)
+        forces.all_forces(self.model, self.state, self.candidates, [self.friction], unheld, self.model.launch)
+        return self.state.point_force.numpy().astype(np.float64)
+
+
+def line(direction: tuple[float, float, float], through: tuple[float, float, float]) -> np.ndarray:
+    return np.asarray(through) + PLACE[:, None] * np.asarray(direction)
+
+
+def crossing(angle: float, delta: float = 0.9) -> YarnSet:
+    """Two straight yarns that cross at a distance of delta diameters."""
+    turn = np.radians(angle)
+    curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+              line((np.cos(turn), np.sin(turn), 0.0), (0.03, 0.02, delta * 2 * RADIUS))]  # fmt: skip
+    return YarnSet.from_curves(curves, closed=[False, False], radius=RADIUS)
+
+
+def heap() -> YarnSet:
+    """Three yarns of two radii, two of them side by side and one across both."""
+    curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), line((1.0, 0.0, 0.0), (0.02, 0.23, 0.0)),
+              line((0.8, 0.6, 0.0), (0.0, 0.1, 0.21))]  # fmt: skip
+    return YarnSet.from_curves(curves, closed=[False] * 3, radius=[RADIUS, RADIUS, 0.1])
+
+
+def repeated() -> YarnSet:
+    """A yarn that touches only an image of the other: the cell is 1 cm along y, they lie 0.8 cm apart."""
+    curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), line((1.0, 0.0, 0.0), (0.02, 0.8, 0.0))]
+    yarns = YarnSet.from_curves(curves, closed=[False] * 2, radius=RADIUS)
+    return replace(yarns, lattice=Lattice([[9.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), lattice_step=np.zeros((2, 2)))
+
+
+def slip(yarns: YarnSet, size: float) -> np.ndarray:
+    return size * np.random.default_rng(5).normal(size=yarns.points.shape)
+
+
+@pytest.mark.parametrize("mu", [0.3, (0.5, 0.2), (0.0, 0.4)])
+@pytest.mark.parametrize("size", [0.003, 0.1])
+@pytest.mark.parametrize("yarns", [heap(), repeated()], ids=["heap", "lattice"])
+def test_force_is_minus_the_gradient(yarns: YarnSet, size: float, mu: float | tuple[float, float]) -> None:
+    """In sticking contacts (slip of 0.003 radii), and in sliding ones; the slip length is 0.05."""
+    scene = Scene.of(yarns, Friction(mu))
+    points = scene.start + slip(yarns, size)
+    direction = np.random.default_rng(3).normal(size=points.shape)
+    force = scene.friction_forces(points)
+    assert np.abs(force).max() > 0.0
+    step = 1e-6  # truncation 1e-12 over the slip of 1e-3 squared, rounding 1e-10
+    slope = (scene.energy(points + step * direction) - scene.energy(points - step * direction)) / (2 * step)
+    assert slope == pytest.approx(-(force * direction).sum(), rel=1e-5)
+
+
+def test_action_is_reaction() -> None:
+    scene = Scene.of(heap(), Friction((0.5, 0.2)))
+    force = scene.sample_forces(scene.start + slip(heap(), 0.1))
+    # float64 rounding of a hundred summands
+    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).sum())
+
+
+def test_yarns_that_did_not_slip_feel_nothing() -> None:
+    """Also where they were shifted and are pressed hard; friction never pushes yarns apart."""
+    scene = Scene.of(heap(), Friction(0.3))
+    shifted = scene.start + np.array([0.3, -0.2, 0.1])
+    # coordinates of 10 units are rounded to 1e-15, over a slip length of 0.05
+    assert np.abs(scene.friction_forces(shifted)).max() < 1e-11
+    assert scene.energy(shifted) < 1e-12
+
+
+@pytest.mark.parametrize("angle", [90.0, 40.0])
+@pytest.mark.parametrize("delta", [0.95, 0.8])
+def test_a_sliding_contact_obeys_coulombs_law(angle: float, delta: float) -> None:
+    """F = mu N against the slip, N = 4 pi r k (1 - delta^2)^2 / delta / sin(angle)."""
+    yarns = crossing(angle, delta)
+    scene = Scene.of(yarns, Friction(0.3), contact_samples=11)
+    points, half = scene.start, len(PLACE)
+    way = np.array([0.6, 0.8, 0.0])
+    points[half:] += 0.1 * way
+    force = scene.friction_forces(points)[half:].sum(axis=0) / scene.model.unit
+    press = 4 * np.pi * RADIUS * MATERIAL.k_contact * (1 - delta**2) ** 2 / delta / np.sin(np.radians(angle))
+    # the midpoint rule meets N itself to one per cent (test_yarn_closed_forms)
+    np.testing.assert_allclose(force, -0.3 * press * way, atol=0.01 * 0.3 * press)
+
+
+@pytest.mark.parametrize(("way", "expected"), [((1.0, 0.0, 0.0), 0.5), ((0.0, 0.0, 1.0), 0.2)])
+def test_parallel_yarns_slide_along_and_across_by_their_own_coefficients(
+    way: tuple[float, float, float], expected: float
+) -> None:
+    curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), line((1.0, 0.0, 0.0), (0.0, 0.22, 0.0))]
+    yarns = YarnSet.from_curves(curves, closed=[False] * 2, radius=RADIUS)
+    one, two = (Scene.of(yarns, Friction(mu)) for mu in (1.0, (0.5, 0.2)))
+    points, half = one.start, len(PLACE)
+    points[half:] += 0.2 * np.asarray(way)
+    full, found = (scene.friction_forces(points)[half:].sum(axis=0) @ way for scene in (one, two))
+    # both slide in full, so the forces differ by the coefficient alone; what is left is rounding
+    assert found / full == pytest.approx(expected, rel=1e-9)
+
+
+def test_new_candidate_lists_change_no_force() -> None:
+    scene = Scene.of(heap(), Friction(0.3))
+    points = scene.start + slip(heap(), 0.05)
+    before = scene.friction_forces(points)
+    scene.candidates.margin = 1.0
+    scene.list_candidates()
+    # the pairs that press are friction's own, listed at the renewal
+    assert np.array_equal(scene.friction_forces(points), before)
+
+
+def test_choice_of_copy_does_not_matter() -> None:
+    """A yarn moved by a period touches the other itself instead of its image."""
+    here = repeated()
+    points = here.points.copy()
+    points[len(PLACE) :] -= [0.0, 1.0, 0.0]
+    moved = replace(here, points=points)
+    offset = slip(here, 0.1)
+    one, two = Scene.of(here, Friction(0.3)), Scene.of(moved, Friction(0.3))
+    expected = one.friction_forces(one.start + offset)
+    # rounding of coordinates of 8 units over a slip of 0.1
+    np.testing.assert_allclose(
+        two.friction_forces(two.start + offset), expected, atol=1e-11 * np.abs(expected).max()
+    )
+
+
+def test_single_precision_agrees_with_double() -> None:
+    single, double = (Scene.of(heap(), Friction((0.5, 0.2)), precision=p) for p in ("float32", "float64"))
+    offset = slip(heap(), 0.1)
+    expected = double.friction_forces(double.start + offset)
+    # coordinates of 10 units are known to 1e-6, distances to the contact's edge are a tenth: 1e-5
+    np.testing.assert_allclose(
+        single.friction_forces(single.start + offset), expected, atol=1e-4 * np.abs(expected).max()
+    )
+
+
+def test_a_renewal_keeps_the_friction_of_a_held_slip() -> None:
+    """Anchors follow a slide up to the slip length: full friction stays full, and so does a part of it."""
+    for share in (0.4, 30.0):
+        scene = Scene.of(crossing(90.0), Friction(0.3))
+        points, half = scene.start, len(PLACE)
+        points[half:, 0] += share * 0.05
+        before = scene.friction_forces(points)[half:].sum(axis=0)
+        scene.begin_step(points)
+        after = scene.friction_forces(points)[half:].sum(axis=0)
+        # the slide takes other samples into the contact: N changes by the midpoint rule's one per cent
+        np.testing.assert_allclose(after, before, atol=0.02 * np.abs(before).max())
+
+
+@pytest.mark.parametrize("mu", [-0.1, float("nan"), (0.3, -1.0)])
+def test_impossible_coefficients_are_refused(mu: float | tuple[float, float]) -> None:
+    with pytest.raises(ParameterError, match="friction: got coefficients"):
+        Friction(mu)
+
+
+def test_a_slip_length_of_zero_is_refused() -> None:
+    with pytest.raises(ParameterError, match="friction: got a slip length of 0"):
+        Friction(0.3, slip_length=0.0)
+
+
+class Capstan:
+    """A yarn around a fixed cylinder, a weight of 1 dyn on its first point, its last three points held.
+
+    The cylinder is a thick straight yarn. A full turn climbs by three yarn radii, which lengthens it by a thousandth.
+    Each pull takes the held end one step farther and ends in balance, found by Newton's method with a matrix of
+    difference quotients; a control point feels none that is more than three away along the yarn, so seven displaced at
+    once give seven columns.
+    """
+
+    REACH = 3
+    RADIUS, CYLINDER, LEG, TAIL = 0.1, 1.0, 0.2, 6
+
+    def __init__(self, angle: float, mu: float) -> None:
+        bend = self.RADIUS + self.CYLINDER
+        count = round(angle * bend / self.LEG)
+        turn = np.arange(count + 1) / count * angle
+        climb = 3 * self.RADIUS * angle / (2 * np.pi)
+        arc = np.stack([bend * np.cos(turn), bend * np.sin(turn), climb * turn / angle], axis=1)
+        self.outwards = np.array([-np.sin(angle), np.cos(angle), 0.0])
+        tail = self.LEG * np.arange(1, self.TAIL + 1)[:, None]
+        first = arc[0] + tail[::-1] * [0.0, -1.0, 0.0]
+        curve = np.concatenate([first, arc, arc[-1] + tail * self.outwards])
+        height = np.arange(-0.8, climb + 0.8, 0.15)
+        axis = np.stack([0 * height, 0 * height, height], axis=1)
+        yarns = YarnSet.from_curves([curve, axis], closed=[False, False], radius=[self.RADIUS, self.CYLINDER])
+        # tensions of 1 to 7 dyn stretch by 2 per mille at most, press 0.03 radii deep, and bend against 1e-3 erg cm
+        material = YarnMaterial(200.0, 0.0, 1e-3, 150.0, 0.0, 0.0, 0.0, 1.0)
+        self.scene = Scene.of(yarns, Friction(mu, slip_length=0.02), material, contact_samples=3)
+        self.free = len(curve) - 3
+        self.held = slice(self.free, len(curve))
+        self.points = self.scene.start
+        self.load = np.zeros_like(self.points)
+        self.load[0] = [0.0, -self.scene.model.unit, 0.0]
+
+    def pull(self, distance: float) -> float:
+        """Tension of the held end [dyn] when it was pulled farther [cm]."""
+        self.points[self.held] += self.outwards * distance / self.scene.model.unit
+        for _ in range(60):
+            force = self.net_force(self.points)
+            rest = np.abs(force[: self.free]).max() / self.scene.model.unit
+            if rest < BALANCE:
+                break
+            step = self.newton_step(force)
+            self.points[: self.free] += step * min(1.0, 0.05 / np.linalg.norm(step, axis=1).max())
+        assert rest < BALANCE, "the yarn is not in balance"
+        self.scene.begin_step(self.points)
+        return float(-force[self.held].sum(axis=0) @ self.outwards / self.scene.model.unit)
+
+    def net_force(self, points: np.ndarray) -> np.ndarray:
+        return self.scene.all_forces(points) + self.load
+
+    def newton_step(self, force: np.ndarray) -> np.ndarray:
+        values, vectors = np.linalg.eigh(self.stiffness())
+        flat = vectors.T @ force[: self.free].ravel() / np.maximum(np.abs(values), 2e-3)
+        return (vectors @ flat).reshape(-1, 3)
+
+    def stiffness(self) -> np.ndarray:
+        free, step, apart = self.free, 1e-6, 2 * self.REACH + 1
+        matrix = np.zeros((free, 3, free, 3))
+        for first in range(apart):
+            for axis in range(3):
+                moved = np.zeros_like(self.points)
+                moved[first:free:apart, axis] = step
+                change = self.net_force(self.points - moved) - self.net_force(self.points + moved)
+                for point in range(first, free, apart):
+                    near = slice(max(point - self.REACH, 0), min(point + self.REACH + 1, free))
+                    matrix[near, :, point, axis] = change[near] / (2 * step)
+        flat = matrix.reshape(3 * free, 3 * free)
+        return (flat + flat.T) / 2
+
+
+@pytest.mark.parametrize(
+    ("angle", "expected"), [(np.pi / 2, 1.602), (np.pi, 2.566), (2 * np.pi, 6.586)], ids=["quarter", "half", "full"]
+)
+def test_capstan(angle: float, expected: float) -> None:
+    """e^(0.3 phi); seven pulls let the normal forces follow the tension, whose error falls like 1.9^n / n!."""
+    capstan = Capstan(angle, 0.3)
+    tensions = [capstan.pull(distance) for distance in [0.0] + 7 * [0.03]]
+    assert tensions[-1] == pytest.approx(expected, rel=0.05)
+
+
+def test_capstan_without_friction() -> None:
+    capstan = Capstan(np.pi, 0.0)
+    tensions = [capstan.pull(distance) for distance in (0.0, 0.03)]
+    assert tensions[-1] == pytest.approx(1.0, rel=0.01)  # BALANCE over a few points
+
+
+def test_a_held_capstan_does_not_creep() -> None:
+    """Twenty renewals at rest leave the tension: the anchors keep the slip that makes the friction."""
+    capstan = Capstan(np.pi / 2, 0.3)
+    pulled = [capstan.pull(distance) for distance in (0.0, 0.03, 0.03)][-1]
+    held = [capstan.pull(0.0) for _ in range(20)][-1]
+    assert pulled > 1.4
+    assert held == pytest.approx(pulled, rel=0.05)

@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Gravity through the relaxer: weights, the heavy cantilever and the catenary (reference: physics of rods and chains).
+
+A yarn bends as a rod of flexural rigidity EI = 2 k_bend. A cantilever of length L is half of a yarn of length 2 L that
+is pinned in its middle: by symmetry it stays level there, and the pin takes no moment.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from stitchmesh.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet, segment_lengths
+from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns
+from stitchmesh.yarnrelax.candidates import make_candidates
+from stitchmesh.yarnrelax.gravity import STANDARD, Gravity
+from stitchmesh.yarnrelax.mass import point_masses
+from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.pins import Pins
+from stitchmesh.yarnrelax.precision import scalar_named
+from stitchmesh.yarnrelax.state import make_state
+
+FALL = -STANDARD[1]
+HALF = 16
+"""Segments of a cantilever. A pin spreads its push as the spline does, over two segments, which costs 1.5 / HALF^2."""
+EXACT = Quality("float64", 5, 4, 12, 0.2, 1e-4, 20_000)
+"""Five Gauss points integrate the energies of these curves to 1e-6; the residual leaves 1e-3 of the drop."""
+
+
+def material(*, k_bend: float, k_len: float, weight: float) -> YarnMaterial:
+    """A yarn that weighs so many dyn per cm and has no contact."""
+    return YarnMaterial(k_len, 0.0, k_bend, 0.0, 0.0, 0.0, 0.0, weight / FALL)
+
+
+def straight_yarn(segments: int, spacing: float = 1.0) -> YarnSet:
+    points = np.zeros((segments + 3, 3))
+    points[:, 0] = (np.arange(segments + 3) - (segments + 2) / 2) * spacing
+    return YarnSet.from_curves([points], closed=[False], radius=0.3, rest_lengths=[np.ones(segments)])
+
+
+def wavy_yarns() -> YarnSet:
+    """A closed and an open yarn with uneven rest lengths; the seed is fixed."""
+    noise = np.random.default_rng(5)
+    curves = [noise.normal(size=(9, 3)), noise.normal(size=(7, 3)) + 5.0]
+    return YarnSet.from_curves(
+        curves, closed=[True, False], radius=0.01, rest_lengths=[noise.uniform(0.5, 1.5, 9), noise.uniform(0.5, 1.5, 4)]
+    )
+
+
+def on_device(yarns: YarnSet, precision: str = "float64") -> Model:
+    matter = YarnMaterial.named("leaf")
+    scalar, device = scalar_named(precision), device_named("cpu")
+    return put_model(yarns, matter, quadrature_points=3, contact_samples=2, scalar=scalar, device=device)
+
+
+def gravity_of(
+    yarns: YarnSet, choice: Gravity, precision: str = "float64", moved: np.ndarray | None = None
+) -> tuple[float, np.ndarray]:
+    """Energy [erg] and forces on the control points [dyn] of gravity alone, with the yarns as given or moved."""
+    model = on_device(yarns, precision)
+    state, candidates, term = make_state(model, outer=True), make_candidates(model, 1e-4), choice.on(model)
+    if moved is not None:
+        state.points.assign(model.to_device(moved))
+    term.forces(state, candidates, model.launch)
+    assert not term.stiffness().any()
+    forces.gather(model, state, model.empty(model.point_count), model.launch)
+    return term.energy(state, candidates), state.point_force.numpy().astype(np.float64) / model.unit
+
+
+def test_force_is_minus_the_gradient() -> None:
+    yarns, choice = wavy_yarns(), Gravity((100.0, -981.0, 30.0))
+    force = gravity_of(yarns, choice)[1]
+    direction = np.random.default_rng(3).normal(size=yarns.points.shape)
+    ends = [gravity_of(yarns, choice, moved=yarns.points + side * direction)[0] for side in (0.5, -0.5)]
+    # linear in the points, so that only rounding is left: 1e-16 of energies over differences of about their size
+    assert ends[0] - ends[1] == pytest.approx(-(force * direction).sum(), rel=1e-13)
+
+
+@pytest.mark.parametrize(("precision", "accuracy"), [("float64", 1e-14), ("float32", 1e-6)])
+def test_the_forces_sum_to_the_weight(precision: str, accuracy: float) -> None:
+    yarns = wavy_yarns()
+    force = gravity_of(yarns, Gravity(), precision)[1]
+    weight = YarnMaterial.named("leaf").mass_per_length * yarns.rest_length.sum() * FALL
+    # accuracy: rounding of the masses and of a dozen sums
+    np.testing.assert_allclose(force.sum(axis=0), [0.0, -weight, 0.0], rtol=accuracy)
+
+
+def test_an_inner_control_point_carries_its_segment() -> None:
+    mass = point_masses(on_device(straight_yarn(9)))
+    assert mass[3:-3] == pytest.approx(YarnMaterial.named("leaf").mass_per_length, rel=1e-14)  # m l with l = 1
+
+
+def test_a_cell_weighs_as_much_as_its_yarn() -> None:
+    lattice = Lattice(np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]))
+    loop = straight_yarn(4)
+    cell = YarnSet(
+        points=loop.points[:4], start=[0, 4], closed=[True], radius=[0.1], rest_length=np.ones(4), row=np.zeros(4),
+        face=np.zeros(4), part=np.zeros(4), lattice=lattice, lattice_step=[[1, 0]],
+    )  # fmt: skip
+    force = gravity_of(cell, Gravity())[1]
+    assert force[:, 1] == pytest.approx(-YarnMaterial.named("leaf").mass_per_length * FALL, rel=1e-14)
+
+
+@pytest.mark.parametrize(("group", "expected"), [(1.0, 0.123471), (8.0, 0.640631)])
+def test_heavy_cantilever(group: float, expected: float) -> None:
+    """w L^3 / EI = 1 and 8: drop / L of the heavy elastica."""
+    yarns = straight_yarn(2 * HALF)
+    # stretch strains w L / (2 k_len) are below 2e-3
+    matter = material(k_bend=1.0, k_len=25.0, weight=group * 2.0 / HALF**3)
+    middle = len(yarns.points) // 2
+    result = relax_yarns(
+        yarns, material=matter, quality=EXACT, device="cpu", terms=[Gravity()], constraints=[Pins([middle])]
+    )
+    assert result.report["converged"]
+    curve = result.yarns.sampled(2)[0]
+    drop = curve[2 * HALF, 1] - (curve[0, 1] + curve[-1, 1]) / 2
+    assert drop / HALF == pytest.approx(expected, rel=0.01)
+
+
+def hanging_chain(slack: float) -> float:
+    """Sag / span of a catenary y = a cosh(x / a) whose length is ``slack`` times its span."""
+    half = brentq(lambda u: np.sinh(u) / u - slack, 1e-3, 10.0)  # half the span over a
+    return float((np.cosh(half) - 1.0) / (2.0 * half))
+
+
+def test_the_reference_chain_is_the_catenary() -> None:
+    # tabulated to six digits
+    assert hanging_chain(1.1) == pytest.approx(0.200301, abs=1e-6)
+    assert hanging_chain(1.5) == pytest.approx(0.502633, abs=1e-6)
+
+
+@pytest.mark.parametrize("slack", [1.1, 1.5])
+def test_catenary(slack: float) -> None:
+    """A yarn that hardly bends hangs as a chain between the ends of its curve, which the pins hold up to a hair.
+
+    k_bend is small enough that the stiff ends, sqrt(EI / H) long, are below a hundredth of the span.
+    """
+    yarns = straight_yarn(24, 1.0 / slack)
+    matter = material(k_bend=1e-3, k_len=3e3, weight=0.1)  # strains w L / (2 k_len) of 4e-4
+    pins = Pins([1, len(yarns.points) - 2])
+    result = relax_yarns(yarns, material=matter, quality=EXACT, device="cpu", terms=[Gravity()], constraints=[pins])
+    assert result.report["converged"]
+    curve = result.yarns.sampled(2)[0]
+    span = float(np.linalg.norm(curve[-1] - curve[0]))
+    length = segment_lengths(result.yarns.points, result.yarns.segment_points).sum()
+    sag = (curve[0, 1] + curve[-1, 1]) / 2 - curve[24, 1]
+    assert length / span == pytest.approx(slack, rel=0.02)
+    assert sag / span == pytest.approx(hanging_chain(length / span), rel=0.01)
+
+
+@pytest.mark.parametrize("acceleration", [(0.0, -981.0), (0.0, np.nan, 0.0), 981.0])
+def test_an_acceleration_is_three_finite_numbers(acceleration: object) -> None:
+    with pytest.raises(ParameterError, match="acceleration"):
+        Gravity(acceleration)  # type: ignore[arg-type]
+
+
+def test_a_yarn_without_mass_has_no_weight() -> None:
+    yarns = straight_yarn(4)
+    with pytest.raises(ParameterError, match="mass_per_length"):
+        relax_yarns(yarns, material=material(k_bend=1.0, k_len=1.0, weight=0.0), device="cpu", terms=[Gravity()])

@@ -1,0 +1,253 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Twist of yarns: its energy, its force, writhe, and Michell's ring.
+
+References: a straight rod, GJ theta^2 / (2 L); Fuller's and Calugareanu's theorem, twist + writhe = link, with the
+writhe of a polygon by the double sum of Klenin and Langowski 2000; a helix, whose tangent goes around a circle of
+latitude; Michell 1889 and Zajac 1962, a ring of a straight rod leaves its plane at a twist of 2 pi sqrt(3) EI / GJ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scipy.optimize import brentq
+
+from stitchmesh.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, forces
+from stitchmesh.yarnrelax.candidates import Candidates, make_candidates
+from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.precision import scalar_named
+from stitchmesh.yarnrelax.state import State, make_state
+from stitchmesh.yarnrelax.term import Term
+from stitchmesh.yarnrelax.twist import Twist
+
+RADIUS = 0.05
+MATERIAL = YarnMaterial(2000.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.006)
+
+
+@dataclass
+class Scene:
+    """Yarns with twist whose control points are set by hand; lengths in units, forces in erg per unit."""
+
+    model: Model
+    state: State
+    candidates: Candidates
+    twist: Term
+
+    @classmethod
+    def of(cls, yarns: YarnSet, twist: Twist, precision: str = "float64") -> Scene:
+        model = put_model(
+            yarns,
+            MATERIAL,
+            quadrature_points=3,
+            contact_samples=1,
+            scalar=scalar_named(precision),
+            device=device_named("cpu"),
+        )
+        return cls(model, make_state(model, outer=True), make_candidates(model, 0.5), twist.on(model))
+
+    @property
+    def start(self) -> np.ndarray:
+        return self.model.to_device(self.model.yarns.points)
+
+    def put(self, points: np.ndarray) -> None:
+        wp.copy(self.state.points, self.model.upload(points, 3))
+
+    def energy(self, points: np.ndarray) -> float:
+        self.put(points)
+        return self.twist.energy(self.state, self.candidates)
+
+    def twist_forces(self, points: np.ndarray) -> np.ndarray:
+        self.put(points)
+        self.state.segment_pull.zero_()
+        self.twist.forces(self.state, self.candidates, self.model.launch)
+        forces.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        return self.state.point_force.numpy().astype(np.float64)
+
+    def all_forces(self, points: np.ndarray) -> np.ndarray:
+        self.put(points)
+        unheld = self.model.empty(self.model.point_count)
+        forces.all_forces(self.model, self.state, self.candidates, [self.twist], unheld, self.model.launch)
+        return self.state.point_force.numpy().astype(np.float64)
+
+
+def ring(count: int, radius: float = 1.0) -> np.ndarray:
+    angle = np.arange(count) / count * 2 * np.pi
+    return radius * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+
+
+def helix(turns: float, rise: float, count: int) -> np.ndarray:
+    """Points of a right-handed helix of radius 1 that rises by ``rise`` for each radian."""
+    angle = np.linspace(0.0, 2 * np.pi * turns, count)
+    return np.stack([np.cos(angle), np.sin(angle), rise * angle], axis=1)
+
+
+def shaken(points: np.ndarray, size: float = 0.05) -> np.ndarray:
+    return points + size * np.random.default_rng(2).normal(size=points.shape)
+
+
+def tangle() -> YarnSet:
+    """A closed and an open yarn; the closed one is long enough for two strands."""
+    curves = [shaken(ring(40)), shaken(helix(1.5, 0.3, 12))]
+    return YarnSet.from_curves(curves, closed=[True, False], radius=RADIUS)
+
+
+def passing() -> YarnSet:
+    """A wavy yarn that runs through a lattice, two periods up while it goes around once."""
+    place = np.arange(24) / 24
+    curve = np.stack([np.cos(4 * np.pi * place), np.sin(4 * np.pi * place), 3.0 * place], axis=1)
+    yarns = YarnSet.from_curves([shaken(curve)], closed=[True], radius=RADIUS)
+    lattice = Lattice([[4.0, 0.0, 0.0], [0.0, 0.0, 1.5]])
+    yarns = replace(yarns, lattice=lattice, lattice_step=[[0, 2]])
+    return replace(yarns, rest_length=yarns.lengths)
+
+
+@pytest.mark.parametrize("yarns", [tangle(), passing()], ids=["garment", "lattice"])
+def test_force_is_minus_the_gradient(yarns: YarnSet) -> None:
+    scene = Scene.of(yarns, Twist(0.2, 5.0))
+    points = scene.start + 0.2 * np.random.default_rng(4).normal(size=yarns.points.shape)
+    direction = np.random.default_rng(3).normal(size=points.shape)
+    force = scene.twist_forces(points)
+    step = 1e-6  # truncation 1e-12, rounding of an energy of order one 1e-10
+    slope = (scene.energy(points + step * direction) - scene.energy(points - step * direction)) / (2 * step)
+    assert slope == pytest.approx(-(force * direction).sum(), rel=1e-6)
+
+
+def test_a_straight_yarn_holds_the_energy_of_a_rod_and_feels_no_force() -> None:
+    """GJ theta^2 / (2 L) with GJ = 2 k_twist, for three yarns of which one is not twisted."""
+    lines = [np.stack([0.2 * np.arange(n), np.full(n, 1.0 * n), np.zeros(n)], axis=1) for n in (11, 40, 200)]
+    yarns = YarnSet.from_curves(lines, closed=[False] * 3, radius=RADIUS)
+    angles = [3.0, 0.0, -40.0]
+    scene = Scene.of(yarns, Twist(0.2, angles))
+    expected = sum(0.2 * angle**2 / (0.2 * (n - 3)) for angle, n in zip(angles, (11, 40, 200), strict=True))
+    assert scene.energy(scene.start) == pytest.approx(expected, rel=1e-12)  # rounding
+    assert np.abs(scene.twist_forces(scene.start)).max() < 1e-12  # 40 rad of 0.2 erg cm, rounded
+
+
+def test_forces_and_torques_sum_to_zero() -> None:
+    """On a closed yarn; the clamps of an open one carry a torque."""
+    yarns = YarnSet.from_curves([shaken(ring(40))], closed=[True], radius=RADIUS)
+    scene = Scene.of(yarns, Twist(0.2, 5.0))
+    force = scene.twist_forces(scene.start)
+    size = np.abs(force).sum() * np.abs(scene.start).max()
+    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * size)  # rounding of 40 summands
+    np.testing.assert_allclose(np.cross(scene.start, force).sum(axis=0), 0.0, atol=1e-12 * size)
+
+
+def knots(points: np.ndarray) -> np.ndarray:
+    """Knots of a closed yarn."""
+    return (points + 4 * np.roll(points, -1, axis=0) + np.roll(points, -2, axis=0)) / 6
+
+
+def writhe(corners: np.ndarray) -> float:
+    """Writhe of a closed polygon: signed solid angles of its pairs of edges over 2 pi (Klenin and Langowski, 1a)."""
+    ends = np.roll(corners, -1, axis=0)
+    i, j = np.triu_indices(len(corners), 2)
+    i, j = (k[(i > 0) | (j < len(corners) - 1)] for k in (i, j))
+    r13, r14 = corners[j] - corners[i], ends[j] - corners[i]
+    r23, r24 = corners[j] - ends[i], ends[j] - ends[i]
+    normals = np.stack([np.cross(*pair) for pair in ((r13, r14), (r14, r24), (r24, r23), (r23, r13))])
+    size = np.linalg.norm(normals, axis=2, keepdims=True)
+    normals = normals / np.where(size > 0.0, size, 1.0)
+    angles = np.arcsin(np.clip((normals * np.roll(normals, -1, axis=0)).sum(axis=2), -1.0, 1.0)).sum(axis=0)
+    way = np.sign((np.cross(ends[j] - corners[j], ends[i] - corners[i]) * r13).sum(axis=1))
+    return float(angles @ way / (2 * np.pi))
+
+
+def test_twist_takes_what_writhe_gives() -> None:
+    """A ring that winds three times about its own circle, ever farther: theta = imposed - 2 pi writhe.
+
+    Exact for the polygon of knots; the curve stays on a torus, so that nothing crosses and the writhe does not jump.
+    """
+    around = np.arange(70) / 70 * 2 * np.pi
+    yarns = YarnSet.from_curves([ring(70)], closed=[True], radius=RADIUS)
+    scene = Scene.of(yarns, Twist(0.2, 1.0))
+    for width in np.linspace(0.0, 0.6, 7):
+        curve = ring(70) * (1 + width * np.cos(3 * around))[:, None]
+        curve[:, 2] = width * np.sin(3 * around)
+        angle = np.sqrt(scene.energy(scene.model.to_device(curve)) * yarns.rest_length.sum() / 0.2)
+        expected = abs(1.0 - 2 * np.pi * writhe(knots(curve)))
+        assert angle == pytest.approx(expected, abs=1e-9)  # rounding
+    assert abs(writhe(knots(curve))) > 1.0
+
+
+def test_twist_is_followed_through_many_turns() -> None:
+    """A coil that is drawn out: an open helix of n turns has psi = 2 pi n cos(pitch angle), so theta is its change.
+
+    Its tangent goes n times around a circle of latitude; the clamps hold the ends as they were in the coil, and turn
+    psi by less than a turn in all as the end tangents rise.
+    """
+    turns, rises = 8.0, np.linspace(0.05, 6.0, 200)
+    yarns = YarnSet.from_curves([helix(turns, rises[0], 400)], closed=[False], radius=RADIUS)
+    scene = Scene.of(yarns, Twist(0.2))
+    energies = [scene.energy(scene.model.to_device(helix(turns, rise, 400))) for rise in rises]
+    angle = np.sqrt(energies[-1] * yarns.rest_length.sum() / 0.2)
+    sines = [rise / np.hypot(1.0, rise) for rise in (rises[0], rises[-1])]
+    assert angle == pytest.approx(2 * np.pi * turns * (sines[1] - sines[0]), abs=2 * np.pi)
+
+
+def test_single_precision_agrees_with_double() -> None:
+    single, double = (Scene.of(tangle(), Twist(0.2, 5.0), precision) for precision in ("float32", "float64"))
+    points = double.start + 0.2 * np.random.default_rng(4).normal(size=double.start.shape)
+    expected = double.twist_forces(points)
+    # coordinates of 20 units are known to 2e-6, chords of 3 units and their turns to 1e-6
+    np.testing.assert_allclose(single.twist_forces(points), expected, atol=1e-5 * np.abs(expected).max())
+    assert single.energy(points) == pytest.approx(double.energy(points), rel=1e-5)
+
+
+def ring_in_balance(twist: Twist, count: int = 60) -> Scene:
+    """A ring so large that stretch holds what bending pushes outwards."""
+    yarns = YarnSet.from_curves([ring(count)], closed=[True], radius=1e-3)
+    scene = Scene.of(yarns, twist)
+
+    def outwards(scale: float) -> float:
+        return float((scene.all_forces(scale * scene.start) * scene.start).sum())
+
+    scale = brentq(outwards, 0.99, 1.05, xtol=1e-14)
+    points = scale * yarns.points
+    scene.put(scene.model.to_device(points))
+    return scene
+
+
+def second_variation(scene: Scene) -> np.ndarray:
+    """Eigenvalues of the matrix of second derivatives of all energies, ascending [erg / unit^2]."""
+    points = scene.state.points.numpy().astype(np.float64)
+    step = 1e-4  # of units that are a thousandth of the ring
+    columns = []
+    for k in range(points.size):
+        moved = np.zeros(points.size)
+        moved[k] = step
+        offset = moved.reshape(points.shape)
+        columns.append((scene.all_forces(points - offset) - scene.all_forces(points + offset)).ravel() / (2 * step))
+    matrix = np.array(columns)
+    return np.linalg.eigvalsh((matrix + matrix.T) / 2)
+
+
+@pytest.mark.parametrize(("share", "unstable"), [(0.9, 0), (0.97, 0), (1.03, 2), (1.1, 2)])
+def test_michells_ring(share: float, unstable: int) -> None:
+    """A ring leaves its plane when its twist is 2 pi sqrt(3) EI / GJ, two ways at once: a saddle can be turned."""
+    k_twist = 0.2
+    critical = 2 * np.pi * np.sqrt(3.0) * MATERIAL.k_bend / k_twist
+    values = second_variation(ring_in_balance(Twist(k_twist, share * critical)))
+    # six rigid motions are free to the rounding of differences, 1e-9 of the next bends; 60 points are one per cent off
+    assert (values < -1e-6 * values[12]).sum() == unstable
+
+
+@pytest.mark.parametrize("k_twist", [0.0, -1.0, float("inf")])
+def test_impossible_stiffness_is_refused(k_twist: float) -> None:
+    with pytest.raises(ParameterError, match="twist: got k_twist"):
+        Twist(k_twist)
+
+
+def test_angles_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ParameterError, match="one, or 2"):
+        Scene.of(tangle(), Twist(0.2, [1.0, 2.0, 3.0]))
+    with pytest.raises(ParameterError, match="an imposed angle is not finite"):
+        Twist(0.2, float("nan"))
