@@ -16,27 +16,52 @@ from pathlib import Path
 import numpy as np
 
 import stitchmesh as sm
+from stitchmesh.device import device_named
+from stitchmesh.quality import quality_named
+from stitchmesh.yarnrelax import forces
+from stitchmesh.yarnrelax.body import Body
+from stitchmesh.yarnrelax.friction import Friction
+from stitchmesh.yarnrelax.gravity import Gravity
+from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS
+from stitchmesh.yarnrelax.term import TermChoice
+from stitchmesh.yarnrelax.twist import Twist
 
 HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
+
+
+def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarray:
+    """Force of one optional term after a small shake, double precision, in the solver's units."""
+    material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
+    scene = Iteration.start(yarns, material, quality_named("reference"), device_named(device), [choice])
+    shake = np.random.default_rng(5).normal(scale=0.01, size=yarns.points.shape)
+    scene.state.points.assign(scene.state.points.numpy() + shake)
+    forces.sample(scene.model, scene.state)
+    found = np.zeros_like(shake)
+    for name in forces.each_term(scene.model, scene.state, scene.candidates, scene.terms, scene.point_stiffness):
+        if name == scene.terms[0].name:
+            found = scene.state.point_force.numpy().copy()
+    return found
 
 
 def results(yarns: sm.YarnSet, device: str) -> dict[str, np.ndarray]:
     """Forces [dyn] in both precisions and the relaxed control points [cm], which must be the same twice."""
     material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
-    forces = {name: sm.yarn_forces(yarns, material, precision=name, device=device) for name in ("float64", "float32")}
+    found = {name: sm.yarn_forces(yarns, material, precision=name, device=device) for name in ("float64", "float32")}
+    choices = {"gravity": Gravity(), "friction": Friction(0.3), "twist": Twist(5.0, 3.0), "body": Body(sm.read_mesh(HAT))}
+    found |= {name: term_forces(yarns, choice, device) for name, choice in choices.items()}
     runs = [sm.relax_yarns(yarns, quality="draft", device=device) for _ in range(2)]
     same = np.array_equal(runs[0].yarns.points, runs[1].yarns.points)
     report = runs[1].report
     agree = "agree" if same else "differ"
     print(f"{device}: {len(yarns.points)} control points, {report['iterations']} iterations, {report['seconds']:.2f} s")
     print(f"residual {report['residual']:.2g}; two runs {agree} in their bits")
-    return {**forces, "relaxed": runs[0].yarns.points}
+    return {**found, "relaxed": runs[0].yarns.points}
 
 
 def compare(mine: dict[str, np.ndarray], theirs: dict[str, np.ndarray], radius: float) -> None:
     """Print largest differences."""
-    for name in ("float64", "float32"):
+    for name in sorted(set(theirs) - {"relaxed"}):
         largest = np.abs(theirs[name]).max()
         print(f"forces, {name}: {np.abs(mine[name] - theirs[name]).max() / largest:.2g} of the largest")
     apart = np.linalg.norm(mine["relaxed"] - theirs["relaxed"], axis=1).max() / radius

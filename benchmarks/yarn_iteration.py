@@ -86,7 +86,7 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]
     print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9}")
     for launch in iteration.launches:
-        name = launch.kernel.key
+        name = launch.kernel.key.split("__")[-1]
         took = seconds(device, repeated(device, [launch], times), repeats) / times
         limit = f"{bound[name] / bandwidth * 1e6:9.2f}" if name in bound else ""
         print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f} {limit}")

@@ -28,10 +28,18 @@ if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh, StitchMesh
     from stitchmesh.meshrelax import relax_mesh
     from stitchmesh.quality import Quality
+    from stitchmesh.rest_length import RestLengths, apply_rest_lengths
     from stitchmesh.stitch import Stitch
     from stitchmesh.yarn import YarnSet
+    from stitchmesh.yarn_radius import estimate_radius
     from stitchmesh.yarngen import generate_yarns
     from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
+    from stitchmesh.yarnrelax.body import Body
+    from stitchmesh.yarnrelax.checkpoint import Checkpoints
+    from stitchmesh.yarnrelax.friction import Friction
+    from stitchmesh.yarnrelax.gravity import Gravity
+    from stitchmesh.yarnrelax.pins import Pins
+    from stitchmesh.yarnrelax.twist import Twist
 
 __version__ = "0.1.0"
 
@@ -49,26 +57,44 @@ _HOME = {
     "StitchMesh": "mesh",
     "relax_mesh": "meshrelax",
     "Quality": "quality",
+    "RestLengths": "rest_length",
+    "apply_rest_lengths": "rest_length",
     "Stitch": "stitch",
     "YarnSet": "yarn",
+    "estimate_radius": "yarn_radius",
     "generate_yarns": "yarngen",
     "YarnMaterial": "yarnrelax",
     "linking_certificate": "yarnrelax",
     "relax_yarns": "yarnrelax",
     "yarn_energies": "yarnrelax",
     "yarn_forces": "yarnrelax",
+    "Body": "yarnrelax.body",
+    "Checkpoints": "yarnrelax.checkpoint",
+    "Friction": "yarnrelax.friction",
+    "Gravity": "yarnrelax.gravity",
+    "Pins": "yarnrelax.pins",
+    "Twist": "yarnrelax.twist",
 }
 """Module of each public name."""
 
 __all__ = [
+    "Body",
+    "Checkpoints",
+    "Friction",
+    "Gravity",
     "Lattice",
     "Mesh",
+    "Pins",
     "Quality",
+    "RestLengths",
     "Stitch",
     "StitchMesh",
     "StitchMeshError",
+    "Twist",
     "YarnMaterial",
     "YarnSet",
+    "apply_rest_lengths",
+    "estimate_radius",
     "generate_yarns",
     "label",
     "linking_certificate",

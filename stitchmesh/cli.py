@@ -8,13 +8,17 @@ import argparse
 import logging
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import NoReturn, get_args
 
 from stitchmesh import __version__
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.quality import Solver
 
 BAD_INPUT, INTERRUPTED = 2, 130
 """Exit statuses."""
+READ_YARNS = "yarns: .h5, .bcc, .usda, .usdc, .vtp or .obj"
+WRITTEN_YARNS = "yarns: .h5, .bcc, .usda, .usdc, .vtp, .glb or .obj"
+GENERATED_RADIUS = "an eighth of the stitch width"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser().parse_args(argv)
     from stitchmesh import commands
 
-    logging.basicConfig(format="%(message)s", level=logging.INFO)
+    logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_ToStandardError()])
     try:
         getattr(commands, arguments.command.replace("-", "_"))(arguments)
     except StitchMeshError as error:
@@ -36,6 +40,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("interrupted; what was saved last is whole", file=sys.stderr)
         return INTERRUPTED
     return 0
+
+
+class _ToStandardError(logging.Handler):
+    """Logs to what standard error is now; while a progress is drawn that is a stream that keeps its lines apart."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one record."""
+        print(self.format(record), file=sys.stderr)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -59,11 +71,12 @@ def parser() -> argparse.ArgumentParser:
 def _add_knit(commands: argparse._SubParsersAction) -> None:
     knit = commands.add_parser("knit", help="a polygon mesh to relaxed yarns, a picture and a report")
     knit.add_argument("mesh", metavar="MESH", help="any polygon mesh: OBJ, PLY, OFF, STL, VTK ...")
-    _add_output(knit, "DIR", "folder for stitches.h5, yarns.h5, yarns.bcc, preview.png and report.json")
+    _add_output(knit, "DIR", "folder for the stitches, the yarns, a picture, a report and the convergence")
     _add_unit(knit)
     _add_rows(knit)
     _add_stitch_size(knit)
-    _add_yarn(knit)
+    _add_yarn(knit, GENERATED_RADIUS)
+    _add_relaxation(knit)
     _add_device(knit)
     knit.add_argument("--no-picture", action="store_true", help="write no preview.png")
 
@@ -88,14 +101,19 @@ def _add_stages(commands: argparse._SubParsersAction) -> None:
 
     yarns = commands.add_parser("yarns", help="stitches to yarn curves")
     yarns.add_argument("fabric", metavar="FABRIC", help="stitch mesh, .h5")
-    _add_output(yarns, "FILE", "yarns: .h5, .bcc or .obj")
-    _add_yarn(yarns)
+    _add_output(yarns, "FILE", WRITTEN_YARNS)
+    _add_yarn(yarns, GENERATED_RADIUS)
 
     relax = commands.add_parser("relax", help="relax yarns physically")
-    relax.add_argument("yarns", metavar="YARNS", help="yarns: .h5, .bcc or .obj")
-    _add_output(relax, "FILE", "relaxed yarns: .h5, .bcc or .obj")
-    relax.add_argument("--keep-shape", metavar="FABRIC", help="stitch mesh, .h5, whose shape the yarns keep")
-    _add_yarn(relax)
+    relax.add_argument("yarns", metavar="YARNS", help=READ_YARNS)
+    _add_output(relax, "FILE", WRITTEN_YARNS)
+    relax.add_argument("--report", metavar="DIR", help="folder for report.json, convergence.csv and convergence.png")
+    fabric = relax.add_mutually_exclusive_group()
+    fabric.add_argument("--keep-shape", metavar="FABRIC", help="stitch mesh, .h5, whose shape the yarns keep")
+    fabric.add_argument("--fabric", help="stitch mesh, .h5, that the yarns were made from, if they need not keep it")
+    _add_yarn(relax, "the file's own, else estimated from the distances of yarns")
+    _add_relaxation(relax)
+    _add_pins(relax)
     _add_unit(relax)
     _add_device(relax)
 
@@ -145,13 +163,78 @@ def _add_stitch_size(command: argparse.ArgumentParser) -> None:
     command.add_argument("--stitch-width", type=float, default=0.8, metavar="CM", help="wale spacing (0.8)")
 
 
-def _add_yarn(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--yarn-radius", type=float, metavar="CM", help="yarn radius (an eighth of the stitch width)")
+def _add_yarn(command: argparse.ArgumentParser, radius: str) -> None:
+    command.add_argument("--yarn-radius", type=float, metavar="CM", help=f"yarn radius ({radius})")
     command.add_argument("--quality", default="standard", help="draft, standard (default) or reference")
+
+
+def _add_relaxation(command: argparse.ArgumentParser) -> None:
+    _add_rest_lengths(command)
+    _add_terms(command)
+    _add_solver(command)
+
+
+def _add_rest_lengths(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("rest lengths")
+    group.add_argument("--rest-length-factor", type=float, default=1.0, metavar="F", help="factor of all yarn (1)")
+    group.add_argument("--loop-length", type=float, metavar="CM", help="yarn in every plain stitch, before factors")
+    group.add_argument(
+        "--rest-length", action="append", default=[], metavar="KEY=F",
+        help="factor of a stitch type (k=1.1), a row (row:3=0.9) or a yarn (yarn:12=1.2); repeatable",
+    )  # fmt: skip
+
+
+def _add_terms(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("more physics, off unless asked for")
+    what = "acceleration [cm/s^2]; on Earth 0 -981 0 where y points up"
+    group.add_argument("--gravity", type=float, nargs=3, metavar=("X", "Y", "Z"), help=what)
+    what = "coefficient of friction between yarns, or two: along the yarn and across it"
+    group.add_argument("--friction", type=_coefficients, metavar="MU[,MU]", help=what)
+    what = "torsional stiffness [erg cm], and twist of each yarn from end to end [rad] (0)"
+    group.add_argument("--twist", type=_one_or_two, metavar="K[,ANGLE]", help=what)
+    group.add_argument("--body", metavar="MESH", help="polygon mesh that the yarns stay outside of")
+    group.add_argument("--body-unit", default="cm", metavar="UNIT", help="unit of the body's file (cm)")
+
+
+def _add_solver(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("solver")
+    what = "stitchmesh (default), leaf, kaldor-simulation or kaldor-relaxation; scaled to the yarn's radius"
+    group.add_argument("--material", default="stitchmesh", metavar="NAME", help=what)
+    what = "quasistatic (default), or dynamics as Leaf 2018"
+    group.add_argument("--solver", choices=get_args(Solver), help=what)
+    what = "iterations after which to stop, at rest or not (the quality's)"
+    group.add_argument("--max-iterations", type=int, metavar="N", help=what)
+    what = "write a checkpoint every N iterations: in knit's folder, or beside the file in a folder of its name"
+    group.add_argument("--checkpoint-every", type=int, metavar="N", help=what)
+    what = "checkpoint, .smc, to go on from; all else as it was given then"
+    group.add_argument("--resume", metavar="PATH", help=what)
+
+
+def _add_pins(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("pins")
+    what = "control point that stays where it is, counted from 0; repeatable"
+    group.add_argument("--pin-point", type=int, action="append", default=[], metavar="POINT", help=what)
+    what = "stitch face whose loops stay where they are, counted from 0; repeatable"
+    group.add_argument("--pin-face", type=int, action="append", default=[], metavar="FACE", help=what)
 
 
 def _add_device(command: argparse.ArgumentParser) -> None:
     command.add_argument("--device", help="cpu or cuda:0 (the first GPU if there is one)")
+
+
+def _coefficients(text: str) -> float | tuple[float, float]:
+    first, *second = _one_or_two(text)
+    return (first, second[0]) if second else first
+
+
+def _one_or_two(text: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) not in (1, 2):
+        raise argparse.ArgumentTypeError(f"got {text!r}; expected one number, or two with a comma between them")
+    return numbers
 
 
 def _edge(text: str) -> tuple[int, int]:

@@ -4,25 +4,36 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.errors import DisplayError, FileError
+from stitchmesh.errors import DisplayError, FileError, ParameterError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
+from stitchmesh.io.atomic import write_json
+from stitchmesh.io.history import HistoryEntry, write_history
+from stitchmesh.io.yarns import check_writable
 from stitchmesh.labeling import label as label_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.pipeline import KnitOptions, stitch_counts
+from stitchmesh.pipeline import KnitOptions, RelaxOptions, relax_as_told, stitch_counts
 from stitchmesh.pipeline import knit as knit_mesh
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.tessellate import tessellate as tessellate_mesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
+
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax.checkpoint import Checkpoints
+    from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
 
 
 def knit(arguments: Namespace) -> None:
@@ -32,15 +43,17 @@ def knit(arguments: Namespace) -> None:
     options = KnitOptions(
         stitch_width=arguments.stitch_width,
         yarn_radius=arguments.yarn_radius,
-        quality=arguments.quality,
+        quality=_quality(arguments),
         device=arguments.device,
         seeds=arguments.seed,
         flip=arguments.flip,
+        relaxation=_relax_options(arguments, Path(arguments.output)),
     )
     with _output_folder(arguments.output) as folder:
         mesh = read_mesh(arguments.mesh, unit=arguments.unit)
         with on_terminal() as progress:
             made = knit_mesh(mesh, folder, options, progress=progress)
+    _plot(made.history, folder, options.quality)
     if not arguments.no_picture:
         _preview(made.yarns, folder / "preview.png")
     print(json.dumps(made.report, indent=2))
@@ -86,26 +99,35 @@ def yarns(arguments: Namespace) -> None:
 
 def relax(arguments: Namespace) -> None:
     """Relaxed yarns; an interrupt leaves the last good state in the output file."""
-    from stitchmesh.pipeline import relaxing_progress
     from stitchmesh.progress import on_terminal
-    from stitchmesh.quality import quality_named
-    from stitchmesh.yarnrelax import relax_yarns
 
     given = read_yarns(arguments.yarns, unit=arguments.unit, radius=arguments.yarn_radius)
-    shape = None if arguments.keep_shape is None else read_stitches(arguments.keep_shape)
-    quality = quality_named(arguments.quality)
+    output, quality = Path(arguments.output), _quality(arguments)
+    check_writable(output, given)
+    options = _relax_options(arguments, output.with_suffix(".checkpoints"))
+    options = dataclasses.replace(options, constraints=_constraints(arguments))
+    shape = arguments.keep_shape or arguments.fabric
     last = [given]
-    try:
-        with on_terminal() as progress:
-            tell = relaxing_progress("yarnrelax", quality.tolerance, progress)
-            relaxed = relax_yarns(
-                given, quality=quality, device=arguments.device, keep_shape=shape, progress=tell,
-                on_state=lambda state: last.__setitem__(0, state),
+    with ExitStack() as stack:
+        stack.enter_context(_output_folder(str(output.parent)))
+        folder = None if arguments.report is None else stack.enter_context(_output_folder(arguments.report))
+        progress = stack.enter_context(on_terminal())
+        try:
+            relaxed = relax_as_told(
+                given, options, quality=quality, device=arguments.device,
+                fabric=None if shape is None else read_stitches(shape), keep_shape=arguments.keep_shape is not None,
+                progress=progress, on_state=lambda state: last.__setitem__(0, state),
             )  # fmt: skip
-    except KeyboardInterrupt:
-        write_yarns(arguments.output, last[0])
-        raise
-    write_yarns(arguments.output, relaxed.yarns)
+        except KeyboardInterrupt:
+            write_yarns(output, last[0])
+            if folder is not None:
+                write_json(folder / "report.json", {"unfinished": True})
+            raise
+        write_yarns(output, relaxed.yarns)
+        if folder is not None:
+            write_json(folder / "report.json", relaxed.report)
+            write_history(folder / "convergence.csv", relaxed.history)
+            _plot(relaxed.history, folder, quality)
     print(json.dumps(relaxed.report, indent=2))
 
 
@@ -137,6 +159,76 @@ def render(arguments: Namespace) -> None:
     from stitchmesh.viewer import render_file
 
     render_file(arguments.file, arguments.output, what=arguments.what, unit=arguments.unit)
+
+
+def _quality(arguments: Namespace) -> str | Quality:
+    """The preset, or what the arguments make of it."""
+    changes = {"solver": arguments.solver, "max_iterations": arguments.max_iterations}
+    changes = {name: value for name, value in changes.items() if value is not None}
+    if changes.get("max_iterations", 1) < 1:
+        raise ParameterError(f"max iterations: got {arguments.max_iterations}; expected at least 1")
+    return dataclasses.replace(quality_named(arguments.quality), **changes) if changes else str(arguments.quality)
+
+
+def _relax_options(arguments: Namespace, checkpoints: Path) -> RelaxOptions:
+    """What the arguments tell the relaxation of yarns; checkpoints, if asked for, go into the folder named."""
+    return RelaxOptions(
+        material=arguments.material,
+        rest_lengths=_rest_lengths(arguments),
+        terms=_terms(arguments),
+        checkpoint=_checkpoint(arguments, checkpoints),
+        resume=arguments.resume,
+    )
+
+
+def _rest_lengths(arguments: Namespace) -> RestLengths:
+    factor, loop_length = arguments.rest_length_factor, arguments.loop_length
+    return parse_rest_lengths(arguments.rest_length, factor=factor, loop_length=loop_length)
+
+
+def _terms(arguments: Namespace) -> list[TermChoice]:
+    """The energies asked for; the module of one that is not is not imported."""
+    terms: list[TermChoice] = []
+    if arguments.gravity is not None:
+        from stitchmesh.yarnrelax.gravity import Gravity
+
+        terms.append(Gravity(tuple(arguments.gravity)))
+    if arguments.friction is not None:
+        from stitchmesh.yarnrelax.friction import Friction
+
+        terms.append(Friction(arguments.friction))
+    if arguments.twist is not None:
+        from stitchmesh.yarnrelax.twist import Twist
+
+        terms.append(Twist(*arguments.twist))
+    if arguments.body is not None:
+        from stitchmesh.yarnrelax.body import Body
+
+        terms.append(Body(read_mesh(arguments.body, unit=arguments.body_unit)))
+    return terms
+
+
+def _constraints(arguments: Namespace) -> list[ConstraintChoice]:
+    if not (arguments.pin_point or arguments.pin_face):
+        return []
+    from stitchmesh.yarnrelax.pins import Pins
+
+    return [Pins(points=arguments.pin_point, faces=arguments.pin_face)]
+
+
+def _checkpoint(arguments: Namespace, folder: Path) -> Checkpoints | None:
+    if arguments.checkpoint_every is None:
+        return None
+    from stitchmesh.yarnrelax.checkpoint import Checkpoints
+
+    return Checkpoints(folder, arguments.checkpoint_every)
+
+
+def _plot(history: Sequence[HistoryEntry], folder: Path, quality: str | Quality) -> None:
+    """The picture of how yarns came to rest."""
+    from stitchmesh.viewer.convergence_plot import plot_convergence
+
+    plot_convergence(history, folder / "convergence.png", tolerance=quality_named(quality).tolerance)
 
 
 def _preview(made: YarnSet, path: Path) -> None:

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 
@@ -16,6 +16,8 @@ import numpy as np
 from stitchmesh import __version__
 from stitchmesh.device import device_named
 from stitchmesh.io.atomic import write_json
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.history import HistoryEntry, write_history
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
@@ -23,17 +25,45 @@ from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.quality import Quality, quality_named
+from stitchmesh.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
-from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
 
 STITCH_WIDTH = 0.8
 """Default wale spacing [cm]: worsted yarn by hand, about 13 stitches in 10 cm."""
 
 Progress = Callable[[str, float, str], None]
-"""Called with the stage, the part of it that is done (0 to 1), and a few words on how it goes."""
+"""Called with the stage, the part of it that is done (0 to 1), and a line or two on how it goes."""
+
+
+@dataclass(frozen=True)
+class RelaxOptions:
+    """What the relaxation of yarns may be told, beside its quality and device.
+
+    Raises:
+        ParameterError: there is no material of that name.
+    """
+
+    material: str = "stitchmesh"
+    """Name of a material, which is scaled to the yarns' radius."""
+    rest_lengths: RestLengths = field(default_factory=RestLengths)
+    """How much yarn goes where."""
+    terms: Sequence[TermChoice] = ()
+    """More energies."""
+    constraints: Sequence[ConstraintChoice] = ()
+    """What holds control points."""
+    checkpoint: Checkpoints | None = None
+    """Where and how often what it takes to resume is written."""
+    resume: FilePath | None = None
+    """A checkpoint to go on from."""
+
+    def __post_init__(self) -> None:
+        YarnMaterial.named(self.material)
 
 
 @dataclass(frozen=True)
@@ -44,14 +74,16 @@ class KnitOptions:
     """Wale spacing [cm]."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; an eighth of the stitch width unless given."""
-    quality: str = "standard"
-    """Preset of ``quality.py``."""
+    quality: str | Quality = "standard"
+    """Preset of ``quality.py``, or a value of one's own."""
     device: str | None = None
     """Warp's name of the device; its preferred one unless given."""
     seeds: Sequence[int | tuple[int, int]] = ()
     """Course edges that rows start from."""
     flip: Sequence[int] = ()
     """Faces whose rows are turned over."""
+    relaxation: RelaxOptions = field(default_factory=RelaxOptions)
+    """How the yarns are relaxed."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +93,8 @@ class Knitted:
     fabric: StitchMesh
     yarns: YarnSet
     report: dict[str, object]
+    history: Sequence[HistoryEntry]
+    """How the yarns came to rest."""
 
 
 def silent(stage: str, done: float, note: str) -> None:
@@ -72,36 +106,71 @@ def knit(
 ) -> Knitted:
     """Turn a polygon mesh into relaxed yarns and write them.
 
-    Writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc`` and ``report.json`` into the folder. While yarns relax, the
-    last good state is saved now and then and when the user interrupts, and ``report.json`` says that it is
-    unfinished.
+    Writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc``, ``report.json`` and ``convergence.csv`` into the folder. While
+    yarns relax, the last good state is saved now and then and when the user interrupts, and ``report.json`` says that
+    it is unfinished.
 
     Raises:
         StitchMeshError: from the stage that cannot go on.
     """
     quality = quality_named(options.quality)
     device = str(device_named(options.device))
-    report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": options.quality}
+    told = options.quality if isinstance(options.quality, str) else asdict(options.quality)
+    report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": told}
     target = Path(folder)
     fabric = _stitches(mesh, options, device, report, progress)
     yarns = _yarns(fabric, options, quality, report, progress)
     write_stitches(target / "stitches.h5", fabric)
     saver = _StateSaver(target, report, yarns)
     try:
-        relaxed = relax_yarns(
-            yarns,
-            quality=quality,
-            device=device,
-            keep_shape=fabric,
-            progress=relaxing_progress("yarnrelax", quality.tolerance, progress),
-            on_state=saver.keep,
-        )
+        relaxed = relax_as_told(
+            yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
+            progress=progress, on_state=saver.keep,
+        )  # fmt: skip
     except KeyboardInterrupt:
         saver.save()
         raise
     report["yarnrelax"] = relaxed.report
     save_yarns(target, relaxed.yarns, report)
-    return Knitted(fabric, relaxed.yarns, report)
+    write_history(target / "convergence.csv", relaxed.history)
+    return Knitted(fabric, relaxed.yarns, report, relaxed.history)
+
+
+def relax_as_told(
+    yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
+    fabric: StitchMesh | None = None, keep_shape: bool = False, progress: Progress = silent,
+    on_state: Callable[[YarnSet], None] | None = None,
+) -> Relaxation:  # fmt: skip
+    """Give yarns their rest lengths and relax them.
+
+    Args:
+        yarns: the yarns.
+        options: what to relax and how.
+        quality: a preset or a ``Quality``.
+        device: Warp's name of the device; its preferred one unless given.
+        fabric: the fabric that the yarns were made from, if it is known.
+        keep_shape: whether the fabric's borders and shape are to be kept.
+        progress: told how far the relaxation is.
+        on_state: called now and then with the last good state.
+
+    Raises:
+        StitchMeshError: the rest lengths do not fit, or as for ``relax_yarns``.
+    """
+    quality = quality_named(quality)
+    tell = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+    return relax_yarns(
+        apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
+        material=YarnMaterial.named(options.material).scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS),
+        quality=quality,
+        device=device,
+        keep_shape=fabric if keep_shape else None,
+        terms=options.terms,
+        constraints=options.constraints,
+        progress=lambda entry: tell(entry["iteration"], entry["residual"], entry["energies"]),
+        on_state=on_state,
+        checkpoint=options.checkpoint,
+        resume=options.resume,
+    )
 
 
 def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
@@ -178,19 +247,34 @@ def _yarns(
     return yarns
 
 
-def relaxing_progress(stage: str, tolerance: float, progress: Progress) -> Callable[..., None]:
-    """Turn a solver's residual into the part done: residuals fall by a factor a turn, so their logarithm counts."""
-    start: list[float] = []
+def relaxing_progress(
+    stage: str, tolerance: float, progress: Progress, *, max_iterations: float = math.inf
+) -> Callable[..., None]:
+    """Turn what a solver tells into the part done: its iteration, its residual and, if it knows, energies by term.
 
-    def tell(iteration: int, residual: float) -> None:
+    Residuals fall by a factor a turn, so their logarithm counts; the iterations do where they run out sooner.
+    """
+    start: list[tuple[int, float]] = []
+
+    def tell(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
         if not start and residual > tolerance and math.isfinite(residual):
-            start.append(residual)
+            start.append((iteration, residual))
         done = 0.0
         if start and residual > 0.0:
-            done = math.log(start[0] / residual) / math.log(start[0] / tolerance)
-        progress(stage, float(np.clip(done, 0.0, 1.0)), f"iteration {iteration}, residual {residual:.3g}")
+            first, highest = start[0]
+            fallen = math.log(highest / residual) / math.log(highest / tolerance)
+            done = max(fallen, (iteration - first) / max(max_iterations - first, 1.0))
+        progress(stage, float(np.clip(done, 0.0, 1.0)), _note(iteration, residual, energies or {}))
 
     return tell
+
+
+def _note(iteration: int, residual: float, energies: Mapping[str, float]) -> str:
+    """A relaxation's figures, energies in a second line."""
+    line = f"iteration {iteration}, residual {residual:.3g}"
+    if not energies:
+        return line
+    return f"{line}\n{', '.join(f'{term} {energy:.2g}' for term, energy in energies.items())} erg"
 
 
 class _Clock:

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import csv
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -52,7 +54,7 @@ def refused(capsys, *words: str) -> str:
 
 def test_knit_writes_what_it_promises(knitted):
     assert {path.name for path in knitted.iterdir()} == {
-        "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "report.json",
+        "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
     }  # fmt: skip
     report = json.loads((knitted / "report.json").read_text())
     for stage, keys in REPORT.items():
@@ -68,6 +70,16 @@ def test_knit_and_its_files_agree(knitted):
     assert report["tessellate"]["faces"] == fabric.face_count
     assert report["yarngen"]["control_points"] == len(yarns.points)
     assert np.abs(yarns.strain).max() == pytest.approx(report["yarnrelax"]["max_strain"], rel=1e-6)
+
+
+def test_the_convergence_ends_where_the_report_does(knitted):
+    with (knitted / "convergence.csv").open() as file:
+        *_, last = csv.DictReader(file)
+    report = json.loads((knitted / "report.json").read_text())["yarnrelax"]
+    assert int(last["iteration"]) == report["iterations"]
+    assert float(last["residual"]) == report["residual"]
+    assert {name: float(last[f"{name}_erg"]) for name in report["energies"]} == report["energies"]
+    assert (knitted / "convergence.png").stat().st_size > 1000
 
 
 def test_the_stages_in_turn_are_knit(tmp_path, tube_obj, knitted, capsys):

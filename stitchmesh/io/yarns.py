@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import fspath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,13 +26,13 @@ from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.gltf import write_glb
 from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
-from stitchmesh.io.radius import estimated_radius
 from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
 from stitchmesh.io.units import centimetres
 from stitchmesh.io.usd import LABELS, read_usd, write_usd
 from stitchmesh.io.vtp import read_vtp, write_vtp
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn_radius import estimate_radius
 
 HDF5_FORMAT = "stitchmesh yarns"
 BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
@@ -59,7 +60,7 @@ def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None)
         path: an ``.h5``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp`` or ``.obj`` file.
         unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 and USD files state their own.
         radius: radius of all yarns [cm]. Where None, the file's own, or for formats that hold none half the distance
-            at which the yarns typically touch (``radius.estimated_radius``).
+            at which the yarns typically touch (``yarn_radius.estimate_radius``), and a warning says so.
 
     Raises:
         ParameterError: the unit is unknown, the radius is not positive, or there is none and it cannot be estimated.
@@ -97,6 +98,18 @@ def write_yarns(path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str 
     FORMATS[suffix_of(path, FORMATS)].write(path, yarns, scale, curve)
 
 
+def check_writable(path: FilePath, yarns: YarnSet) -> None:
+    """Refuse, before hours of work, what ``write_yarns`` would refuse after them.
+
+    Raises:
+        FileError: the path is a folder, its format is unknown or cannot hold these yarns.
+    """
+    if suffix_of(path, FORMATS) != ".h5":
+        _check_no_lattice(path, yarns)
+    if Path(path).is_dir():
+        raise FileError(f"{fspath(path)}: is a folder; expected the name of a file to write")
+
+
 def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     _check_unit_left_out(path, scale)
     yarns = read_noun(path, YarnSet, HDF5_FORMAT)
@@ -118,7 +131,7 @@ def _read_bcc(path: FilePath, scale: float, radius: float | None) -> YarnSet:
         pairs = [catmull_rom_to_bspline(points, closed) for points, closed in zip(curves, content.closed, strict=True)]
         curves = [control for control, _ in pairs]
         _log_conversion(path, max(error for _, error in pairs))
-    return _yarns_of_curves(path, curves, content.closed, radius)
+    return _yarns_of_curves(curves, content.closed, radius)
 
 
 def _write_bcc(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
@@ -135,7 +148,7 @@ def _write_bcc(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None
 def _read_obj(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     polylines, closed = read_obj_polylines(path)
     curves = [polyline_to_bspline(points * scale, flag) for points, flag in zip(polylines, closed, strict=True)]
-    return _yarns_of_curves(path, curves, closed, radius)
+    return _yarns_of_curves(curves, closed, radius)
 
 
 def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
@@ -151,7 +164,7 @@ def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     radii = [curve.radius for curve in curves if curve.radius is not None]
     own = np.array(radii) if len(radii) == len(curves) else None
     closed = [curve.closed for curve in curves]
-    yarns = _yarns_of_curves(path, [curve.points for curve in curves], closed, own if radius is None else radius)
+    yarns = _yarns_of_curves([curve.points for curve in curves], closed, own if radius is None else radius)
     shared = [name for name in LABELS if all(name in curve.labels for curve in curves)]
     labels: dict[str, Any] = {name: np.concatenate([curve.labels[name] for curve in curves]) for name in shared}
     return dataclasses.replace(yarns, **labels)
@@ -169,7 +182,7 @@ def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     pairs = zip(content.curves, content.closed, strict=True)
     curves = [polyline_to_bspline(points * scale, flag) for points, flag in pairs]
     own = None if content.radius is None else content.radius * scale
-    return _yarns_of_curves(path, curves, content.closed, own if radius is None else radius)
+    return _yarns_of_curves(curves, content.closed, own if radius is None else radius)
 
 
 def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
@@ -204,14 +217,14 @@ FORMATS: dict[str, YarnFormat] = {
 
 
 def _yarns_of_curves(
-    path: FilePath, curves: list[FloatArray], closed: list[bool], radius: float | FloatArray | None
+    curves: list[FloatArray], closed: list[bool], radius: float | FloatArray | None
 ) -> YarnSet:
     yarns = YarnSet.from_curves(curves, closed=closed, radius=1.0 if radius is None else radius)
     if radius is not None:
         return yarns
-    estimate = estimated_radius(yarns)
+    estimate = estimate_radius(yarns)
     logger.warning(
-        "%s: the format holds no yarn radius; estimated %.4g cm from how close the yarns lie", fspath(path), estimate
+        "yarn radius: %.4g cm, estimated from the distances of yarns; give --yarn-radius to set it", estimate
     )
     return _with_radius(yarns, estimate)
 

@@ -8,6 +8,8 @@ thirds off the kernel that places samples. Elsewhere the two functions are a pla
 """
 
 # no postponed annotations: Warp reads the types of native functions as they stand
+# ruff: noqa: F811
+# mypy: disable-error-code="no-redef,valid-type,no-untyped-def,empty-body"
 
 import warp as wp
 
@@ -31,24 +33,24 @@ _WRITE_FLOATS = """
 
 
 @wp.func_native(_READ_FLOATS)
-def read_whole(values: wp.array(dtype=wp.vec4f), i: int) -> wp.vec4f:  # type: ignore[valid-type,empty-body]
+def read_whole(values: wp.array(dtype=wp.vec4f), i: int) -> wp.vec4f:
     """Element ``i``."""
     ...
 
 
 @wp.func
-def read_whole(values: wp.array(dtype=wp.vec4d), i: int) -> wp.vec4d:  # type: ignore[valid-type,no-redef] # noqa: F811
+def read_whole(values: wp.array(dtype=wp.vec4d), i: int) -> wp.vec4d:
     """Element ``i``."""
     return values[i]
 
 
 @wp.func_native(_WRITE_FLOATS)
-def write_whole(values: wp.array(dtype=wp.vec4f), i: int, value: wp.vec4f):  # type: ignore[valid-type]  # noqa: ANN201
+def write_whole(values: wp.array(dtype=wp.vec4f), i: int, value: wp.vec4f):
     """Set element ``i``."""
     ...
 
 
 @wp.func
-def write_whole(values: wp.array(dtype=wp.vec4d), i: int, value: wp.vec4d):  # type: ignore[valid-type,no-redef] # noqa: ANN201, F811
+def write_whole(values: wp.array(dtype=wp.vec4d), i: int, value: wp.vec4d):
     """Set element ``i``."""
     values[i] = value

@@ -3,8 +3,8 @@
 """Contact candidates: for each contact sample the samples that may touch it, kept over many iterations.
 
 The list of a sample holds every sample of a segment that may collide with its own, up to the contact distance plus a
-margin, in ascending order; on a lattice an entry is the sample plus the number of samples times its image
-(``images``). Each pair is listed from both sides. A list stays complete while no control point has moved by more than
+margin, in the fixed order in which a hash grid finds them; on a lattice an entry is the sample plus the number of
+samples times its image (``images``). Each pair is listed from both sides. A list stays complete while no control point has moved by more than
 half the margin since it was made (the weights of the spline sum to one, so samples move no farther), and the step
 limit keeps them from moving farther. The force does not depend on the margin: samples beyond the contact distance add
 nothing.
@@ -23,7 +23,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.yarnrelax.images import image_count, shifted_by, turns_to
+from stitchmesh.yarnrelax.aligned import read_whole
+from stitchmesh.yarnrelax.images import image_count, image_of, shifted_by, turns_to
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import maximum
 
@@ -31,7 +32,9 @@ wp.set_module_options({"enable_backward": False})
 
 FIRST_CAPACITY = 16
 """Capacity of a list before its first growth."""
-SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 128, 200_000
+CELL = 2.0
+"""Width of a cell of the hash grid over the radius of a search."""
+SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
 """Cells along each axis of the hash grid, up to that many segments and beyond; cells wrap around, so this bounds
 memory and not space."""
 
@@ -68,7 +71,7 @@ def bound_segments(
     centre: wp.array[Any],
     extent: wp.array[Any],
 ) -> None:
-    """A ball around the samples of each segment: its centre and its radius."""
+    """A ball around the yarn of each segment: its centre and its radius."""
     s = wp.tid()
     first, last = model.sample_start[s], model.sample_start[s + 1] - 1
     middle = (samples[first] + samples[last]) * type(extent[0])(0.5)
@@ -77,7 +80,7 @@ def bound_segments(
         apart = samples[p] - middle
         farthest = wp.max(farthest, apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2])
     centre[s] = type(centre[0])(middle[0], middle[1], middle[2])
-    extent[s] = wp.sqrt(farthest)
+    extent[s] = wp.sqrt(farthest) + samples[first][3]
 
 
 @wp.kernel(module="unique")
@@ -94,25 +97,20 @@ def list_segments(
     near_count: wp.array[wp.int32],
     near: wp.array2d[wp.int32],
 ) -> None:
-    """Segments near each segment, in ascending order; an entry counts images by the number of segments."""
+    """Segments near each segment, in the order of the grid; an entry counts images by the number of segments."""
     i = wp.tid()
     here = centre[i]
-    reach = model.yarn_radius[model.segment_yarn[i]] + margin + extent[i]
+    reach = margin + extent[i]
     found = int(0)
     for image in range(image_count(model.images)):
         seen_from = here + here - shifted_by(model.images, here, image)
         for j in wp.hash_grid_query(grid, seen_from, search_radius):
             apart = centre[j] - seen_from
-            limit = reach + model.yarn_radius[model.segment_yarn[j]] + extent[j]
+            limit = reach + extent[j]
             if wp.dot(apart, apart) < limit * limit and may_collide(model, i, j, image):
-                entry = image * centre.shape[0] + j
-                place = found
+                if found < near.shape[1]:
+                    near[i, found] = image * centre.shape[0] + j
                 found += 1
-                if place < near.shape[1]:
-                    while place > 0 and near[i, wp.max(place - 1, 0)] > entry:
-                        near[i, place] = near[i, place - 1]
-                        place -= 1
-                    near[i, place] = entry
     near_count[i] = found
 
 
@@ -132,26 +130,29 @@ def list_samples(
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
 ) -> None:
-    """Samples near each sample, in ascending order; an entry counts images by the number of samples."""
+    """Samples near each sample, in the same order; an entry counts images by the number of samples."""
     p = wp.tid()
     s = model.sample_segment[p]
-    here4 = samples[p]
+    here4 = read_whole(samples, p)
     here = type(centre[0])(here4[0], here4[1], here4[2])
+    reach = here4[3] + margin
     found = int(0)
     for n in range(near_count[s]):
-        image = near[s, n] // segment_count
-        j = near[s, n] - image * segment_count
+        entry = near[s, n]
+        image = image_of(model.images, entry, segment_count)
+        j = entry - image * segment_count
         seen_from = here + here - shifted_by(model.images, here, image)
-        limit = here4[3] + model.yarn_radius[model.segment_yarn[j]] + margin
-        if wp.length(centre[j] - seen_from) > limit + extent[j]:
-            continue
-        for q in range(model.sample_start[j], model.sample_start[j + 1]):
-            there = samples[q]
-            apart = type(here)(there[0], there[1], there[2]) - seen_from
-            if wp.dot(apart, apart) < limit * limit:
-                if found < candidates.shape[1]:
-                    candidates[p, found] = image * samples.shape[0] + q
-                found += 1
+        away = centre[j] - seen_from
+        limit = reach + extent[j]
+        if wp.dot(away, away) < limit * limit:
+            for q in range(model.sample_start[j], model.sample_start[j + 1]):
+                there = read_whole(samples, q)
+                apart = type(here)(there[0], there[1], there[2]) - seen_from
+                limit = reach + there[3]
+                if wp.dot(apart, apart) < limit * limit:
+                    if found < candidates.shape[1]:
+                        candidates[p, found] = image * samples.shape[0] + q
+                    found += 1
     candidate_count[p] = found
 
 
@@ -164,15 +165,15 @@ class Candidates:
     count: wp.array[Any]
     """Length of each list, shape (P,)."""
     lists: wp.array[Any]
-    """Samples in each list, ascending, shape (P, capacity)."""
+    """Samples in each list, shape (P, capacity)."""
     near_count: wp.array[Any]
     """How many segments are near each segment, shape (S,)."""
     near: wp.array[Any]
-    """Segments near each segment, ascending, shape (S, capacity)."""
+    """Segments near each segment, shape (S, capacity)."""
     centre: wp.array[Any]
     """Middle of each segment's samples, shape (S, 3)."""
     extent: wp.array[Any]
-    """How far they lie from it, shape (S,)."""
+    """How far their yarn reaches from it, shape (S,)."""
     grid: wp.HashGrid
     """The grid that finds the segments."""
 
@@ -200,8 +201,8 @@ def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates
     """
     found = candidates
     model.launch(bound_segments, model.segment_count, [model.constants, samples], [found.centre, found.extent])
-    radius = 2.0 * float(model.radius.max()) + found.margin + 2.0 * maximum(found.extent)
-    found.grid.build(found.centre, 2.0 * radius)  # eight cells a query, most of them not empty
+    radius = found.margin + 2.0 * maximum(found.extent)
+    found.grid.build(found.centre, CELL * radius)
     inputs = [model.constants, model.number(found.margin), model.number(radius), wp.uint64(found.grid.id),
               found.centre, found.extent]  # fmt: skip
     while True:

@@ -77,7 +77,7 @@ def pair_push(apart: Any, weight: Any) -> tuple[Any, Any]:
 
 @wp.func
 def outer_product(apart: Any, size: Any, zero: Any) -> Any:
-    """size times apart apart^T as (xx, yy, zz, xy, xz, yz)."""
+    """The product apart apart^T times size as (xx, yy, zz, xy, xz, yz)."""
     x, y, z = apart[0] * size, apart[1] * size, apart[2] * size
     return type(zero)(x * apart[0], y * apart[1], z * apart[2], x * apart[1], x * apart[2], y * apart[2])
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.reduction import ordered_sum
+from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Constraint, Term
 
@@ -108,6 +108,11 @@ def assess(
         constraint.filter_forces(net, model.launch)
     net2, effort2 = model.empty(n), model.empty(n)
     model.launch(square_forces, n, [net, effort], [net2, effort2])
-    left, whole = np.sqrt(ordered_sum(net2) / n), np.sqrt(ordered_sum(effort2) / n)
+    sums = Sums(forces.BASE_TERMS + 2, model.sample_count + model.point_count, model.device)
+    forces.sum_energies(model, state, candidates, sums)
+    sums.add("net", net2)
+    sums.add("effort", effort2)
+    found = sums.read()
+    left, whole = np.sqrt(found.pop("net") / n), np.sqrt(found.pop("effort") / n)
     residual = 0.0 if whole <= rounding else float(left / whole)
-    return Assessment(residual, forces.energies(model, state, candidates, terms))
+    return Assessment(residual, found | {term.name: term.energy(state, candidates) for term in terms})

@@ -7,12 +7,15 @@ Dissipation of segments with velocities v(s), each unordered pair in contact cou
     D_global  = k_global int v . v ds                                                           [erg / s]
     D_contact = l_i l_j int int [k_dt |dv|^2 - (k_dt - k_dn) (n . dv)^2] ds ds'
 
-with dv the velocity of one relative to the other and n the direction between them. As in L's Algorithm 1 a damping force
-is minus the derivative of D by the velocity, so yarns lose power at the rate 2 D (D is no Rayleigh function, which is
-half of that). On control points and contact samples:
+with dv the velocity of one relative to the other and n the direction between them. As in L's Algorithm 1 a damping
+force is minus the derivative of D by the velocity, so yarns lose the power 2 D (D is no Rayleigh function, which would
+be half of it). On control points and contact samples:
 
     F_j = - 2 k_global sum over segments and their slots k of  int B_j B_k ds  v_k
-    F_p = - sum over q of  2 w_p w_q [k_dt dv - (k_dt - k_dn) (n . dv) n],   dv = v_p - v_q,  w = l / samples per segment
+    F_p = - sum over q of  2 w_p w_q [k_dt dv - (k_dt - k_dn) (n . dv) n],   dv = v_p - v_q
+
+where w = l / samples per segment. On the device k_global |v|^2 and w^2 k_dt |dv|^2 keep their values, for the material
+is scaled with the lengths (``model``).
 
 Pairs are in contact where their contact energy is not zero. Both samples of a pair compute its force from the same
 numbers, so contact damping keeps momentum. Row sums of the damping go with it, for the time step (``time_step``).
@@ -106,6 +109,7 @@ class ContactDamping:
     """Damping of contacts on a device; a material that has none costs nothing."""
 
     def __init__(self, model: Model) -> None:
+        """Make room on a model's device."""
         count = model.sample_count if max(model.material.k_dt, model.material.k_dn) > 0.0 else 0
         self.model = model
         self.velocity = model.empty(count, 4)
@@ -136,4 +140,4 @@ def drag_rows(model: Model) -> NDArray[np.float64]:
     """Row sums of global damping at the control points [erg s / unit^2], shape (N,)."""
     rows = np.broadcast_to(segment_drag(model).sum(axis=1), (model.segment_count, 4))
     corners = model.yarns.segment_points.ravel()
-    return np.bincount(corners, weights=rows.ravel(), minlength=model.point_count)
+    return np.bincount(corners, weights=rows.ravel(), minlength=model.point_count).astype(np.float64)

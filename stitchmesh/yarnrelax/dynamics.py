@@ -136,7 +136,8 @@ class Dynamics(Method):
     needs_blocks = False
     allowed_rise = float("inf")
 
-    def __init__(self, model: Model, across: NDArray[np.float64]) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64]) -> None:
+        """Yarns at rest, on a model's device; the stiffness of further terms comes with ``state.stiffness``."""
         if model.material.mass_per_length == 0.0:
             raise ParameterError("dynamics: got a material of mass_per_length 0; expected a mass [g/cm] to move")
         count = model.point_count

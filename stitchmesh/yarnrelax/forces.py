@@ -14,10 +14,13 @@ from stitchmesh.yarnrelax.contact import contact_energies, contact_forces
 from stitchmesh.yarnrelax.gather import gather_forces
 from stitchmesh.yarnrelax.internal import internal_energies, internal_forces, place_and_pull
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.reduction import ordered_sum
+from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.samples import place_samples
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Run, Term
+
+BASE_TERMS = 4
+"""Stretch, length, bending and contact."""
 
 
 def sample(model: Model, state: State) -> None:
@@ -80,15 +83,21 @@ def each_term(
 
 def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[Term]) -> dict[str, float]:
     """Energy of each term [erg]; the samples must be placed."""
+    sums = Sums(BASE_TERMS, model.sample_count + model.point_count, model.device)
+    sum_energies(model, state, candidates, sums)
+    return sums.read() | {term.name: term.energy(state, candidates) for term in terms}
+
+
+def sum_energies(model: Model, state: State, candidates: Candidates, sums: Sums) -> None:
+    """Ask for the energies of the terms that every relaxation has."""
     stretch, length, bend = (model.empty(model.segment_count) for _ in range(3))
     inputs = [model.constants, *_internal_stiffnesses(model), state.points]
     model.launch(internal_energies, model.segment_count, inputs, [stretch, length, bend])
     contact = model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
     model.launch(contact_energies, model.sample_count, inputs, [contact])
-    parts = {"stretch": stretch, "length": length, "bend": bend, "contact": contact}
-    result = {name: ordered_sum(part) for name, part in parts.items()}
-    return result | {term.name: term.energy(state, candidates) for term in terms}
+    for name, part in (("stretch", stretch), ("length", length), ("bend", bend), ("contact", contact)):
+        sums.add(name, part)
 
 
 @wp.kernel(module="unique")

@@ -16,7 +16,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.func
 def pull_on(segment_pull: wp.array2d[Any], s: int, slot: int) -> Any:
-    """Force of a segment's legs on the control point in a slot: the leg before pulls it, the leg after holds it back."""
+    """Force of a segment's legs on the control point in a slot: the leg before pulls, the leg after holds back."""
     force = type(segment_pull[0, 0])()
     if slot > 0:
         force += segment_pull[slot - 1, s]

@@ -4,9 +4,13 @@
 
 A control point or a contact sample that an element refers to lies at its own place plus a u + b v, with the periods u
 and v and a stored integer image (a, b) (design, section 2). Images are numbered in a table. A fabric without a lattice
-has no images: its overloads of the two functions below read the place and nothing more, so no kernel asks whether a
-fabric repeats.
+has no images: its overloads of the functions below read the place and nothing more, so no kernel asks whether a fabric
+repeats.
 """
+
+# overloads, which Warp tells apart by the types of their arguments
+# ruff: noqa: F811
+# mypy: disable-error-code="no-redef"
 
 from __future__ import annotations
 
@@ -15,7 +19,6 @@ from typing import Any
 import warp as wp
 
 wp.set_module_options({"enable_backward": False})
-
 
 NO_TURNS = 2147483647
 """No number of turns of a yarn leads to an image."""
@@ -33,9 +36,9 @@ class Images32:
     """Periods and numbered images, single precision."""
 
     sample_count: wp.int32
-    periods: wp.array(dtype=wp.vec3f)
-    image: wp.array(dtype=wp.vec2i)
-    corner_image: wp.array(dtype=wp.vec4i)
+    periods: wp.array[wp.vec3f]
+    image: wp.array[wp.vec2i]
+    corner_image: wp.array[wp.vec4i]
 
 
 @wp.struct
@@ -43,9 +46,9 @@ class Images64:
     """Periods and numbered images, double precision."""
 
     sample_count: wp.int32
-    periods: wp.array(dtype=wp.vec3d)
-    image: wp.array(dtype=wp.vec2i)
-    corner_image: wp.array(dtype=wp.vec4i)
+    periods: wp.array[wp.vec3d]
+    image: wp.array[wp.vec2i]
+    corner_image: wp.array[wp.vec4i]
 
 
 @wp.func
@@ -56,7 +59,7 @@ def image_shift(images: Images32, number: int) -> wp.vec3f:
 
 
 @wp.func
-def image_shift(images: Images64, number: int) -> wp.vec3d:  # noqa: F811
+def image_shift(images: Images64, number: int) -> wp.vec3d:
     """Displacement of an image."""
     ab = images.image[number]
     return images.periods[0] * wp.float64(ab[0]) + images.periods[1] * wp.float64(ab[1])
@@ -82,13 +85,13 @@ def corner_place(images: NoImages, points: wp.array[Any], s: int, slot: int, poi
 
 
 @wp.func
-def corner_place(images: Images32, points: wp.array[Any], s: int, slot: int, point: int) -> Any:  # noqa: F811
+def corner_place(images: Images32, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
     """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
     return points[point] + image_shift(images, images.corner_image[s][slot])
 
 
 @wp.func
-def corner_place(images: Images64, points: wp.array[Any], s: int, slot: int, point: int) -> Any:  # noqa: F811
+def corner_place(images: Images64, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
     """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
     return points[point] + image_shift(images, images.corner_image[s][slot])
 
@@ -100,13 +103,13 @@ def sample_number(images: NoImages, entry: int) -> int:
 
 
 @wp.func
-def sample_number(images: Images32, entry: int) -> int:  # noqa: F811
+def sample_number(images: Images32, entry: int) -> int:
     """The sample that an entry of a candidate list means."""
     return entry % images.sample_count
 
 
 @wp.func
-def sample_number(images: Images64, entry: int) -> int:  # noqa: F811
+def sample_number(images: Images64, entry: int) -> int:
     """The sample that an entry of a candidate list means."""
     return entry % images.sample_count
 
@@ -118,13 +121,13 @@ def image_count(images: NoImages) -> int:
 
 
 @wp.func
-def image_count(images: Images32) -> int:  # noqa: F811
+def image_count(images: Images32) -> int:
     """How many images there are, the fabric itself included."""
     return images.image.shape[0]
 
 
 @wp.func
-def image_count(images: Images64) -> int:  # noqa: F811
+def image_count(images: Images64) -> int:
     """How many images there are, the fabric itself included."""
     return images.image.shape[0]
 
@@ -136,13 +139,13 @@ def shifted_by(images: NoImages, place: Any, number: int) -> Any:
 
 
 @wp.func
-def shifted_by(images: Images32, place: Any, number: int) -> wp.vec3f:  # noqa: F811
+def shifted_by(images: Images32, place: Any, number: int) -> wp.vec3f:
     """A place in an image."""
     return place + image_shift(images, number)
 
 
 @wp.func
-def shifted_by(images: Images64, place: Any, number: int) -> wp.vec3d:  # noqa: F811
+def shifted_by(images: Images64, place: Any, number: int) -> wp.vec3d:
     """A place in an image."""
     return place + image_shift(images, number)
 
@@ -154,15 +157,33 @@ def turns_to(images: NoImages, yarn_step: wp.vec2i, number: int) -> int:
 
 
 @wp.func
-def turns_to(images: Images32, yarn_step: wp.vec2i, number: int) -> int:  # noqa: F811
+def turns_to(images: Images32, yarn_step: wp.vec2i, number: int) -> int:
     """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
     return turns_of(images.image[number], yarn_step)
 
 
 @wp.func
-def turns_to(images: Images64, yarn_step: wp.vec2i, number: int) -> int:  # noqa: F811
+def turns_to(images: Images64, yarn_step: wp.vec2i, number: int) -> int:
     """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
     return turns_of(images.image[number], yarn_step)
+
+
+@wp.func
+def image_of(images: NoImages, entry: int, count: int) -> int:
+    """The image that an entry means which counts images by ``count``."""
+    return 0
+
+
+@wp.func
+def image_of(images: Images32, entry: int, count: int) -> int:  # noqa: F811
+    """The image that an entry means which counts images by ``count``."""
+    return entry // count
+
+
+@wp.func
+def image_of(images: Images64, entry: int, count: int) -> int:  # noqa: F811
+    """The image that an entry means which counts images by ``count``."""
+    return entry // count
 
 
 @wp.func
@@ -172,14 +193,14 @@ def entry_shift(images: NoImages, zero: Any, entry: int) -> Any:
 
 
 @wp.func
-def entry_shift(images: Images32, zero: Any, entry: int) -> wp.vec4f:  # noqa: F811
+def entry_shift(images: Images32, zero: Any, entry: int) -> wp.vec4f:
     """Displacement of the image that an entry means, and 0."""
     shift = image_shift(images, entry // images.sample_count)
     return wp.vec4f(shift[0], shift[1], shift[2], zero[3])
 
 
 @wp.func
-def entry_shift(images: Images64, zero: Any, entry: int) -> wp.vec4d:  # noqa: F811
+def entry_shift(images: Images64, zero: Any, entry: int) -> wp.vec4d:
     """Displacement of the image that an entry means, and 0."""
     shift = image_shift(images, entry // images.sample_count)
     return wp.vec4d(shift[0], shift[1], shift[2], zero[3])

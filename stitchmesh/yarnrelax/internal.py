@@ -64,7 +64,7 @@ def segment_pulls(quadrature_points: int) -> Any:
 
 @wp.func
 def mean_direction(rest_length: Any, leg0: Any, leg1: Any, leg2: Any, zero: Any) -> Any:
-    """Means over a segment by Simpson's rule, with t the unit tangent: t t^T as (xx, yy, zz, xy, xz, yz), (l / |y'|)^4."""
+    """Means over a segment by Simpson's rule: t t^T as (xx, yy, zz, xy, xz, yz), t the unit tangent; (l / |y'|)^4."""
     half = type(rest_length)(0.5)
     first, last = (leg0 + leg1) * half, (leg1 + leg2) * half
     middle = (first + last) * half + (leg1 + leg1 - leg0 - leg2) * (half * half * half)

@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import Quality
@@ -146,6 +147,25 @@ class Iteration:
         self.method.restart(self.caution)
         if self.list_candidates():
             self._record()
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """All on the device that decides how the iterations go on, by name; candidate lists follow from it."""
+        state = self.state
+        own = {"points": state.points, "listed_points": state.listed_points, "good_points": self.good_points}
+        carried = {f"solver.{name}": array for name, array in self.method.arrays().items()}
+        for number, term in enumerate(self.terms):
+            carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
+        return own | carried
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]], *, margin: float, age: int, caution: float) -> None:
+        """Go on from where another was that started alike; the arrays stay where recorded launches look for them."""
+        self.candidates.margin = margin
+        self.state.points.assign(arrays["listed_points"])
+        self.list_candidates()
+        for name, array in self.arrays().items():
+            array.assign(arrays[name])
+        self.age, self.caution = age, caution
+        self._record()
 
     def good_yarns(self) -> YarnSet:
         """The yarns in the last good state."""

@@ -7,10 +7,10 @@ has converged at the first i > 0 where
 
     g_i / g_0 <= 0.1      and      |g_i / g_(i-1) - 1| <= 1e-5
 
-Damping is no energy and has no part in g. The test knows how much the gradient has fallen and not how far the yarns are
-from rest: it holds wherever the norm happens to be level, and where a time step is very short. ``in_a_row`` asks for the
-second line more than once; a number above the iterations of a burst sees through time steps that wait for new candidate
-lists. Norms stay on the device in a ring, so that nothing is read back while bursts run.
+Damping is no energy and has no part in g. The test knows how much the gradient has fallen and not how far the yarns
+are from rest: it holds wherever the norm happens to be level, and where a time step is very short. ``in_a_row`` asks
+for both lines more than once; a number above the iterations of a burst sees through time steps that wait for new
+candidate lists. Norms stay on the device in a ring, so that nothing is read back while bursts run.
 """
 
 from __future__ import annotations
@@ -45,14 +45,12 @@ def first_converged(norms: NDArray[np.float64], in_a_row: int = 1) -> int | None
     Returns:
         The number of the iteration; None where there is none.
     """
-    small = norms[1:] <= LARGEST_PART * norms[0]
-    level = np.abs(np.diff(norms)) <= LARGEST_CHANGE * norms[:-1]
-    run = 0
-    for iteration, holds in enumerate(small & level, start=1):
-        run = run + 1 if holds else 0
-        if run >= in_a_row:
-            return iteration
-    return None
+    small = norms[1:] <= LARGEST_PART * norms[:1]
+    holds = small & (np.abs(np.diff(norms)) <= LARGEST_CHANGE * norms[:-1])
+    if len(holds) < in_a_row:
+        return None
+    last = np.flatnonzero(np.lib.stride_tricks.sliding_window_view(holds, in_a_row).all(axis=1)) + in_a_row
+    return int(last[0]) if len(last) else None
 
 
 @wp.kernel(module="unique")

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.dynamics import Dynamics
 from stitchmesh.yarnrelax.method import Method
-from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
 
 METHODS: dict[str, Callable[..., Method]] = {"quasistatic": QuasiNewton, "dynamics": Dynamics}

@@ -58,6 +58,7 @@ g, whether all wait for new candidate lists or the next assessment, and the iter
 
 Products = wp.types.vector(length=25, dtype=wp.float64)
 Slots = wp.types.vector(length=7, dtype=wp.float64)
+Table = wp.types.matrix(shape=(7, 7), dtype=wp.float64)
 
 
 @wp.func
@@ -138,16 +139,24 @@ def remember(
     plain = turn >= PERIOD - SMOOTHING
     numbers[3] = wp.where(plain, wp.float64(1.0), zero)
     head, count = int(numbers[0]), int(numbers[1])
+    # read everything before anything depends on it: one wait for memory instead of dozens
+    table = Table()
+    along = Slots()
     for j in range(7):
-        fall[j] = zero
+        along[j] = product[j]
+        for k in range(7):
+            table[j, k] = curvature[j, k]
+    part = Slots()
     for age in range(6):
         if age < count and not plain:
             slot = slot_before(head, age)
-            along = product[slot]
+            value = along[slot]
             for newer in range(age):
                 after = slot_before(head, newer)
-                along -= fall[after] * curvature[slot, after]
-            fall[slot] = along / curvature[slot, slot]
+                value -= part[after] * table[slot, after]
+            part[slot] = value / table[slot, slot]
+    for j in range(7):
+        fall[j] = part[j]
 
 
 @wp.kernel(module="unique")
@@ -201,17 +210,26 @@ def recall(
     """The numbers a_j - b_j; one thread."""
     head, count = int(numbers[0]), int(numbers[1])
     plain = numbers[3] != wp.float64(0.0)
+    table = Table()
+    along, down = Slots(), Slots()
     for j in range(7):
-        rise[j] = wp.float64(0.0)
+        along[j] = product[j]
+        down[j] = fall[j]
+        for k in range(7):
+            table[j, k] = curvature[j, k]
+    part = Slots()
     for later in range(6):
         age = 5 - later
         if age < count and not plain:
             slot = slot_before(head, age)
-            along = product[slot]
-            for older in range(age + 1, count):
-                before = slot_before(head, older)
-                along += rise[before] * curvature[before, slot]
-            rise[slot] = fall[slot] - along / curvature[slot, slot]
+            value = along[slot]
+            for older in range(age + 1, 6):
+                if older < count:
+                    before = slot_before(head, older)
+                    value += part[before] * table[before, slot]
+            part[slot] = down[slot] - value / table[slot, slot]
+    for j in range(7):
+        rise[j] = part[j]
 
 
 @wp.kernel(module="unique")
@@ -262,6 +280,7 @@ class QuasiNewton(Method):
     allowed_rise = 1e-3
 
     def __init__(self, model: Model, further: NDArray[np.float64]) -> None:
+        """Room for the memory; ``further`` are row sums of the stiffness of further terms, shape (N,)."""
         n = model.point_count
         self.along = model.upload(along_stiffness(model), 4)
         self.across = model.upload(bend_stiffness(model), 4)
@@ -288,11 +307,12 @@ class QuasiNewton(Method):
             run(compare, walk.strands, [*now, self.moves, *places[1:]], [self.last_force, self.losses, self.products]),
             walk.total(self.products, self.product, run),
             run(remember, 1, [self.product], remembered),
-            run(precondition, walk.strands, [*now[:-1], state.stiffness, self.numbers, self.fall, self.losses], [self.step, self.products]),
+            run(precondition, walk.strands, [*now[:-1], state.stiffness, self.numbers, self.fall, self.losses],
+                [self.step, self.products]),
             walk.total(self.products, self.product, run),
             run(recall, 1, [self.product, *remembered], [self.rise]),
             run(propose_moves, count, [*places, self.numbers, self.rise, self.moves], [self.step, self.limit]),
-        ]
+        ]  # fmt: skip
         for constraint in scene.constraints:
             launches += constraint.filter_steps(state, self.step, self.limit, run)
         return [*launches, run(move_and_note, count, [self.numbers, self.step], [self.moves, state.points])]

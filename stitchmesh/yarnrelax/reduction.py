@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 
 wp.set_module_options({"enable_backward": False})
 
-FEWEST_STRANDS, MOST_STRANDS = 256, 8192
+FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 """Threads of a reduction."""
 TILE = 256
 """Values that a block of threads sums together."""
 VALUES_PER_STRAND = 32
 """Values that a strand walks through before there are more strands."""
+PARALLEL_CHUNK, MOST_PARALLEL = 4, 32_768
+"""Values that a strand of a GPU's walk takes, and the most strands it has."""
 
 
 def strands_for(count: int) -> int:
@@ -102,10 +104,38 @@ class Walk:
 
 
 def walk_over(count: int, device: wp.Device) -> Walk:
-    """The walk for an array: side by side on a GPU, where neighbours read together, and one after the other on a CPU."""
+    """The walk for an array: side by side on a GPU, where neighbours read together; one after the other on a CPU."""
+    if device.is_cuda:
+        wanted = max(count // PARALLEL_CHUNK, 1)
+        strands = int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_PARALLEL))
+        return Walk(strands, 1, strands, -(-count // strands))
     strands = strands_for(count)
     chunk = -(-count // strands)
-    return Walk(strands, 1, strands, chunk) if device.is_cuda else Walk(strands, chunk, 1, chunk)
+    return Walk(strands, chunk, 1, chunk)
+
+
+class Sums:
+    """Sums of several arrays, read back to the host together: each wait for a GPU costs as much as an iteration."""
+
+    def __init__(self, count: int, longest: int, device: wp.Device) -> None:
+        """Room for ``count`` sums of arrays of at most ``longest`` values."""
+        self._parts = wp.zeros((count, strands_for(longest)), dtype=wp.float64, device=device)
+        self._names: list[str] = []
+
+    def add(self, name: str, values: wp.array[Any]) -> None:
+        """Ask for the sum of an array of scalars."""
+        part = self._parts[len(self._names)][: strands_for(len(values))]
+        self._names.append(name)
+        wp.launch(strand_sums, dim=len(part), inputs=[values], outputs=[part], device=values.device)
+
+    def read(self) -> dict[str, float]:
+        """The sums, in the order in which they were asked for."""
+        totals = wp.empty(len(self._parts), dtype=wp.float64, device=self._parts.device)
+        count = len(self._parts)
+        wp.launch_tiled(
+            row_totals, dim=count, inputs=[self._parts], outputs=[totals], block_dim=TILE, device=totals.device
+        )
+        return dict(zip(self._names, totals.numpy().tolist(), strict=True))
 
 
 def ordered_sum(values: wp.array[Any]) -> float:

@@ -199,8 +199,9 @@ class Shape(Term):
     def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
         """Add the patches' forces."""
         owned = [self.loop_start, self.loop_points, self.owner_start, self.owner_patches, self.owner_weight]
-        launch = run(add_shape_forces, len(self.loop_start) - 1, [*owned, self.pull], [state.outer_force])
-        return [*self._pull(state, run), launch]
+        launches = self._pull(state, run)
+        launches.append(run(add_shape_forces, len(self.loop_start) - 1, [*owned, self.pull], [state.outer_force]))
+        return launches
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of the patches [erg]."""

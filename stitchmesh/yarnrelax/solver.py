@@ -6,19 +6,22 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from stitchmesh.device import device_named
 from stitchmesh.errors import SolverError
+from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.checkpoint import Checkpoints, Moment, origin, read_moment, write_moment
 from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
@@ -63,10 +66,13 @@ def relax_yarns(
     constraints: Sequence[ConstraintChoice] = (),
     progress: Progress | None = None,
     on_state: Callable[[YarnSet], None] | None = None,
+    checkpoint: Checkpoints | None = None,
+    resume: FilePath | None = None,
 ) -> Relaxation:
     """Relax yarns to a state of rest without letting any pass through another.
 
-    A relaxation that stops at ``Quality.max_iterations`` says so in one line of its log, and in its report.
+    A relaxation that stops at ``Quality.max_iterations`` says so in one line of its log, and in its report. One that is
+    resumed ends in the same bits as if it had never been stopped, and counts its iterations and seconds from the start.
 
     Args:
         yarns: the yarns, on a lattice or not, no two of them touching by more than half their thickness.
@@ -78,9 +84,13 @@ def relax_yarns(
         constraints: what holds control points.
         progress: called every half second or so.
         on_state: called every few seconds, and when the relaxation ends early, with the last good state.
+        checkpoint: where and how often to write down what it takes to resume; also at the start and at any end.
+        resume: a checkpoint to go on from; all else must be given as it was when that was written.
 
     Raises:
-        ParameterError: an unknown device or quality, or a fabric, a term or a constraint that does not fit the yarns.
+        FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
+        ParameterError: an unknown device or quality, or a fabric, a term or a constraint that does not fit the yarns,
+            or a checkpoint of another relaxation.
         SolverError: the relaxation cannot go on, or a yarn passed through another; it names yarn and stitch face.
     """
     began = time.perf_counter()
@@ -91,12 +101,18 @@ def relax_yarns(
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
     solver = Iteration.start(yarns, material, quality, device_named(device), terms, constraints)
     linking = doubled_linking(yarns, device=device)
-    run = _Run(solver, quality, progress, on_state, began)
+    given: dict[str, str] = {}
+    if checkpoint is not None or resume is not None:
+        given = origin(yarns, material, quality, solver.model.device, terms, constraints, solver.arrays())
+    run = _Run(solver, quality, progress, on_state, began, checkpoint, given)
+    if resume is not None:
+        run.resume(read_moment(resume, given))
     try:
         run.to_rest()
     except (KeyboardInterrupt, SolverError):
         if on_state is not None:
             on_state(solver.good_yarns())
+        run.write_down()
         raise
     relaxed = solver.good_yarns()
     _refuse_pull_through(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
@@ -138,26 +154,45 @@ class _Run:
     progress: Progress | None
     on_state: Callable[[YarnSet], None] | None
     began: float
+    checkpoint: Checkpoints | None
+    given: Mapping[str, str]
     iteration: int = 0
     last: Assessment = field(init=False)
     history: list[HistoryEntry] = field(default_factory=list)
+    moment: Moment | None = None
+    """The last assessment's, until it is written down."""
     reported: float = 0.0
     saved: float = 0.0
 
+    def resume(self, moment: Moment) -> None:
+        """Go on from a moment of the same relaxation."""
+        self.solver.resume(moment.arrays, margin=moment.margin, age=moment.age, caution=moment.caution)
+        self.iteration, self.last, self.history = moment.iteration, moment.last, list(moment.history)
+        self.began -= moment.seconds
+
     def to_rest(self) -> None:
         """Iterate until the yarns are at rest; the last state is a good one."""
-        self.last = self.solver.assess()
-        if not self.last.finite:
-            raise SolverError(f"{self.solver.blame()}: not finite at the start; move the yarns apart")
-        self._note()
+        if not self.history:
+            self.last = self.solver.assess()
+            if not self.last.finite:
+                raise SolverError(f"{self.solver.blame()}: not finite at the start; move the yarns apart")
+            self._note()
         while self.last.residual >= self.quality.tolerance and self.iteration < self.quality.max_iterations:
             self.solver.run(CHECK)
             self.iteration += CHECK
             self.last = self._judged(self.solver.assess())
             self._note()
+        self.write_down()
         if self.last.residual >= self.quality.tolerance:
             found = f"residual {self.last.residual:.2g} after {self.iteration} iterations"
-            logger.warning("yarns are not at rest: %s; expected %g; raise max_iterations", found, self.quality.tolerance)
+            expected = self.quality.tolerance
+            logger.warning("yarns are not at rest: %s; expected %g; raise max_iterations", found, expected)
+
+    def write_down(self) -> None:
+        """Write a checkpoint of the last assessment, unless that has been done."""
+        if self.checkpoint is not None and self.moment is not None:
+            write_moment(self.checkpoint.path, self.given, self.moment)
+            self.moment = None
 
     def _judged(self, now: Assessment) -> Assessment:
         """Keep a good state; go back to the one before where the energy is not finite or rose too far."""
@@ -170,7 +205,7 @@ class _Run:
         return last
 
     def _note(self) -> None:
-        """Add to the history; report after half a second, hand out the state after a few."""
+        """Add to the history; report after half a second, hand out the state after a few, write checkpoints."""
         now = time.perf_counter()
         entry = HistoryEntry(
             iteration=self.iteration,
@@ -185,3 +220,21 @@ class _Run:
         if self.on_state is not None and now - self.saved > ON_STATE_SECONDS:
             self.saved = now
             self.on_state(self.solver.good_yarns())
+        if self.checkpoint is not None:
+            self.moment = self._moment(now)
+            if self.iteration % (-(-self.checkpoint.every // CHECK) * CHECK) == 0:
+                self.write_down()
+
+    def _moment(self, now: float) -> Moment:
+        """Copies of all that decides how the relaxation goes on; they stay what they are while it does."""
+        solver = self.solver
+        return Moment(
+            iteration=self.iteration,
+            seconds=now - self.began,
+            last=self.last,
+            history=tuple(self.history),
+            margin=solver.candidates.margin,
+            age=solver.age,
+            caution=solver.caution,
+            arrays={name: wp.clone(array) for name, array in solver.arrays().items()},
+        )

@@ -180,6 +180,34 @@ def nearest_arcs(
     nearest[p] = least * type(least)(2.0)
 
 
+@wp.kernel(module="unique")
+def nearest_entry(
+    # model
+    model: Any,
+    sample: int,
+    # state in
+    samples: wp.array[Any],
+    half_tangent: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    nearest: wp.array[wp.int32],
+    distance: wp.array[Any],
+) -> None:
+    """The sample whose arc is nearest to that of ``sample``, -1 where none is listed, and their distance; one thread."""
+    here = samples[sample]
+    nearest[0] = -1
+    for c in range(candidate_count[sample]):
+        entry = candidates[sample, c]
+        q = sample_number(model.images, entry)
+        apart = from_entry(model.images, samples, here, entry)
+        centre = type(half_tangent[0])(apart[0], apart[1], apart[2])
+        found = distance_of_pieces(centre, half_tangent[sample], half_tangent[q])
+        if nearest[0] < 0 or found < distance[0]:
+            nearest[0] = q
+            distance[0] = found
+
+
 @wp.func
 def shortened(step: Any, limit: Any) -> Any:
     """The step, no longer than the limit."""
@@ -207,7 +235,7 @@ def limit_steps(model: Model, state: State, candidates: Candidates) -> None:
     """
     clearance = clearances(model, state, candidates)
     if not minimum(clearance) >= SMALLEST_CLEARANCE:
-        raise SolverError(_too_close(model, int(clearance.numpy().argmin())))
+        raise SolverError(_too_close(model, state, candidates, int(clearance.numpy().argmin())))
     inputs = [model.constants, model.number(candidates.margin), clearance]
     model.launch(set_budgets, model.point_count, inputs, [state.budget])
 
@@ -227,12 +255,29 @@ def _arcs(model: Model, state: State) -> tuple[wp.array[Any], wp.array[Any]]:
     return half_tangent, slack
 
 
-def _too_close(model: Model, sample: int) -> str:
-    segment = int(np.searchsorted(model.sample_start, sample, side="right") - 1)
+def _too_close(model: Model, state: State, candidates: Candidates, sample: int) -> str:
+    half_tangent, slack = _arcs(model, state)
+    segment = _segment(model, sample)
     place = yarn_place(model.yarns, int(model.yarns.segment_points[segment, 1]))
     count = int(np.diff(model.sample_start)[segment])
-    found = f"too close to another yarn, or stretched too far, for {count} contact samples a segment"
-    return f"{place}: {found} to tell it from touching; move the yarns apart or raise contact_samples"
+    reach = float(slack.numpy()[sample, 0])
+    if not np.isfinite(reach):
+        return f"{place}: its control points are not finite; the last good state was kept"
+    if 2.0 * (model.radius[model.yarns.segment_yarn[segment]] - reach) + candidates.margin < SMALLEST_CLEARANCE:
+        found = f"control points {2 * reach * count:.3g} yarn radii apart, too far for {count} contact samples a segment"
+        return f"{place}: {found}; give it longer rest lengths or more contact_samples, or raise k_length"
+    nearest, distance = model.integers(np.array([-1])), model.empty(1)
+    inputs = [model.constants, sample, state.samples, half_tangent, candidates.count, candidates.lists]
+    model.launch(nearest_entry, 1, inputs, [nearest, distance])
+    other = yarn_place(model.yarns, int(model.yarns.segment_points[_segment(model, int(nearest.numpy()[0])), 1]))
+    found = f"{float(distance.numpy()[0]):.2g} yarn radii between the axes, and {count} contact samples a segment"
+    remedy = "move them apart, give them longer rest lengths, or raise k_contact or contact_samples"
+    return f"{place}: too close to {other} for the contact energy to part them, {found}; {remedy}"
+
+
+def _segment(model: Model, sample: int) -> int:
+    """The segment of a contact sample."""
+    return int(np.searchsorted(model.sample_start, sample, side="right") - 1)
 
 
 def yarn_place(yarns: YarnSet, point: int) -> str:

@@ -45,6 +45,10 @@ class Term(ABC):
     def renew(self, state: State, candidates: Candidates) -> None:  # noqa: B027 - most terms lag behind nothing
         """Bring what lags behind up to date; called when a load step begins, outside any recorded launch."""
 
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """What it carries from one iteration to the next and the first ``renew`` does not make again, by name."""
+        return {}
+
 
 class TermChoice(ABC):
     """A term that a caller asks for."""

@@ -6,8 +6,8 @@ Stability. Semi-implicit Euler with mass M, stiffness K and damping C is, in eve
 
     x_(n+1) - 2 x_n + x_(n-1) = - dt^2 M^-1 K x_n - dt M^-1 C (x_n - x_(n-1))
 
-and stays bounded while dt^2 K + 2 dt C < 4 M. Row sums bound a matrix by its diagonal (Gershgorin), so it is enough that
-at each control point, with w^2 = (row sum of K) / m and g = (row sum of C) / m,
+and stays bounded while dt^2 K + 2 dt C < 4 M. Row sums bound a matrix by its diagonal (Gershgorin), so it is enough
+that at each control point, with w^2 = (row sum of K) / m and g = (row sum of C) / m,
 
     dt^2 w^2 + 2 dt g <= 4     or     dt <= 4 / (g + sqrt(g^2 + 4 w^2)),
 
@@ -80,6 +80,7 @@ class Clock:
     """Time and the time step, on a device."""
 
     def __init__(self, count: int, device: wp.Device) -> None:
+        """Start at time 0, for ``count`` control points."""
         self.now = wp.zeros(2, dtype=wp.float64, device=device)
         """The last time step, and the time since the start [s]."""
         self.caution = wp.ones(1, dtype=wp.float64, device=device)

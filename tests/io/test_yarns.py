@@ -16,8 +16,7 @@ import pytest
 from stitchmesh import cli
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io import read_yarns, write_yarns
-from stitchmesh.io.radius import estimated_radius
-from stitchmesh.io.yarns import FORMATS
+from stitchmesh.io.yarns import FORMATS, check_writable
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from tests.gallery import shared
@@ -274,23 +273,10 @@ def test_bad_parameters_are_named(tmp_path):
         write_yarns(tmp_path / "y.txt", yarns)
 
 
-def test_radius_of_stacked_rings_is_half_their_distance():
-    yarns = YarnSet.from_curves([ring([0, 0, 0.3 * k]) for k in range(4)], closed=[True] * 4, radius=1.0)
-    assert estimated_radius(yarns) == pytest.approx(0.15, rel=1e-9)
-
-
-def test_radius_of_a_coil_is_half_its_pitch():
-    turn = np.linspace(0, 10 * np.pi, 400)
-    coil = np.stack([np.cos(turn), np.sin(turn), 0.2 * turn / (2 * np.pi)], axis=1)
-    yarns = YarnSet.from_curves([coil], closed=[False], radius=1.0)
-    # neighbouring turns are closest a little off the axis direction, by the squared slope of 0.03; samples add 1%
-    assert estimated_radius(yarns) == pytest.approx(0.1, rel=0.02)
-
-
 def test_a_radius_that_cannot_be_estimated_is_asked_for(tmp_path):
     yarns = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=1.0)
     write_yarns(tmp_path / "y.bcc", yarns)
-    with pytest.raises(ParameterError, match="radius: the yarns never come close"):
+    with pytest.raises(ParameterError, match="yarn radius: the yarns never come close"):
         read_yarns(tmp_path / "y.bcc")
 
 
@@ -299,7 +285,26 @@ def test_an_estimated_radius_is_announced_and_a_given_one_is_not(tmp_path, caplo
     write_yarns(tmp_path / "y.bcc", YarnSet.from_curves(rings, closed=[True, True], radius=1.0))
     # float32 rounding of the file
     np.testing.assert_allclose(read_yarns(tmp_path / "y.bcc").radius, [0.25, 0.25], rtol=1e-6)
-    assert "holds no yarn radius; estimated 0.25 cm" in caplog.text
+    assert [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING] == [
+        "yarn radius: 0.25 cm, estimated from the distances of yarns; give --yarn-radius to set it"
+    ]
     caplog.clear()
     np.testing.assert_array_equal(read_yarns(tmp_path / "y.bcc", radius=0.2).radius, [0.2, 0.2])
     assert not caplog.text
+
+
+@pytest.mark.parametrize("name", ["y.xyz", "y", "folder.bcc"])
+def test_a_file_that_could_not_be_written_is_refused_beforehand(tmp_path, name):
+    (tmp_path / "folder.bcc").mkdir()
+    for refuse in (check_writable, write_yarns):
+        with pytest.raises(FileError, match="expected"):
+            refuse(tmp_path / name, awkward_yarns())
+
+
+def test_a_lattice_is_refused_beforehand_but_in_hdf5(tmp_path):
+    step = np.zeros((4, 2), dtype=int)
+    yarns = dataclasses.replace(awkward_yarns(), lattice=Lattice([[1, 0, 0], [0, 2, 0]]), lattice_step=step)
+    check_writable(tmp_path / "y.h5", yarns)
+    with pytest.raises(FileError, match=r"write \.h5"):
+        check_writable(tmp_path / "y.bcc", yarns)
+    assert not list(tmp_path.iterdir())

@@ -3,7 +3,7 @@
 """Bending and stretching against the elastica: what a yarn does under dead loads.
 
 A yarn with k_bend bends as a rod with flexural rigidity EI = 2 k_bend (reference: Euler's elastica, solved to six
-digits by shooting). The yarn is in balance where yarn_forces and the loads cancel; that state is found here by a
+digits by shooting). The yarn is in balance where its forces and the loads cancel; that state is found here by a
 quasi-Newton method that starts from the exact curvature of the energy at the straight yarn, so nothing of the
 relaxer is used but its energies and forces. Loads act on points of the curve through the spline basis. A cantilever
 of length L is half of a yarn of length 2 L that is loaded alike on both sides and held up in its middle.
@@ -17,13 +17,23 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from stitchmesh.device import device_named
 from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
+from stitchmesh.yarnrelax import YarnMaterial, forces
+from stitchmesh.yarnrelax.candidates import make_candidates
+from stitchmesh.yarnrelax.model import put_model
+from stitchmesh.yarnrelax.precision import scalar_named
+from stitchmesh.yarnrelax.state import make_state
+
+Response = Callable[[np.ndarray], tuple[float, np.ndarray]]
+"""Energy [erg] and forces [dyn] at control points in the plane, shape (N, 2)."""
 
 STIFF_LENGTH = 1e3
 """k_len against k_bend = 1 and segments of 1: strains P / (2 k_len) under loads of a few EI / L^2 are 1e-4."""
 CHAIN_LENGTH = 3e4
 """The same for a chain of weight 24."""
+RADIUS = 0.5
+"""As segments of 1 touch nothing, it matters only to the number of contact samples: thinner yarns get more."""
 HALF = 8
 """Segments of a cantilever; cubic splines bend as the elastica to (1 / HALF)^2 of its change in curvature."""
 
@@ -31,11 +41,29 @@ HALF = 8
 def straight_yarn(segments: int) -> YarnSet:
     points = np.zeros((segments + 3, 3))
     points[:, 0] = np.arange(segments + 3) - (segments + 2) / 2
-    return YarnSet.from_curves([points], closed=[False], radius=1e-3)
+    return YarnSet.from_curves([points], closed=[False], radius=RADIUS)
 
 
 def material(k_bend: float, k_len: float = STIFF_LENGTH) -> YarnMaterial:
     return YarnMaterial(k_len, 0.0, k_bend, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+def response(yarns: YarnSet, matter: YarnMaterial) -> Response:
+    """What a yarn that touches nothing answers, from one model on the device."""
+    model = put_model(
+        yarns, matter, quadrature_points=5, contact_samples=1, scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )  # fmt: skip
+    state, nothing = make_state(model), make_candidates(model, 0.1)
+    unheld = model.empty(model.point_count)
+
+    def respond(plane: np.ndarray) -> tuple[float, np.ndarray]:
+        state.points.assign(model.to_device(np.column_stack([plane, np.zeros(len(plane))])))
+        forces.all_forces(model, state, nothing, (), unheld, model.launch)
+        energy = sum(forces.energies(model, state, nothing, ()).values())
+        return energy, state.point_force.numpy()[:, :2] / model.unit
+
+    return respond
 
 
 def at(yarns: YarnSet, segment: int, parameter: float) -> np.ndarray:
@@ -56,23 +84,16 @@ def spread_evenly(yarns: YarnSet) -> np.ndarray:
 
 def balanced(yarns: YarnSet, k_bend: float, load: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
     """Control points (x, y) at which the yarn carries a dead load [dyn], shape (N, 2)."""
-    matter, count = material(k_bend), len(yarns.points)
+    respond, count = response(yarns, material(k_bend)), len(yarns.points)
 
-    def moved(flat: np.ndarray) -> YarnSet:
-        points = np.zeros((count, 3))
-        points[:, :2] = flat.reshape(count, 2)
-        return YarnSet.from_curves([points], closed=[False], radius=1e-3, rest_lengths=[yarns.rest_length])
-
-    def energy(flat: np.ndarray) -> float:
-        stored = sum(yarn_energies(moved(flat), matter, quadrature_points=5).values())
-        return stored - float(load.ravel() @ flat)
-
-    def gradient(flat: np.ndarray) -> np.ndarray:
-        return -yarn_forces(moved(flat), matter, quadrature_points=5)[:, :2].ravel() - load.ravel()
+    def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        stored, force = respond(flat.reshape(count, 2))
+        return stored - float(load.ravel() @ flat), -force.ravel() - load.ravel()
 
     flat = yarns.points[:, :2].ravel() if start is None else start.ravel()
-    options = {"hess_inv0": positive_inverse(hessian(gradient, flat)), "gtol": 1e-5, "maxiter": 400}
-    found = minimize(energy, flat, jac=gradient, method="BFGS", options=options)
+    inverse = positive_inverse(hessian(lambda flat: energy_and_gradient(flat)[1], flat))
+    options = {"hess_inv0": inverse, "gtol": 1e-5, "maxiter": 400}
+    found = minimize(energy_and_gradient, flat, jac=True, method="BFGS", options=options)
     assert np.abs(found.jac).max() < 1e-3 * max(np.abs(load).max(), 1e-6), "the yarn is not in balance"
     return found.x.reshape(count, 2)
 
@@ -136,14 +157,11 @@ def smallest_curvature(yarns: YarnSet, press: float) -> float:
 
     E_len = k_len (1 - lambda)^2 a segment of length 1, so a press P shortens each by P / (2 k_len).
     """
-    count, matter = len(yarns.points), material(1.0)
+    count, respond = len(yarns.points), response(yarns, material(1.0))
     line = yarns.points * (1.0 - press / (2 * STIFF_LENGTH))
 
     def across(height: np.ndarray) -> np.ndarray:
-        points = line.copy()
-        points[:, 1] = height
-        bent = YarnSet.from_curves([points], closed=[False], radius=1e-3, rest_lengths=[yarns.rest_length])
-        return -yarn_forces(bent, matter, quadrature_points=5)[:, 1]
+        return -respond(np.column_stack([line[:, 0], height]))[1][:, 1]
 
     curvature = hessian(across, np.zeros(count))
     held = np.stack([at(yarns, 0, 0.0), at(yarns, len(yarns.rest_length) - 1, 1.0)])
@@ -164,18 +182,16 @@ def test_catenary(slack: float, expected: float) -> None:
     ends = [(at(yarns, 0, 0.0), -span / 2), (at(yarns, last, 1.0), span / 2)]
     x = yarns.points[:, 0] / slack
     start = np.stack([x, 4 * expected * span * ((x / span) ** 2 - 0.25)], axis=1)
-    matter = material(1e-3, CHAIN_LENGTH)
+    respond = response(yarns, material(1e-3, CHAIN_LENGTH))
 
     def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
-        points = np.zeros((len(x), 3))
-        points[:, :2] = flat.reshape(-1, 2)
-        hung = YarnSet.from_curves([points], closed=[False], radius=1e-3, rest_lengths=[yarns.rest_length])
-        gradient = -yarn_forces(hung, matter, quadrature_points=5)[:, :2]
-        energy = sum(yarn_energies(hung, matter, quadrature_points=5).values())
+        points = flat.reshape(-1, 2)
+        energy, force = respond(points)
+        gradient = -force
         gradient[:, 1] += weight * heavy
         energy += weight * float(heavy @ points[:, 1])
         for weights, place in ends:
-            off = weights @ points[:, :2] - [place, 0.0]
+            off = weights @ points - [place, 0.0]
             energy += tether / 2 * float(off @ off)
             gradient += tether * np.outer(weights, off)
         return energy, gradient.ravel()

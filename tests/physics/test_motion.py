@@ -119,14 +119,14 @@ def test_damped_yarns_never_gain_energy() -> None:
     yarns = crossing_yarns()
     iteration, method = started(yarns, YarnMaterial.named("leaf"))
     method.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
-    # the fastest modes turn by 0.16 a step: the swing of the integrator, a twelfth of their energy, is less than they lose
+    # the fastest modes turn by 0.16 a step, so that the integrator's swing, 0.08 of their energy, is below their loss
     method.dare(0.1)
     energies = []
     for _ in range(100):
         energies.append(iteration.assess().energy + method.kinetic_energy())
         iteration.run(10)
     assert (np.diff(energies) < 0.0).all()
-    assert energies[-1] < 0.1 * energies[0]
+    assert energies[-1] < 0.2 * energies[0]
 
 
 def test_energy_is_kept_without_damping() -> None:
@@ -196,5 +196,5 @@ def test_a_ring_rings() -> None:
     half_period = half_period_of(iteration, method, reading)
     stiffness = 2 * material.k_bend / material.mass_per_length
     tone = np.sqrt(stiffness * waves**2 * (waves**2 - 1) ** 2 / (waves**2 + 1))
-    # masses lumped at control points, which lie outside the curve, are too large by (n h)^2 / 3, h = 2 pi / 48: 2.3%
-    assert half_period == pytest.approx(np.pi / tone, rel=0.02)
+    # lumped masses and the spline are of second order in a wave's segments: (n h)^2 / 6 with h = 2 pi / 48
+    assert half_period == pytest.approx(np.pi / tone, rel=0.012)

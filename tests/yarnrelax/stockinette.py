@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
@@ -55,6 +56,74 @@ def tube(rows: int, stitches: int, points_per_stitch: int = 12, radius: float = 
         ring = np.stack([out * np.sin(angle), height, out * np.cos(angle)], axis=1)
         curves.append(scale * control_points(ring, wraps=True))
     return with_faces(YarnSet.from_curves(curves, closed=[True] * rows, radius=radius), points_per_stitch)
+
+
+def hopf_link(shrink: float, radius: float = 0.125) -> YarnSet:
+    """Two linked rings whose rest lengths pull them against each other."""
+    angle = np.arange(24) / 24 * 2 * np.pi
+    first = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    second = np.stack([1 + np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    yarns = YarnSet.from_curves([first, second], closed=[True, True], radius=radius)
+    return replace(yarns, rest_length=shrink * yarns.rest_length)
+
+
+def periodic_patch(rows: int, stitches: int, points_per_stitch: int = 12, radius: float = 0.125) -> YarnSet:
+    """A cell of an endless swatch: each row goes on in its own image; the least cell is one stitch."""
+    scale = radius / FORMULA_RADIUS
+    width = np.array([stitches * STITCH_WIDTH, 0.0, 0.0])
+    row = loop_curve(stitches, points_per_stitch)
+    padded = np.concatenate([row[-1:] - width, row, row[:1] + width])
+    row = row - np.diff(padded, 2, axis=0) / 6
+    curves = [scale * (row + np.array([0.0, ROW_HEIGHT * index, 0.0])) for index in range(rows)]
+    lattice = Lattice(scale * np.array([width, [0.0, rows * ROW_HEIGHT, 0.0]]))
+    number, start = np.arange(rows * len(row)), np.arange(rows + 1) * len(row)
+    step = np.tile([1, 0], (rows, 1))
+    face, part = number // points_per_stitch, number % points_per_stitch
+    return periodic_set(np.concatenate(curves), start, step, lattice, radius, face, part)
+
+
+def woven_cell(radius: float = 0.125) -> YarnSet:
+    """A cell of plain weave: two wefts along x, two warps along y, crossing three radii apart, a little too close."""
+    spacing = 3.0 * radius
+    along = np.arange(8) / 8 * 2 * spacing
+    curves = []
+    for turn in (False, True):
+        for index in range(2):
+            wave = np.where((index == 1) ^ turn, -0.9, 0.9) * radius * np.cos(np.pi * along / spacing)
+            aside = np.full(8, index * spacing)
+            place = [aside, along] if turn else [along, aside]
+            curves.append(np.stack([*place, wave], axis=1))
+    start = np.arange(5) * 8
+    step = np.array([[1, 0], [1, 0], [0, 1], [0, 1]])
+    lattice = Lattice(2 * spacing * np.eye(3)[:2])
+    number = np.arange(32)
+    return periodic_set(np.concatenate(curves), start, step, lattice, radius, number // 8, number % 8)
+
+
+def periodic_set(
+    points: NDArray[np.float64],
+    start: NDArray[np.int64],
+    step: NDArray[np.int64],
+    lattice: Lattice,
+    radius: float,
+    face: NDArray[np.int64],
+    part: NDArray[np.int64],
+) -> YarnSet:
+    """Yarns that go on in their images, as long at rest as they lie."""
+    count = len(start) - 1
+    yarns = YarnSet(
+        points=points,
+        start=start,
+        closed=np.ones(count, dtype=bool),
+        radius=np.full(count, radius),
+        rest_length=np.ones(len(points)),
+        row=np.repeat(np.arange(count), np.diff(start)),
+        face=face,
+        part=part,
+        lattice=lattice,
+        lattice_step=step,
+    )
+    return replace(yarns, rest_length=yarns.lengths)
 
 
 def with_faces(yarns: YarnSet, points_per_stitch: int) -> YarnSet:

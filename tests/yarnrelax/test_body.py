@@ -18,7 +18,7 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io import read_mesh
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh
-from stitchmesh.quality import Quality
+from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns
 from stitchmesh.yarnrelax.body import DEPTH, Body
@@ -46,19 +46,24 @@ def box(half: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Mesh:
     return Mesh.from_polygons(corners * np.array(half), BOX)
 
 
-def sphere(radius: float, times: int = 3) -> Mesh:
-    """A box whose faces are divided and blown up: quads, faces outwards."""
-    corners, faces = box().vertices, np.array(BOX)
+def divided(mesh: Mesh, times: int) -> Mesh:
+    """The same quads, each cut into four, so many times."""
+    corners, faces = mesh.vertices, mesh.face_vertex.reshape(-1, 4)
     for _ in range(times):
         sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
         edges, middle = np.unique(np.sort(sides.reshape(-1, 2), axis=1), axis=0, return_inverse=True)
         middle = middle.reshape(faces.shape) + len(corners)
         centre = len(corners) + len(edges) + np.arange(len(faces))
         corners = np.concatenate([corners, corners[edges].mean(axis=1), corners[faces].mean(axis=1)])
-        faces = np.concatenate(
-            [np.stack([faces[:, k], middle[:, k], centre, middle[:, k - 1]], axis=1) for k in range(4)]
-        )
-    return Mesh.from_polygons(radius * corners / np.linalg.norm(corners, axis=1, keepdims=True), faces.tolist())
+        quads = [np.stack([faces[:, k], middle[:, k], centre, middle[:, k - 1]], axis=1) for k in range(4)]
+        faces = np.concatenate(quads)
+    return Mesh.from_polygons(corners, faces.tolist())
+
+
+def sphere(radius: float) -> Mesh:
+    """A divided box, blown up."""
+    mesh = divided(box(), 3)
+    return replace(mesh, vertices=radius * mesh.vertices / np.linalg.norm(mesh.vertices, axis=1, keepdims=True))
 
 
 @cache
@@ -100,7 +105,8 @@ def gaps(mesh: Mesh, places: np.ndarray, limit: float = 1e6) -> tuple[np.ndarray
     surface = put_surface(on_device(ring(4.0, 0.0, 8, 1.0)), mesh)
     samples = wp.array(np.column_stack([places, 0 * places[:, 0]]), dtype=wp.vec4d, device="cpu")
     found = wp.zeros_like(samples)
-    wp.launch(measure, len(places), inputs=[surface.constants, limit, samples], outputs=[found], device="cpu")
+    inputs = [surface.constants, wp.float64(limit), samples]
+    wp.launch(measure, len(places), inputs=inputs, outputs=[found], device="cpu")
     return found.numpy()[:, :3], found.numpy()[:, 3]
 
 
@@ -194,6 +200,68 @@ def test_force_is_minus_the_gradient(scene: str) -> None:
     # truncation: step^2 over the smallest radius^2, and the kinks of the distance over edges of the mesh
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-(force * direction).sum(), rel=1e-5)
     assert np.count_nonzero(np.linalg.norm(force, axis=1)) > len(points) / 4
+
+
+def test_around_a_box_the_energy_is_that_of_the_distance_however_the_box_is_divided() -> None:
+    """Faces, edges and corners of a convex body each count once."""
+    noise = np.random.default_rng(8)
+    middles = noise.normal(size=(200, 1, 3))
+    middles *= noise.uniform(1.1, 1.7, size=(200, 1, 1)) / np.abs(middles).max(axis=2, keepdims=True)
+    curves = middles + noise.normal(scale=0.05, size=(200, 4, 3))  # short pieces on all sides
+    yarns = YarnSet.from_curves(list(curves), closed=[False] * 200, radius=0.8)
+    model = on_device(yarns)
+    state = make_state(model)
+    forces.sample(model, state)
+    distance = box_distance(model.from_device(model.upload(state.samples.numpy()[:, :3], 3)))
+    assert distance.min() > 0.0
+    counts = np.diff(model.sample_start)
+    weights = np.repeat(yarns.rest_length / counts, counts)
+    energies = [w * penalty(d / 0.8) if d < 0.8 else 0.0 for w, d in zip(weights, distance, strict=True)]
+    expected = 2 * 0.8 * MATTER.k_contact * sum(energies)
+    found = [push(model, Body(mesh).on(model), yarns.points)[0] for mesh in (box(), divided(box(), 2))]
+    # whether the search finds a feature at the rim of the reach depends on single precision, where f is 1e-12
+    assert found == pytest.approx([expected] * 2, rel=1e-9)
+
+
+def valley() -> Mesh:
+    """Two planes that fall towards the x axis at 45 degrees."""
+    ends = [[-9.0, 9.0], [0.0, 0.0], [9.0, 9.0]]
+    corners = [[x, y, z] for x in (-20.0, 20.0) for z, y in ends]
+    return Mesh.from_polygons(corners, [[0, 1, 4, 3], [1, 2, 5, 4]])
+
+
+def test_the_force_has_no_jump_in_the_middle_of_a_hollow() -> None:
+    yarns = straight(2, 0.0)
+    model = on_device(yarns)
+    term = Body(valley()).on(model)
+    left, right = (
+        push(model, term, yarns.points + np.array([0.0, 0.25 * 1.1, side]))[2][:, :3] for side in (-1e-9, 1e-9)
+    )
+    np.testing.assert_allclose(left, right, atol=1e-6 * np.abs(left).max())  # it changes by 1e-9 of its size a length
+
+
+def test_a_loaded_yarn_comes_to_rest_in_a_hollow() -> None:
+    """Both planes push: q = k_body (2 g(h / sqrt 2) / sqrt 2 - g(h)) / R at a height h over the valley, g = -f'.
+
+    The second part is the share of the edge between them. With the push of the nearest plane alone there is no balance.
+    """
+    radius, weight = 0.25, 5e4
+    matter = replace(MATTER, mass_per_length=weight / -STANDARD[1])
+    yarns = straight(12, 0.0)
+    yarns = replace(yarns, points=yarns.points + np.array([0.0, 0.5, 0.2]))
+    quality = Quality("float64", 3, 3, 12, 0.2, 1e-5, 5000)
+    result = relax_yarns(yarns, material=matter, quality=quality, device="cpu", terms=[Gravity(), Body(valley())])
+    assert result.report["converged"]
+
+    def g(x: float) -> float:
+        return 2 / x**3 - 2 * x if 0.5 < x < 1 else 0.0
+
+    whole, root = 2 * radius * MATTER.k_contact / radius, np.sqrt(2)
+    height = brentq(lambda h: whole * (2 * g(h / root) / root - g(h)) - weight, 0.501 * root, root)
+    assert height < 1.0  # the edge takes part
+    middle = result.yarns.sampled(4)[0][len(result.yarns.rest_length) * 2]
+    assert middle[1] / radius == pytest.approx(height, rel=1e-4)  # ten times the residual
+    assert abs(middle[2]) < 1e-4 * radius
 
 
 def straight(length: int, height: float, radius: float = 0.25) -> YarnSet:
@@ -299,7 +367,8 @@ def test_a_ring_drawn_tight_around_the_waist_lies_on_the_body() -> None:
     yarns = replace(yarns, rest_length=0.7 * yarns.rest_length)
     body = person()
     matter = MATTER.scaled(thick / 0.125)
-    result = relax_yarns(yarns, material=matter, quality="draft", device="cpu", terms=[Body(body)])
+    quality = replace(quality_named("draft"), tolerance=1e-3)
+    result = relax_yarns(yarns, material=matter, quality=quality, device="cpu", terms=[Body(body)])
     assert result.report["converged"]
     curve = result.yarns.sampled(4)[0]
     assert (np.abs(winding_number(body, curve)) < 0.5).all()  # all outside

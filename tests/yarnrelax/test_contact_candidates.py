@@ -15,14 +15,16 @@ from stitchmesh.device import device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces
 from stitchmesh.yarnrelax.candidates import FIRST_CAPACITY, find_candidates, make_candidates
-from stitchmesh.yarnrelax.model import neighbour_reach, put_model
+from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.neighbours import neighbour_reach
 from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import make_state
 
-MARGIN = 0.05
+MARGIN = 0.4
+"""In mean yarn radii."""
 
 
-def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray]:
+def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray, Model]:
     model = put_model(
         yarns,
         YarnMaterial.named("leaf"),
@@ -32,17 +34,19 @@ def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np
         device=device_named("cpu"),
     )
     state, candidates = make_state(model), make_candidates(model, MARGIN)
-    forces.sample(model, state, model.launch)
+    forces.sample(model, state)
     find_candidates(model, state.samples, candidates)
     count, lists = candidates.count.numpy(), candidates.lists.numpy()
-    return [lists[p, : count[p]].tolist() for p in range(model.sample_count)], state.samples.numpy()
+    return [lists[p, : count[p]].tolist() for p in range(model.sample_count)], state.samples.numpy(), model
 
 
-def all_pairs(yarns: YarnSet, samples: np.ndarray, per_segment: int) -> list[list[int]]:
+def all_pairs(samples: np.ndarray, model: Model) -> list[list[int]]:
     """The rule word for word, pair by pair."""
-    segment = np.repeat(np.arange(len(yarns.rest_length)), per_segment)
-    yarn, radius = yarns.segment_yarn[segment], yarns.radius[yarns.segment_yarn[segment]]
-    near = cdist(samples, samples) < radius[:, None] + radius[None, :] + MARGIN
+    yarns = model.yarns
+    segment = np.repeat(np.arange(len(yarns.rest_length)), np.diff(model.sample_start))
+    yarn, radius = yarns.segment_yarn[segment], model.radius[yarns.segment_yarn[segment]]
+    np.testing.assert_array_equal(samples[:, 3], radius)
+    near = cdist(samples[:, :3], samples[:, :3]) < radius[:, None] + radius[None, :] + MARGIN
     ahead = segment[None, :] - segment[:, None]
     cycle = np.where(yarns.closed, np.diff(yarns.segment_start), 1 << 30)[yarn]
     exempt = neighbour_reach(yarns)[segment]
@@ -54,8 +58,8 @@ def all_pairs(yarns: YarnSet, samples: np.ndarray, per_segment: int) -> list[lis
 
 @pytest.mark.parametrize("yarns", [tube(3, 4), flat_patch(3, 3)], ids=["closed", "open"])
 def test_lists_equal_all_pairs(yarns: YarnSet) -> None:
-    lists, samples = lists_and_samples(yarns, 3)
-    assert lists == all_pairs(yarns, samples, 3)
+    lists, samples, model = lists_and_samples(yarns, 3)
+    assert lists == all_pairs(samples, model)
     assert sum(map(len, lists)) > 0
 
 
@@ -63,16 +67,28 @@ def test_different_radii_and_scattered_yarns() -> None:
     random = np.random.default_rng(2)
     curves = [random.normal(scale=0.5, size=(9, 3)) for _ in range(5)]
     yarns = YarnSet.from_curves(curves, closed=[True, False] * 2 + [True], radius=[0.05, 0.1, 0.15, 0.2, 0.1])
-    lists, samples = lists_and_samples(yarns, 4)
-    assert lists == all_pairs(yarns, samples, 4)
+    lists, samples, model = lists_and_samples(yarns, 4)
+    assert lists == all_pairs(samples, model)
 
 
 def test_lists_that_do_not_fit_grow() -> None:
     yarns = tube(3, 4)
     thick = replace(yarns, radius=4 * yarns.radius)
-    lists, samples = lists_and_samples(thick, 5)
+    lists, samples, model = lists_and_samples(thick, 5)
     assert max(map(len, lists)) > FIRST_CAPACITY
-    assert lists == all_pairs(thick, samples, 5)
+    assert lists == all_pairs(samples, model)
+
+
+def test_long_segments_get_samples_that_leave_no_gap() -> None:
+    line = np.cumsum([0.0, 0.3, 0.3, 0.3, 2.0, 2.0, 0.3, 0.3, 0.3])
+    yarns = YarnSet.from_curves([line[:, None] * [1.0, 0.0, 0.0]], closed=[False], radius=0.2)
+    _, samples, model = lists_and_samples(yarns, 2)
+    counts = np.diff(model.sample_start)
+    assert counts.min() == 2
+    # a leg of ten radii: 10 / (2 * 0.85) = 5.9 samples keep each arc within 0.85 radii of its sample
+    assert counts.max() == 6
+    assert np.diff(samples[:, 0]).max() < 2.0
+    assert len(samples) == model.sample_count == counts.sum()
 
 
 def test_segments_as_long_as_the_yarn_is_thick_skip_only_their_neighbours() -> None:

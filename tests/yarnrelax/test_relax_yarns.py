@@ -12,13 +12,15 @@ from stockinette import fabric_of, tube
 
 from stitchmesh.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.lattice import Lattice
+from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax import solver as solver_module
-from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.iteration import SMALLEST_CAUTION, Iteration
+from stitchmesh.yarnrelax.shape import KeepShape
 
 DRAFT = PRESETS["draft"]
 ROWS, STITCHES = 6, 8
@@ -93,24 +95,33 @@ def test_far_from_the_origin_is_as_good_as_near(knit: YarnSet) -> None:
 
 
 def started(yarns: YarnSet, material: YarnMaterial, fabric: StitchMesh | None = None) -> Iteration:
-    return Iteration.start(yarns, material, DRAFT, device_named("cpu"), fabric)
+    terms, constraints = ([KeepShape(fabric)], [KeepBorders(fabric)]) if fabric else ([], [])
+    return Iteration.start(yarns, material, DRAFT, device_named("cpu"), terms, constraints)
+
+
+def kernels(iteration: Iteration) -> set[str]:
+    return {launch.kernel.key.split("__")[0] for launch in iteration.launches}
 
 
 def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
-    plain = {launch.kernel.key for launch in started(knit, YarnMaterial.named("kaldor-simulation")).launches}
+    plain = kernels(started(knit, YarnMaterial.named("kaldor-simulation")))
     assert plain == {
-        "place_samples",
-        "internal_forces",
-        "add_contact_forces",
+        "place_and_pull",
+        "contact_forces",
         "gather_forces",
-        "propose_steps",
-        "move_points",
-        "strand_sums",
-        "update_pace",
+        "find_compliance",
+        "compare",
+        "row_totals",
+        "remember",
+        "precondition",
+        "recall",
+        "propose_moves",
+        "move_and_note",
     }
     fabric = fabric_of(ROWS, STITCHES, closed=True)
-    full = {launch.kernel.key for launch in started(knit, YarnMaterial.named("leaf"), fabric).launches}
-    assert full - plain == {"add_length_forces", "displace_loops", "pull_patches", "add_shape_forces", "hold_loops"}
+    full = kernels(started(knit, YarnMaterial.named("leaf"), fabric))
+    added = {"clear", "displace_loops", "pull_patches", "add_shape_forces", "centre_forces", "hold_loops"}
+    assert full - plain == added and plain <= full
 
 
 def test_backing_off_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
@@ -120,17 +131,20 @@ def test_backing_off_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> No
     good = iteration.good_yarns().points
     iteration.run(20)
     iteration.back_off()
-    np.testing.assert_array_equal(iteration.state.points.numpy(), iteration.state.good_points.numpy())
+    np.testing.assert_array_equal(iteration.state.points.numpy(), iteration.good_points.numpy())
     np.testing.assert_array_equal(iteration.good_yarns().points, good)
-    assert not iteration.state.step.numpy().any()
-    assert iteration.eagerness == 1.0
+    assert iteration.caution == 0.5
+    pairs, scale = iteration.method.arrays()["numbers"].numpy()[[1, 4]]
+    assert pairs == 0 and scale == 0.5  # nothing is remembered of what went wrong
     iteration.run(20)
     assert iteration.assess().finite
+    iteration.keep()
+    assert iteration.caution == iteration.method.arrays()["numbers"].numpy()[4] == 0.6
 
 
 def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
     iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
-    iteration.eagerness = 1e-5
+    iteration.caution = SMALLEST_CAUTION / 2
     with pytest.raises(
         SolverError, match=r"(stretch|bend|contact) energy of yarn \d \(control point \d+, stitch face \d+\)"
     ):
@@ -141,8 +155,8 @@ def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.Mo
     monkeypatch.setattr(solver_module, "PROGRESS_SECONDS", 0.0)
     states: list[YarnSet] = []
 
-    def interrupt(iteration: int, residual: float, energy: float) -> None:
-        if iteration >= 40:
+    def interrupt(entry: HistoryEntry) -> None:
+        if entry["iteration"] >= 40:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -151,6 +165,22 @@ def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.Mo
         )
     expected = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=40), device="cpu").yarns
     assert np.array_equal(states[-1].points, expected.points)
+
+
+def test_the_history_holds_each_assessment(knit: YarnSet) -> None:
+    result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=60), device="cpu")
+    assert [entry["iteration"] for entry in result.history] == [0, 20, 40, 60]
+    assert result.history[-1]["residual"] == result.report["residual"]
+    assert result.history[-1]["energies"] == result.report["energies"]
+    seconds = [entry["seconds"] for entry in result.history]
+    assert seconds == sorted(seconds)
+
+
+def test_an_unfinished_relaxation_says_so(knit: YarnSet, caplog: pytest.LogCaptureFixture) -> None:
+    result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=20), device="cpu")
+    assert not result.report["converged"]
+    (record,) = caplog.records
+    assert "yarns are not at rest" in record.message and "max_iterations" in record.message
 
 
 def test_yarns_that_touch_at_the_start_are_named() -> None:
@@ -165,12 +195,6 @@ def test_an_unknown_device_lists_the_known(knit: YarnSet, device: str) -> None:
     with pytest.raises(ParameterError, match=f"device: got '{device}'; expected one of cpu") as caught:
         relax_yarns(knit, device=device)
     assert "\n" not in str(caught.value)
-
-
-def test_a_lattice_is_refused(knit: YarnSet) -> None:
-    periodic = replace(knit, lattice=Lattice(np.eye(3)[:2]), lattice_step=np.zeros((knit.yarn_count, 2)))
-    with pytest.raises(ParameterError, match="lattice"):
-        relax_yarns(periodic, device="cpu")
 
 
 def test_an_unknown_material_lists_the_known() -> None:

@@ -15,54 +15,58 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.candidates import Candidates, make_candidates
 from stitchmesh.yarnrelax.model import Model, put_model
 from stitchmesh.yarnrelax.patches import RINGS, choose_patches, loops_of
 from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.shape import Shape, put_shape, shape_energy, shape_forces, shape_stiffness
+from stitchmesh.yarnrelax.shape import KeepShape, Shape
 from stitchmesh.yarnrelax.state import State, make_state
 
 ROWS, STITCHES = 7, 8
+MATERIAL = YarnMaterial.named("kaldor-simulation")
+Setting = tuple[Model, Shape, State, Candidates]
 
 
-def setting(yarns: YarnSet) -> tuple[Model, Shape, State]:
+def setting(yarns: YarnSet) -> Setting:
     model = put_model(
         yarns,
-        YarnMaterial.named("kaldor-simulation"),
+        MATERIAL,
         quadrature_points=3,
         contact_samples=3,
         scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )
-    return model, put_shape(model, fabric_of(ROWS, STITCHES, closed=False)), make_state(model)
+    shape = KeepShape(fabric_of(ROWS, STITCHES, closed=False)).on(model)
+    return model, shape, make_state(model, outer=True), make_candidates(model, 0.1)
 
 
-def energy_and_force(model: Model, shape: Shape, state: State, points: np.ndarray) -> tuple[float, np.ndarray]:
-    state.points.assign(points - model.origin)
-    state.point_force.zero_()
-    shape_forces(model, shape, state, model.launch)
-    return shape_energy(shape), state.point_force.numpy()
+def energy_and_force(scene: Setting, points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Energy [erg] and forces [dyn] with control points at ``points`` [cm]."""
+    model, shape, state, candidates = scene
+    state.points.assign(model.to_device(points))
+    state.outer_force.zero_()
+    shape.forces(state, candidates, model.launch)
+    return shape.energy(state, candidates), state.outer_force.numpy() / model.unit
 
 
 def test_shape_force_is_minus_the_gradient_on_both_sides_of_the_threshold() -> None:
     yarns = flat_patch(ROWS, STITCHES)
-    model, shape, state = setting(yarns)
+    scene = setting(yarns)
     random = np.random.default_rng(9)
     direction = random.normal(size=yarns.points.shape)
     for lift in (0.05, 0.4):  # in and out of the soft range of one radius, 0.125 cm
         points = yarns.points + random.normal(scale=0.02, size=yarns.points.shape) + [0.0, 0.1, lift]
-        force = energy_and_force(model, shape, state, points)[1].copy()
+        force = energy_and_force(scene, points)[1]
         step = 1e-6  # the energy is quadratic by pieces: only rounding is left
-        ends = [energy_and_force(model, shape, state, points + side * step * direction)[0] for side in (1, -1)]
+        ends = [energy_and_force(scene, points + side * step * direction)[0] for side in (1, -1)]
         slope = (ends[0] - ends[1]) / (2 * step)
         assert slope == pytest.approx(-(force * direction).sum(), rel=1e-6)
 
 
 def test_one_stitch_displaced_by_a_radius_is_pulled_as_the_rule_says() -> None:
     yarns = flat_patch(ROWS, STITCHES)
-    model, shape, state = setting(yarns)
-    force = energy_and_force(model, shape, state, yarns.points + np.array([0.0, 0.0, 0.125]))[1]
-    material = model.material
-    expected = 0.02 * material.k_len / yarns.rest_length.mean() + 2 * material.k_bend / 0.5**2
+    force = energy_and_force(setting(yarns), yarns.points + np.array([0.0, 0.0, 0.125]))[1]
+    expected = 0.02 * MATERIAL.k_len / yarns.rest_length.mean() + 2 * MATERIAL.k_bend / 0.5**2
     # the mean over stitches is exact by construction: the rule divides by the mean weight
     assert -force[:, 2].sum() / (ROWS * STITCHES) == pytest.approx(expected, rel=1e-9)
     assert np.abs(force[:, :2]).max() < 1e-9 * expected
@@ -70,12 +74,12 @@ def test_one_stitch_displaced_by_a_radius_is_pulled_as_the_rule_says() -> None:
 
 def test_row_sums_bound_the_stiffness_of_the_patches() -> None:
     yarns = flat_patch(ROWS, STITCHES)
-    model, shape, state = setting(yarns)
-    rows = shape_stiffness(model, shape)
+    scene = setting(yarns)
+    rows = scene[1].stiffness() / scene[0].unit ** 2
     start = yarns.points + np.array([0.0, 0.0, 0.4])
     direction = np.random.default_rng(1).normal(size=yarns.points.shape)
     change = 1e-4
-    ends = [energy_and_force(model, shape, state, start + side * change * direction)[1].copy() for side in (1, -1)]
+    ends = [energy_and_force(scene, start + side * change * direction)[1] for side in (1, -1)]
     curvature = -((ends[0] - ends[1]) * direction).sum() / (2 * change)
     assert 0.0 < curvature <= (rows[:, None] * direction**2).sum()
 

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Both solvers on real scenes, with the same stop: iterations, seconds and energy on the way and at the end.
+
+    python benchmarks/solvers.py glove.bcc knittube.bcc --tolerance 0.02
+    python benchmarks/solvers.py skirt.obj --unit dm --stitch-width 0.8 --solver quasistatic --device cuda:0
+
+A yarn file relaxes freely; a mesh is knitted first (untimed) and its yarns keep its shape. Seconds are those of
+``relax_yarns`` with kernels loaded, of which the certificate, before and after, is given by itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import stitchmesh as sm
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.linking import doubled_linking
+from stitchmesh.yarnrelax.solver import Relaxation, relax_yarns
+
+YARN_SUFFIXES = (".bcc", ".h5")
+
+
+def scene(
+    path: str, unit: str, stitch_width: float, quality: Quality, device: str | None
+) -> tuple[YarnSet, StitchMesh | None]:
+    """Yarns from a file, or knitted from a mesh, with the fabric whose shape they keep."""
+    if Path(path).suffix in YARN_SUFFIXES:
+        return sm.read_yarns(path), None
+    mesh = sm.read_mesh(path, unit=unit)
+    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=stitch_width), surface=mesh, device=device)
+    return sm.generate_yarns(fabric, quality=quality), fabric
+
+
+def show(name: str, quality: Quality, result: Relaxation, certificate: float, levels: list[float]) -> None:
+    """One line of the table, and when the energy fell to some levels."""
+    report = result.report
+    at_rest = "at rest" if report["converged"] else "NOT at rest"
+    print(f"{name:<24}{quality.solver:<13}{report['iterations']:>7}{report['seconds']:>9.2f}{certificate:>9.2f}"
+          f"{report['residual']:>10.4f}{report['energy']:>14.1f}  {at_rest}, strain {report['max_strain']:.3f}, nearest "
+          f"{report['min_distance_over_radius']:.2f} r, {report['device']}", flush=True)  # fmt: skip
+    for level in levels:
+        entry = next((e for e in result.history if sum(e["energies"].values()) <= level), None)
+        found = f"{entry['iteration']} iterations, {entry['seconds']:.2f} s" if entry else "not reached"
+        print(f"{'':<24}energy {level:.6g}: {found}")
+
+
+def measure(path: str, arguments: argparse.Namespace) -> None:
+    """All solvers on one scene."""
+    base = quality_named(arguments.quality)
+    base = replace(
+        base,
+        tolerance=arguments.tolerance or base.tolerance,
+        max_iterations=arguments.max_iterations or base.max_iterations,
+    )
+    yarns, fabric = scene(path, arguments.unit, arguments.stitch_width, base, arguments.device)
+    print(f"{Path(path).name}: {len(yarns.points)} control points, {yarns.yarn_count} yarns", flush=True)
+    for solver in arguments.solver:
+        quality = replace(base, solver=solver)
+        # a short run loads the kernels
+        relax_yarns(yarns, quality=replace(quality, max_iterations=20), device=arguments.device, keep_shape=fabric)
+        began = time.perf_counter()
+        doubled_linking(yarns, device=arguments.device)
+        certificate = 2 * (time.perf_counter() - began)
+        result = relax_yarns(yarns, quality=quality, device=arguments.device, keep_shape=fabric)
+        show(Path(path).name, quality, result, certificate, arguments.level)
+
+
+def main() -> None:
+    """Measure the scenes named on the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scene", nargs="+")
+    parser.add_argument("--unit", default="cm")
+    parser.add_argument("--stitch-width", type=float, default=0.8)
+    parser.add_argument("--quality", default="draft")
+    parser.add_argument("--tolerance", type=float)
+    parser.add_argument("--max-iterations", type=int)
+    parser.add_argument("--solver", nargs="+", default=["quasistatic", "dynamics"])
+    parser.add_argument("--level", type=float, nargs="*", default=[], help="energies [erg] whose first time is asked for")
+    parser.add_argument("--device")
+    arguments = parser.parse_args()
+    print(f"{'scene':<24}{'solver':<13}{'iter.':>7}{'seconds':>9}{'certif.':>9}{'residual':>10}{'energy erg':>14}")
+    for path in arguments.scene:
+        measure(path, arguments)
+
+
+if __name__ == "__main__":
+    main()

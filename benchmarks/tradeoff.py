@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What accuracy costs: presets and sweeps of one knob, time against distance to ``reference``.
+
+    python benchmarks/tradeoff.py run --scene stockinette rib --device cuda:0 --output out/accuracy.csv
+    python benchmarks/tradeoff.py run --scene glove --glove glove.bcc --resume --output out/accuracy.csv
+    python benchmarks/tradeoff.py run --scene skirt --skirt skirt.obj --unit dm --resume --output out/accuracy.csv
+    python benchmarks/tradeoff.py plot out/accuracy.csv --picture docs/accuracy.png
+
+``run`` writes a row when a run has ended; with ``--resume`` it leaves out what the file holds. The reference of each
+scene lies beside the file as NAME-SCENE.npz and is made once. Seconds are those of ``relax_yarns``, certificates
+included, with kernels loaded. ``plot`` draws the picture and prints the tables of ``docs/accuracy.md``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tradeoff_measures import Gauge, Places, difference, energy_of, places_of
+from tradeoff_plot import draw, tables
+from tradeoff_scenes import PLAIN, RIB, Scene, cell, garment, tube, yarn_file
+
+from stitchmesh.errors import SolverError
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.solver import relax_yarns
+
+SWEEPS: dict[str, tuple[Any, ...]] = {
+    "precision": ("float32", "float64"),
+    "quadrature_points": (2, 3, 4, 5, 7, 11),
+    "contact_samples": (1, 2, 3, 5, 7, 11),
+    "control_points_per_stitch": (8, 10, 12, 16, 20, 24),
+    "step_fraction": (0.05, 0.1, 0.2, 0.3, 0.4),
+    "tolerance": (0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 5e-4, 2e-4, 1e-4),
+    "solver": ("quasistatic", "dynamics"),
+}
+"""Values of each knob, the others as in ``standard``."""
+MEASURED = (
+    "device", "control_points", "seconds", "iterations", "residual", "converged", "energy", "rms", "largest",
+    "wale_error", "course_error", "energy_error", "max_strain", "reference_converged", "reference_residual", "failure",
+)  # fmt: skip
+"""What a row says of a run; ``energy`` [erg] is evaluated as the reference is, distances are in yarn radii."""
+COLUMNS = ("scene", "knob", "value", *MEASURED)
+
+
+class Bench:
+    """A scene with its reference, and kernels that were loaded."""
+
+    def __init__(self, scene: Scene, device: str | None) -> None:
+        self.scene = scene
+        self.device = device
+        self.loaded: set[tuple[str, str]] = set()
+
+    def relax(self, quality: Quality) -> tuple[YarnSet, dict[str, Any]]:
+        """Relaxed yarns and their report; a short run loads the kernels first."""
+        yarns = self.scene.make(quality.control_points_per_stitch)
+        keep = {"keep_shape": self.scene.fabric, "device": self.device}
+        if (quality.precision, quality.solver) not in self.loaded:
+            relax_yarns(yarns, quality=replace(quality, max_iterations=20), **keep)
+            self.loaded.add((quality.precision, quality.solver))
+        result = relax_yarns(yarns, quality=quality, **keep)
+        return result.yarns, result.report
+
+    def row(self, quality: Quality) -> dict[str, Any]:
+        """What a row says of a relaxation with this quality, or why there was none."""
+        try:
+            return self.measure(*self.relax(quality))
+        except SolverError as error:
+            return {"failure": str(error), "converged": False}
+
+    def refer(self, reference: YarnSet, report: dict[str, Any]) -> None:
+        """Compare with this state from now on."""
+        self.reference = reference, report
+        start = self.scene.make(PRESETS["reference"].control_points_per_stitch)
+        self.radius = float(reference.radius.mean())
+        self.material = YarnMaterial.named("stitchmesh").scaled(self.radius / REFERENCE_RADIUS)
+        self.gauge: Gauge = self.scene.gauge(places_of(start, self.scene.per_run))
+        self.places: Places = places_of(reference, self.scene.per_run)
+        self.energy = energy_of(reference, self.material, self.device)
+
+    def measure(self, yarns: YarnSet, report: dict[str, Any]) -> dict[str, Any]:
+        """What a row says of a relaxation."""
+        found = difference(
+            places_of(yarns, self.scene.per_run), self.places, self.gauge, self.scene.freedom, self.radius
+        )
+        energy = energy_of(yarns, self.material, self.device)
+        return {
+            **{name: report[name] for name in ("device", "seconds", "iterations", "residual", "converged", "max_strain")},
+            **vars(found),
+            "control_points": len(yarns.points),
+            "energy": energy,
+            "energy_error": abs(energy / self.energy - 1.0),
+            "reference_converged": self.reference[1]["converged"],
+            "reference_residual": self.reference[1]["residual"],
+        }
+
+
+def runs(scene: Scene, given: argparse.Namespace) -> Iterator[tuple[str, Any, Quality]]:
+    """Knob, value and quality of every run but the reference's; the presets come first."""
+    if "preset" in given.knob:
+        for name in ("draft", "standard"):
+            yield "preset", name, PRESETS[name]
+    standard = PRESETS["standard"]
+    tolerance = given.sweep_tolerance or standard.tolerance
+    for knob in given.knob:
+        if knob == "preset" or (knob == "control_points_per_stitch" and not scene.generated):
+            continue
+        for value in SWEEPS[knob]:
+            quality = standard if knob == "tolerance" else replace(standard, tolerance=tolerance)
+            yield knob, value, replace(quality, **{knob: value}, max_iterations=given.max_iterations)
+
+
+def measure_scene(scene: Scene, given: argparse.Namespace) -> None:
+    """All runs of one scene, a row after each."""
+    output = Path(given.output)
+    rows = [row for row in read_rows(output) if row["scene"] == scene.name]
+    done: dict[tuple[str, str], dict[str, Any]] = {(row["knob"], row["value"]): row for row in rows}
+    bench = Bench(scene, given.device)
+    _find_reference(bench, output, given)
+    if ("preset", "reference") not in done:
+        _write(output, {"scene": scene.name, "knob": "preset", "value": "reference", **bench.measure(*bench.reference)})
+    known: dict[Quality, dict[str, Any]] = {}
+    for knob, value, quality in runs(scene, given):
+        if (knob, str(value)) not in done:
+            row = known[quality] if quality in known else bench.row(quality)  # every sweep has standard in it
+            known[quality] = {**row, "scene": scene.name, "knob": knob, "value": value}
+            _write(output, known[quality])
+        else:
+            known[quality] = done[knob, str(value)]
+
+
+def _find_reference(bench: Bench, output: Path, given: argparse.Namespace) -> None:
+    """Read the reference, or make it where there is none."""
+    path = output.with_name(f"{output.stem}-{bench.scene.name}.npz")
+    if not (given.resume and path.exists()):
+        quality = replace(
+            PRESETS["reference"], tolerance=given.reference_tolerance, max_iterations=given.reference_iterations
+        )
+        yarns, report = bench.relax(quality)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        kept = ("device", "seconds", "iterations", "residual", "converged", "max_strain")
+        np.savez_compressed(path, points=yarns.points, **{name: report[name] for name in kept})
+    with np.load(path) as file:
+        report = {name: file[name].item() for name in file.files if name != "points"}
+        start = bench.scene.make(PRESETS["reference"].control_points_per_stitch)
+        bench.refer(replace(start, points=file["points"]), report)
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a file, none where there is no file."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _write(path: Path, row: dict[str, Any]) -> None:
+    """Add a row to the file and say it."""
+    fresh = not path.exists()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        if fresh:
+            writer.writeheader()
+        writer.writerow({name: f"{cell:.6g}" if isinstance(cell, float) else cell for name, cell in row.items()})
+    said = (f"{name} {row[name]:.4g}" if isinstance(row[name], float) else f"{name} {row[name]}"
+            for name in ("seconds", "iterations", "residual", "rms", "largest", "wale_error", "course_error",
+                         "energy_error", "failure") if name in row)  # fmt: skip
+    print(f"{row['scene']} {row['knob']} {row['value']}: " + ", ".join(said), flush=True)
+
+
+def scene_named(name: str, given: argparse.Namespace) -> Scene:
+    """Make a scene."""
+    size = given.rows, given.stitches
+    makers = {
+        "stockinette": lambda: tube(name, PLAIN, *size),
+        "rib": lambda: tube(name, RIB, *size),
+        "stockinette-cell": lambda: cell(name, PLAIN, *size),
+        "rib-cell": lambda: cell(name, RIB, *size),
+        "glove": lambda: yarn_file(name, given.glove),
+        "skirt": lambda: garment(name, given.skirt, given.unit, given.skirt_width),
+    }
+    return makers[name]()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(dest="command", required=True)
+    run = commands.add_parser("run", help="measure and write a CSV")
+    scenes = ["stockinette", "rib", "stockinette-cell", "rib-cell", "glove", "skirt"]
+    run.add_argument("--scene", nargs="+", choices=scenes, default=scenes[:2])
+    run.add_argument("--knob", nargs="+", choices=["preset", *SWEEPS], default=["preset", *SWEEPS])
+    run.add_argument("--output", default="out/accuracy.csv")
+    run.add_argument("--resume", action="store_true", help="leave out runs that the file holds")
+    run.add_argument("--device")
+    run.add_argument("--rows", type=int, default=8, help="rows of stockinette and rib")
+    run.add_argument("--stitches", type=int, default=24, help="stitches of a row of stockinette and rib")
+    run.add_argument("--glove", default="glove.bcc")
+    run.add_argument("--skirt", default="skirt.obj")
+    run.add_argument("--unit", default="dm", help="of the skirt")
+    run.add_argument("--skirt-width", type=float, default=0.8, help="stitch width of the skirt [cm]")
+    run.add_argument("--max-iterations", type=int, default=PRESETS["standard"].max_iterations, help="of the sweeps")
+    run.add_argument("--sweep-tolerance", type=float, help="of all sweeps but that of the tolerance")
+    run.add_argument("--reference-tolerance", type=float, default=PRESETS["reference"].tolerance)
+    run.add_argument("--reference-iterations", type=int, default=PRESETS["reference"].max_iterations)
+    plot = commands.add_parser("plot", help="draw a CSV and print its tables")
+    plot.add_argument("csv")
+    plot.add_argument("--picture", default="docs/accuracy.png")
+    return parser
+
+
+def main() -> None:
+    """Measure, or draw what was measured."""
+    given = _parser().parse_args()
+    if given.command == "plot":
+        rows = read_rows(Path(given.csv))
+        draw(rows, given.picture)
+        print(tables(rows))
+        return
+    if not given.resume:
+        Path(given.output).unlink(missing_ok=True)
+    for name in given.scene:
+        measure_scene(scene_named(name, given), given)
+
+
+if __name__ == "__main__":
+    main()

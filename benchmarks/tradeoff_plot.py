@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Picture and tables of the trade-off between time and accuracy, from the rows of its CSV."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+Row = dict[str, str]
+
+MARKERS = {
+    "precision": ("s", "tab:brown"),
+    "quadrature_points": ("v", "tab:green"),
+    "contact_samples": ("^", "tab:olive"),
+    "control_points_per_stitch": ("P", "tab:purple"),
+    "step_fraction": ("X", "tab:pink"),
+    "tolerance": ("o", "tab:blue"),
+    "solver": ("D", "tab:gray"),
+}
+"""Marker and colour of each knob."""
+SHORT = {"control_points_per_stitch": "control points per stitch", "quadrature_points": "quadrature points",
+         "contact_samples": "contact samples", "step_fraction": "step fraction"}  # fmt: skip
+
+
+def draw(rows: Sequence[Row], path: str) -> None:
+    """Time against rms distance to the reference, a panel for each scene."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    scenes = scenes_of(rows)
+    columns = min(2, len(scenes))
+    lines = math.ceil(len(scenes) / columns)
+    figure, panels = plt.subplots(lines, columns, figsize=(6.2 * columns, 4.4 * lines), squeeze=False)
+    for panel in panels.ravel()[len(scenes) :]:
+        panel.axis("off")
+    for scene, panel in zip(scenes, panels.ravel(), strict=False):
+        _draw_scene(panel, scene, [row for row in rows if row["scene"] == scene and measured(row)])
+    handles, labels = {}, []
+    for panel in panels.ravel()[: len(scenes)]:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    labels = list(handles)
+    figure.legend([handles[label] for label in labels], labels, loc="lower center", ncols=5, frameon=False, fontsize=9)
+    figure.tight_layout(rect=(0, 0.25 / lines * 0.45, 1, 1))
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+
+
+def _draw_scene(panel, scene: str, rows: list[Row]) -> None:  # noqa: ANN001
+    """One panel: markers of runs, the presets by name, the runs that none beats in both."""
+    compared = [row for row in rows if row["value"] != "reference"]
+    for knob, (marker, colour) in MARKERS.items():
+        for at_rest in (True, False):
+            chosen = [row for row in compared if row["knob"] == knob and (row["converged"] == "True") == at_rest]
+            panel.plot(
+                [float(row["seconds"]) for row in chosen], [float(row["rms"]) for row in chosen], marker, color=colour,
+                markersize=6, markerfacecolor=colour if at_rest else "none", alpha=0.8, linestyle="none",
+                label=SHORT.get(knob, knob) if at_rest else None,
+            )  # fmt: skip
+    front = pareto(compared)
+    panel.plot(*zip(*front, strict=True), color="black", linewidth=1, drawstyle="steps-post", zorder=1,
+               label="no other run is faster and nearer")  # fmt: skip
+    for row in compared:
+        if row["knob"] == "preset":
+            place = float(row["seconds"]), float(row["rms"])
+            panel.plot(*place, "*", color="tab:red", markersize=16, markeredgecolor="black", zorder=4, label="preset")
+            panel.annotate(row["value"], place, xytext=(9, 7), textcoords="offset points", weight="bold", zorder=5,
+                           bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 1})  # fmt: skip
+    reference = next((row for row in rows if row["value"] == "reference"), None)
+    if reference is not None:
+        panel.axvline(float(reference["seconds"]), color="tab:red", linestyle=":", linewidth=1, label="reference")
+    panel.set(xscale="log", yscale="log", xlabel="seconds", ylabel="rms distance to reference [yarn radii]")
+    panel.set_title(scene)
+    panel.grid(visible=True, which="both", alpha=0.2)
+
+
+def pareto(rows: Sequence[Row]) -> list[tuple[float, float]]:
+    """Seconds and rms distance of the runs that no other run beats in both, fastest first."""
+    front: list[tuple[float, float]] = []
+    for seconds, rms in sorted((float(row["seconds"]), float(row["rms"])) for row in rows):
+        if not front or rms < front[-1][1]:
+            front.append((seconds, rms))
+    return front
+
+
+def measured(row: Row) -> bool:
+    """Whether a run ended with yarns."""
+    return bool(row["seconds"])
+
+
+def scenes_of(rows: Sequence[Row]) -> list[str]:
+    """Names of the scenes in the order in which they come."""
+    return list(dict.fromkeys(row["scene"] for row in rows))
+
+
+def tables(rows: Sequence[Row]) -> str:
+    """The tables of ``docs/accuracy.md``: the presets of all scenes, then one table for each knob."""
+    text = [*_scene_table([row for row in rows if row["knob"] == "preset"], "preset"), ""]
+    for knob in MARKERS:
+        chosen = [row for row in rows if row["knob"] == knob]
+        if chosen:
+            text += [f"### {SHORT.get(knob, knob).capitalize()}", "", *_scene_table(chosen, SHORT.get(knob, knob)), ""]
+    return "\n".join(text)
+
+
+def _scene_table(rows: Sequence[Row], knob: str) -> list[str]:
+    lines = [
+        f"| scene | {knob} | seconds | iterations | residual | rms, radii | largest, radii | wale spacing % "
+        "| course spacing % | energy % |",
+        "|---|---|" + "---:|" * 8,
+    ]
+    for row in rows:
+        name = f"| {row['scene']} | {row['value']} | "
+        if not measured(row):
+            lines.append(name + f"{row['failure']} |" + " |" * 7)
+            continue
+        marks = "" if row["converged"] == "True" else ", not at rest"
+        errors = [f"{100 * float(row[error]):.2g}" for error in ("wale_error", "course_error", "energy_error")]
+        if row["value"] == "reference":
+            distances, errors = ["0", "0"], ["0"] * 3
+        else:
+            distances = [f"{float(row[name]):.2g}" for name in ("rms", "largest")]
+        cells = [f"{float(row['seconds']):.3g}", row["iterations"], f"{float(row['residual']):.2g}{marks}"]
+        lines.append(name + " | ".join([*cells, *distances, *errors]) + " |")
+    return lines

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a value is made of, field by field in short words, to tell whether two runs were given the same."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+
+DIGITS = 16
+"""Hexadecimal digits of a checksum that are kept: two that differ are alike once in 2^64 times."""
+
+
+def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict[str, str]:
+    """The fields of a dataclass by ``name.field``: plain values as they print, others as a checksum.
+
+    Args:
+        name: what the value is called.
+        value: a dataclass.
+        without: fields to leave out.
+
+    Raises:
+        ParameterError: a field holds what has no bytes to compare, such as a function.
+    """
+    names = [field.name for field in fields(value) if field.name not in without]
+    return {f"{name}.{field}": _told(f"{name}.{field}", getattr(value, field)) for field in names}
+
+
+def _told(name: str, value: Any) -> str:
+    if value is None or isinstance(value, str | bool | int | float | np.generic):
+        return str(value)
+    digest = hashlib.sha256()
+    for part in _parts(name, value):
+        digest.update(part)
+    return f"SHA-256 {digest.hexdigest()[:DIGITS]}"
+
+
+def _parts(name: str, value: Any) -> Iterator[bytes]:
+    """Bytes that differ where values differ."""
+    if value is None or isinstance(value, str | bool | int | float | np.generic):
+        yield f"{value!s};".encode()
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype.str}{value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif isinstance(value, Mapping):
+        yield f"{len(value)} pairs".encode()
+        for item in value.items():
+            yield from _parts(name, item)
+    elif isinstance(value, list | tuple):
+        yield f"{len(value)} of".encode()
+        for item in value:
+            yield from _parts(name, item)
+    elif is_dataclass(value):
+        yield type(value).__name__.encode()
+        for field in fields(value):
+            yield from _parts(name, getattr(value, field.name))
+    else:
+        found = type(value).__name__
+        raise ParameterError(f"{name}: got a {found}, which a checkpoint cannot tell from another; relax without one")

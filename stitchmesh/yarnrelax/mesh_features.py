@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The features of a triangle mesh: which way each looks, and how often it counts.
+
+A triangle has seven features: itself, its edges across from corners 0, 1, 2, and these corners. Out of a face points
+its normal, out of an edge the sum of the normals of its two faces, out of a corner the sum of the normals of the faces
+around it, each weighted by its angle there. The sign of (place - nearest point) . outward then tells inside from
+outside everywhere around a closed surface (Baerentzen and Aanaes 2005, "Signed distance computation using the angle
+weighted pseudonormal", theorem 1). A border has no inside: its edges and corners have no direction.
+
+A sum over triangles of a function of their distances counts a point on an edge twice, and one at a corner once for
+each triangle around it. If edges and corners are added with the shares
+
+    edge:  1 - (its triangles),        corner:  1 - (its triangles) - (sum of the shares of its edges)
+
+every point counts once (inclusion and exclusion): -1 and 1, and 0 and 0 at a border. Each edge and corner gives its
+share to one of its triangles.
+
+Polygons are divided into triangles that share their first corner. Vertices at one place count as one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFeatures:
+    """Triangles, and what their features are; the edge across from a corner comes before that corner."""
+
+    corners: FloatArray
+    """Corners of the triangles [cm], shape (T, 3, 3)."""
+    outward: FloatArray
+    """Unit vectors out of each triangle's seven features, zero where there are none, shape (T, 7, 3)."""
+    shares: FloatArray
+    """Shares of each triangle's edges and of its corners, zero where another triangle has them, shape (T, 2, 3)."""
+
+
+def mesh_features(mesh: Mesh) -> MeshFeatures:
+    """The triangles that a mesh is divided into, without those of which two corners are at one place."""
+    corners = mesh.vertices[_fan_triangles(mesh)]
+    vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    distinct = (vertex != np.roll(vertex, 1, axis=1)).all(axis=1)
+    corners, vertex = corners[distinct], vertex[distinct]
+    ends = np.stack([np.roll(vertex, -1, axis=1), np.roll(vertex, -2, axis=1)], axis=2)
+    key = ends.min(axis=2) * (vertex.max() + 1) + ends.max(axis=2)
+    edge = np.unique(key, return_inverse=True)[1].reshape(key.shape)
+    return MeshFeatures(corners, _outward(corners, vertex, edge, ends), _shares(vertex, edge, ends))
+
+
+def enclosed_volume(mesh: Mesh) -> float:
+    """Volume inside a closed surface [cm^3]; negative where its faces look inwards."""
+    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[_fan_triangles(mesh)].transpose(1, 0, 2)
+    return float(np.einsum("td,td->", a, np.cross(b, c)) / 6)
+
+
+def _fan_triangles(mesh: Mesh) -> IntArray:
+    """Vertices of the triangles, shape (T, 3)."""
+    more = np.diff(mesh.face_start) - 2
+    first = np.repeat(mesh.face_start[:-1], more)
+    turn = np.arange(more.sum()) - np.repeat(np.cumsum(more) - more, more)
+    return mesh.face_vertex[np.stack([first, first + turn + 1, first + turn + 2], axis=1)]
+
+
+def _outward(corners: FloatArray, vertex: IntArray, edge: IntArray, ends: IntArray) -> FloatArray:
+    after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    cross, dot = np.cross(after, before), np.einsum("tkd,tkd->tk", after, before)
+    angle = np.arctan2(np.linalg.norm(cross, axis=2), dot)
+    normal = _unit(cross[:, 0] / np.einsum("tkd,tkd->t", after, after)[:, None])
+    edge_sum = _sums(edge, np.repeat(normal[:, None], 3, axis=1))
+    vertex_sum = _sums(vertex, normal[:, None] * angle[:, :, None])
+    border = np.bincount(edge.ravel())[edge] == 1
+    edge_sum[edge[border]] = 0.0
+    vertex_sum[ends[border].ravel()] = 0.0
+    return _unit(np.concatenate([normal[:, None], edge_sum[edge], vertex_sum[vertex]], axis=1))
+
+
+def _shares(vertex: IntArray, edge: IntArray, ends: IntArray) -> FloatArray:
+    of_edge = 1.0 - np.bincount(edge.ravel())
+    first_edge, first_vertex = (np.unique(number, return_index=True)[1] for number in (edge, vertex))
+    around = np.bincount(ends.reshape(-1, 2)[first_edge].ravel(), weights=np.repeat(of_edge, 2))
+    shares = np.zeros((2, vertex.size))
+    shares[0, first_edge] = of_edge
+    shares[1, first_vertex] = 1.0 - np.bincount(vertex.ravel()) - around
+    return shares.reshape(2, -1, 3).transpose(1, 0, 2)
+
+
+def _sums(group: IntArray, vectors: FloatArray) -> FloatArray:
+    """Sum of the vectors of each group, shape (groups, 3)."""
+    flat = vectors.reshape(-1, 3)
+    return np.stack([np.bincount(group.ravel(), weights=flat[:, axis]) for axis in range(3)], axis=1)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    """Vectors of length one, zero where they cancel."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(length > 1e-12, vectors / np.maximum(length, 1e-300), 0.0)

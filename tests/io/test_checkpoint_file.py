@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Checkpoint files: all bits come back, damage is refused, and a kill at any moment leaves a sound file."""
+
+from __future__ import annotations
+
+import functools
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import FileError
+from stitchmesh.io.checkpoint_file import (
+    CHECKSUM_BYTES,
+    MAGIC,
+    CheckpointFile,
+    is_sound,
+    previous_of,
+    read_checkpoint,
+    write_checkpoint,
+)
+from tests.gallery import ROOT
+from tests.killing import killed
+
+
+def content(number: int) -> CheckpointFile:
+    rng = np.random.default_rng(number)
+    arrays = {
+        "single": rng.normal(size=(3, 5, 3)).astype(np.float32),
+        "double": rng.normal(size=7),
+        "whole": rng.integers(-9, 9, (4, 2)).astype(np.int32),
+        "nothing": np.zeros((0, 3)),
+        "turned": np.asfortranarray(rng.normal(size=(3, 2))),
+    }
+    return CheckpointFile({"number": number, "third": 1.0 / 3.0, "words": ["a", "ä"]}, arrays)
+
+
+def written(folder: Path, count: int) -> Path:
+    path = folder / "checkpoint.smc"
+    for number in range(count):
+        write_checkpoint(path, content(number))
+    return path
+
+
+def test_all_bits_come_back(tmp_path):
+    stored, read = content(4), CheckpointFile({}, {})
+    stored.arrays["double"][:2] = [np.nan, -0.0]
+    write_checkpoint(tmp_path / "a.smc", stored)
+    read = read_checkpoint(tmp_path / "a.smc")
+    assert read.header == stored.header
+    assert list(read.arrays) == list(stored.arrays)
+    for name, values in stored.arrays.items():
+        assert read.arrays[name].dtype == values.dtype
+        assert read.arrays[name].shape == values.shape
+        assert read.arrays[name].tobytes() == values.tobytes()
+
+
+def test_the_one_before_is_kept_and_nothing_else(tmp_path):
+    path = written(tmp_path, 3)
+    assert read_checkpoint(path).header["number"] == 2
+    assert read_checkpoint(previous_of(path)).header["number"] == 1
+    assert sorted(tmp_path.iterdir()) == [previous_of(path), path]
+
+
+def test_each_flipped_byte_is_noticed(tmp_path):
+    path = written(tmp_path, 1)
+    sound = path.read_bytes()
+    for place in range(len(sound)):
+        damaged = bytearray(sound)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        assert not is_sound(path), place
+
+
+@pytest.mark.parametrize("left", [0, 1, len(MAGIC), len(MAGIC) + CHECKSUM_BYTES, 200, -1])
+def test_a_file_that_was_cut_short_is_refused_in_one_line(tmp_path, left):
+    path = written(tmp_path, 1)
+    path.write_bytes(path.read_bytes()[:left])
+    with pytest.raises(FileError, match=r"checkpoint\.smc: ") as caught:
+        read_checkpoint(path)
+    assert "\n" not in str(caught.value)
+    assert "previous" not in str(caught.value)
+
+
+def test_the_one_before_is_offered_if_it_is_sound(tmp_path):
+    path = written(tmp_path, 2)
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(FileError, match=r"its checksum is wrong; the one before it is sound, take .*previous\.smc$"):
+        read_checkpoint(path)
+    path.unlink()
+    with pytest.raises(FileError, match=r"there is no such file; .* take .*previous\.smc$"):
+        read_checkpoint(path)
+    previous_of(path).write_bytes(b"damaged")
+    with pytest.raises(FileError, match=r"there is no such file; check the path$"):
+        read_checkpoint(path)
+
+
+def test_a_foreign_file_is_refused(tmp_path):
+    (tmp_path / "a.smc").write_bytes(b"BCC" + bytes(200))
+    with pytest.raises(FileError, match="is not a checkpoint"):
+        read_checkpoint(tmp_path / "a.smc")
+
+
+def test_a_damaged_file_does_not_push_out_a_sound_one(tmp_path):
+    path = written(tmp_path, 2)
+    path.write_bytes(b"damaged")
+    write_checkpoint(path, content(7))
+    assert read_checkpoint(path).header["number"] == 7
+    assert read_checkpoint(previous_of(path)).header["number"] == 0
+
+
+def test_without_second_names_a_checkpoint_is_renamed(tmp_path, monkeypatch):
+    def refuse(*names: object) -> None:
+        raise OSError("not on this file system")
+
+    monkeypatch.setattr("os.link", refuse)
+    path = written(tmp_path, 3)
+    assert read_checkpoint(previous_of(path)).header["number"] == 1
+    assert sorted(tmp_path.iterdir()) == [previous_of(path), path]
+
+
+def kill_at_every_call() -> list[list[int]]:
+    """Kill a third write before each of its calls on files: the numbers that both files then hold, newest first."""
+    with tempfile.TemporaryDirectory() as scratch:
+        start = written(Path(scratch) / "start", 2)
+        found: list[list[int]] = []
+        while True:
+            path = Path(shutil.copytree(start.parent, Path(scratch) / str(len(found)))) / start.name
+            third = functools.partial(write_checkpoint, path, content(2))
+            if not killed("write_checkpoint", len(found), third, of_files=True):
+                return found
+            found.append([read_checkpoint(file).header["number"] for file in (path, previous_of(path))])
+
+
+def test_a_kill_at_any_call_of_a_write_leaves_two_sound_files():
+    code = "import json; from tests.io.test_checkpoint_file import kill_at_every_call as k; print(json.dumps(k()))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    found = json.loads(done.stdout)
+    # as before the write, then the old one under both names, then done; no other state is ever seen
+    assert found == sorted(found)
+    assert {tuple(pair) for pair in found} == {(1, 0), (1, 1), (2, 1)}
+
+
+def test_what_killed_writers_left_is_swept_up(tmp_path):
+    path = written(tmp_path, 1)
+    for name in (".checkpoint-1a2b.smc", ".checkpoint-second.smc"):
+        (tmp_path / name).write_bytes(b"half of a")
+    (tmp_path / "another.smc").write_bytes(b"not ours")
+    write_checkpoint(path, content(1))
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["another.smc", "checkpoint.previous.smc", path.name]

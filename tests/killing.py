@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Work that dies by SIGKILL at a moment of one's choice, counted in calls so that no clock is needed."""
+
+from __future__ import annotations
+
+import functools
+import os
+import signal
+import sys
+from collections.abc import Callable
+from io import IOBase
+from types import FrameType
+from typing import Any
+
+
+class Countdown:
+    """Counts calls from the first call of a function on, and acts before the call after so many of them."""
+
+    def __init__(self, function: str, calls: float, act: Callable[[], None], *, of_files: bool) -> None:
+        self.function, self.calls, self.act, self.of_files = function, calls, act, of_files
+        self.begun, self.passed = False, 0
+
+    def __call__(self, frame: FrameType, event: str, argument: Any) -> None:
+        self.begun = self.begun or frame.f_code.co_name == self.function
+        if not self.begun or event.endswith(("return", "exception")) or (self.of_files and not _on_files(argument)):
+            return
+        self.passed += 1
+        if self.passed > self.calls:
+            self.act()
+
+
+def _on_files(called: Any) -> bool:
+    """Whether a call may change a file: one of the operating system, or a method of an open file."""
+    own = getattr(called, "__self__", None)
+    return getattr(own, "__name__", "") == "posix" or isinstance(own, IOBase)
+
+
+def count_calls(function: str, work: Callable[[], object], *, of_files: bool = False) -> int:
+    """Calls in ``work`` from the first call of a function of that name on; of those on files alone if asked for."""
+    counter = Countdown(function, float("inf"), lambda: None, of_files=of_files)
+    sys.setprofile(counter)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return counter.passed
+
+
+def killed(function: str, calls: int, work: Callable[[], object], *, of_files: bool = False) -> bool:
+    """Do ``work`` in a child that is killed after as many calls; whether it was, for work may end before.
+
+    The caller must have one thread.
+    """
+    child = os.fork()
+    if child == 0:
+        kill = functools.partial(os.kill, os.getpid(), signal.SIGKILL)
+        sys.setprofile(Countdown(function, calls, kill, of_files=of_files))
+        work()
+        os._exit(0)
+    _child, status = os.waitpid(child, 0)
+    if os.WIFEXITED(status) and os.WEXITSTATUS(status) != 0:
+        raise RuntimeError(f"the child ended with status {os.WEXITSTATUS(status)}")
+    return os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL

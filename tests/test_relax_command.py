@@ -1,0 +1,245 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command that relaxes yarns: what each of its options does, and one line with status 2 for a bad one."""
+
+from __future__ import annotations
+
+import json
+import logging
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
+from stitchmesh.rest_length import segment_faces, stitch_lengths
+from stitchmesh.stitch import Stitch
+from stitchmesh.yarn import YarnSet
+from tests.gallery import ROOT, tube
+from tests.io.yarn_sets import ring
+
+QUICK = ["--quality", "draft", "--device", "cpu", "--max-iterations", "20"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    """A folder with a stitch mesh and its yarns as generated, of about a hundred stitches."""
+    folder = tmp_path_factory.mktemp("made")
+    write_mesh(folder / "tube.obj", tube(8, 2, radius=2.0, height=1.5))
+    at = {name: str(folder / f"{name}.h5") for name in ("rows", "stitches", "yarns")}
+    assert cli.main(["label", str(folder / "tube.obj"), "-o", at["rows"]]) == 0
+    assert cli.main(["tessellate", at["rows"], "--stitch-width", "1", "-o", at["stitches"]]) == 0
+    assert cli.main(["yarns", at["stitches"], "--quality", "draft", "-o", at["yarns"]]) == 0
+    return folder
+
+
+@pytest.fixture
+def plain_logging(monkeypatch) -> None:
+    """Logging as in a fresh process, where the command line sets it up."""
+    monkeypatch.setattr(logging.root, "handlers", [])
+
+
+def relax(made: Path, output: Path, *words: object) -> YarnSet:
+    assert cli.main(["relax", str(made / "yarns.h5"), "-o", str(output), *QUICK, *map(str, words)]) == 0
+    return read_yarns(output)
+
+
+def refused(capsys, *words: object) -> str:
+    """Run a command that must fail; its one line."""
+    assert cli.main(["relax", *map(str, words)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
+    return printed.err
+
+
+def test_a_report_is_written_where_it_is_asked_for_and_nowhere_else(made, tmp_path, capsys):
+    relax(made, tmp_path / "alone" / "relaxed.h5")
+    assert [path.name for path in (tmp_path / "alone").iterdir()] == ["relaxed.h5"]
+    capsys.readouterr()
+    relax(made, tmp_path / "out" / "relaxed.h5", "--report", tmp_path / "report")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["relaxed.h5"]
+    assert {path.name for path in (tmp_path / "report").iterdir()} == {
+        "report.json", "convergence.csv", "convergence.png",
+    }  # fmt: skip
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert report == json.loads(capsys.readouterr().out)
+    assert report["iterations"] == 20 and report["device"] == "cpu"
+
+
+def test_a_limit_on_iterations_is_told_once(made, tmp_path, capsys, plain_logging):
+    relax(made, tmp_path / "relaxed.h5", "--quality", "reference")
+    printed = capsys.readouterr()
+    assert printed.err.count("yarns are not at rest") == 1
+    assert json.loads(printed.out)["converged"] is False
+
+
+def test_an_estimated_radius_is_told_once_and_a_given_one_is_not(made, tmp_path, capsys, plain_logging):
+    write_yarns(tmp_path / "curves.bcc", read_yarns(made / "yarns.h5"))
+    words = ["relax", str(tmp_path / "curves.bcc"), "-o", str(tmp_path / "relaxed.h5"), *QUICK]
+    assert cli.main(words) == 0
+    assert capsys.readouterr().err.count("yarn radius: ") == 1
+    assert cli.main([*words, "--yarn-radius", "0.11"]) == 0
+    assert "yarn radius" not in capsys.readouterr().err
+    np.testing.assert_array_equal(read_yarns(tmp_path / "relaxed.h5").radius, 0.11)
+
+
+def test_rest_lengths_are_what_was_asked_for(made, tmp_path):
+    before = read_yarns(made / "yarns.h5")
+    words = ["--rest-length-factor", "1.1", "--rest-length", "yarn:0=0.9", "--rest-length", "row:1=0.95"]
+    after = relax(made, tmp_path / "relaxed.h5", *words)
+    row = before.row[before.segment_points[:, 1]]
+    asked = 1.1 * np.where(before.segment_yarn == 0, 0.9, 1.0) * np.where(row == 1, 0.95, 1.0)
+    np.testing.assert_allclose(after.rest_length, before.rest_length * asked, rtol=1e-12)  # three products
+
+
+def test_a_loop_length_is_that_of_every_plain_stitch(made, tmp_path):
+    fabric = read_stitches(made / "stitches.h5")
+    words = ["--fabric", made / "stitches.h5", "--loop-length", "3.5", "--rest-length", "k=1.1"]
+    after = relax(made, tmp_path / "relaxed.h5", *words)
+    inside = np.isin(fabric.row, np.arange(1, fabric.row.max())) & (fabric.stitch == Stitch.KNIT)
+    assert inside.any()
+    np.testing.assert_allclose(stitch_lengths(after, fabric)[inside], 1.1 * 3.5, rtol=1e-12)  # a sum of 12 products
+
+
+@pytest.mark.parametrize(
+    ("words", "term"),
+    [
+        (["--gravity", "0", "-981", "0"], "gravity"),
+        (["--friction", "0.3"], "friction"),
+        (["--friction", "0.3,0.5"], "friction"),
+        (["--twist", "1,6.28"], "twist"),
+        (["--body", "tube.obj"], "body"),
+        (["--body", "tube.obj", "--body-unit", "mm"], "body"),
+    ],
+)
+def test_a_term_is_in_the_report_when_asked_for(made, tmp_path, capsys, monkeypatch, words, term):
+    monkeypatch.chdir(made)
+    relax(made, tmp_path / "relaxed.h5", *words)
+    assert set(json.loads(capsys.readouterr().out)["energies"]) == {"stretch", "length", "bend", "contact", term}
+
+
+def test_the_unit_of_a_body_counts(made, tmp_path, capsys):
+    """The tube is among the yarns in centimetres and a speck inside them in millimetres."""
+    energies = []
+    for unit in ("cm", "mm"):
+        relax(made, tmp_path / "relaxed.h5", "--body", made / "tube.obj", "--body-unit", unit)
+        energies.append(json.loads(capsys.readouterr().out)["energies"]["body"])
+    assert energies[0] > 0.0 and energies[1] == 0.0
+
+
+def test_pins_hold(made, tmp_path):
+    before = read_yarns(made / "yarns.h5")
+    after = relax(made, tmp_path / "relaxed.h5", "--pin-point", "0", "--pin-point", "7", "--pin-face", "9")
+    held = np.union1d([0, 7], np.flatnonzero(before.face == 9))
+    moved = np.linalg.norm(after.points - before.points, axis=1)
+    assert len(held) > 2
+    assert moved[held].max() < 1e-6  # float32 keeps 6e-8 of a few cm
+    assert np.delete(moved, held).max() > 1e-3
+
+
+def test_a_term_that_is_off_is_not_imported():
+    code = (
+        "import sys; from stitchmesh import cli, commands;"
+        "words = ['relax', 'y.h5', '-o', 'z.h5', '--gravity', '0', '-981', '0'];"
+        "commands._terms(cli.parser().parse_args(words)); print(' '.join(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    loaded = {name.removeprefix("stitchmesh.yarnrelax.") for name in done.stdout.split()}
+    assert "gravity" in loaded
+    assert not loaded & {"friction", "twist", "body", "pins"}
+
+
+def test_solver_and_material_are_the_ones_named(made, tmp_path, capsys):
+    relax(made, tmp_path / "relaxed.h5", "--solver", "dynamics")
+    assert json.loads(capsys.readouterr().out)["solver"] == "dynamics"
+    relax(made, tmp_path / "relaxed.h5", "--material", "kaldor-simulation")
+    report = json.loads(capsys.readouterr().out)
+    assert report["solver"] == "quasistatic"
+    assert report["energies"].get("length", 0.0) == 0.0  # Kaldor's yarn has no length penalty
+
+
+def test_a_relaxation_that_was_stopped_goes_on_to_the_same_bits(made, tmp_path):
+    words = ["--quality", "standard", "--checkpoint-every", "20"]
+    relax(made, tmp_path / "first.h5", *words)
+    checkpoint = tmp_path / "first.checkpoints" / "checkpoint.smc"
+    resumed = relax(made, tmp_path / "second.h5", *words, "--max-iterations", "60", "--resume", checkpoint)
+    whole = relax(made, tmp_path / "whole.h5", "--quality", "standard", "--max-iterations", "60")
+    np.testing.assert_array_equal(resumed.points, whole.points)
+
+
+def test_an_interrupt_leaves_the_last_good_state(made, tmp_path, capsys, monkeypatch):
+    from stitchmesh import pipeline
+
+    def strike(*_args, on_state, **_options):
+        on_state(read_yarns(made / "yarns.h5"))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pipeline, "relax_yarns", strike)
+    words = ["relax", str(made / "yarns.h5"), "-o", str(tmp_path / "out.h5"), *QUICK, "--report", str(tmp_path / "how")]
+    assert cli.main(words) == 130
+    assert "interrupted" in capsys.readouterr().err
+    np.testing.assert_array_equal(read_yarns(tmp_path / "out.h5").points, read_yarns(made / "yarns.h5").points)
+    assert json.loads((tmp_path / "how" / "report.json").read_text()) == {"unfinished": True}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--max-iterations", "0"], "max iterations: got 0; expected at least 1"),
+        (["--material", "wool"], "material: got 'wool'; expected one of"),
+        (["--rest-length-factor", "0"], "rest length factor: got 0.0; expected a positive number"),
+        (["--loop-length", "-1"], "loop length: got -1.0"),
+        (["--loop-length", "3"], "loop length: got no fabric"),
+        (["--rest-length", "k=1.1"], "rest length k: got no fabric"),
+        (["--rest-length", "k"], "rest length: got 'k'; expected CODE=FACTOR"),
+        (["--rest-length", "row:999=1.1"], "no yarn is in that row"),
+        (["--rest-length", "yarn:999=1.1"], "there is no such yarn"),
+        (["--gravity", "0", "nan", "0"], "gravity: got acceleration"),
+        (["--friction", "-1"], "friction: got coefficients"),
+        (["--twist", "0"], "twist: got k_twist 0.0"),
+        (["--twist", "1,inf"], "twist: an imposed angle is not finite"),
+        (["--body", "nothing.obj"], "nothing.obj: there is no such file"),
+        (["--pin-point", "999999"], "pins: got control point 999999"),
+        (["--pin-face", "-1"], "pins: got stitch face -1"),
+        (["--checkpoint-every", "0"], "checkpoint: got one every 0 iterations"),
+        (["--resume", "nothing.smc"], "nothing.smc"),
+        (["--fabric", "nothing.h5"], "nothing.h5: there is no such file"),
+    ],
+)
+def test_a_bad_option_is_one_line_and_writes_nothing(made, tmp_path, capsys, words, message):
+    assert message in refused(capsys, made / "yarns.h5", "-o", tmp_path / "out" / "relaxed.h5", *QUICK, *words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["--solver", "magic"], ["--friction", "0.1,0.2,0.3"], ["--twist", "much"], ["--gravity", "9.81"],
+     ["--keep-shape", "a.h5", "--fabric", "b.h5"], ["--max-iterations", "few"]],
+)  # fmt: skip
+def test_words_that_are_no_options_are_one_line(made, tmp_path, capsys, words):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["relax", str(made / "yarns.h5"), "-o", str(tmp_path / "relaxed.h5"), *words])
+    assert stop.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_an_output_that_cannot_be_written_is_told_before_the_work(made, tmp_path, capsys, monkeypatch):
+    from stitchmesh import pipeline
+
+    monkeypatch.setattr(pipeline, "relax_yarns", None)  # calling it would raise
+    source, folder, file = made / "yarns.h5", tmp_path / "folder.h5", tmp_path / "file"
+    folder.mkdir()
+    file.write_text("in the way")
+    assert "unknown format '.xyz'" in refused(capsys, source, "-o", tmp_path / "relaxed.xyz")
+    assert "is a folder" in refused(capsys, source, "-o", folder)
+    assert "cannot be written" in refused(capsys, source, "-o", file / "relaxed.h5")
+    assert "cannot be written" in refused(capsys, source, "-o", tmp_path / "relaxed.h5", "--report", file)
+
+
+def test_tubes_are_not_yarns(tmp_path, capsys):
+    rings = [ring([0, 0, 0]), ring([0, 0, 0.2])]
+    write_yarns(tmp_path / "tubes.glb", YarnSet.from_curves(rings, closed=[True, True], radius=0.1))
+    assert "holds tubes" in refused(capsys, tmp_path / "tubes.glb", "-o", tmp_path / "relaxed.h5")

@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Resumed relaxations: the same bits after any stop, and a refusal where a checkpoint does not fit."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from stockinette import fabric_of, tube
+
+from stitchmesh.errors import FileError, ParameterError, SolverError
+from stitchmesh.io.checkpoint_file import previous_of, read_checkpoint
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarnrelax import Relaxation, relax_yarns
+from stitchmesh.yarnrelax import solver as solver_module
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.gravity import Gravity
+from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.material import YarnMaterial
+from tests.gallery import ROOT
+from tests.killing import count_calls, killed
+
+ROWS, STITCHES = 4, 6
+QUALITY = replace(PRESETS["draft"], tolerance=1e-6, max_iterations=300)
+"""Long enough for new candidate lists, other margins and a full memory of the solver."""
+KILLS = 10
+
+
+def relaxed(quality: Quality = QUALITY, **options: Any) -> Relaxation:
+    return relax_yarns(tube(ROWS, STITCHES), quality=quality, device="cpu", **options)
+
+
+def same(first: Relaxation, second: Relaxation) -> bool:
+    """Whether all but the seconds agree to the last bit."""
+    reports = [{**result.report, "seconds": 0.0} for result in (first, second)]
+    histories = [[{**entry, "seconds": 0.0} for entry in result.history] for result in (first, second)]
+    points = np.array_equal(first.yarns.points, second.yarns.points)
+    return bool(points and reports[0] == reports[1] and histories[0] == histories[1])
+
+
+def kill_ten_times() -> dict[str, int | bool]:
+    """Kill a relaxation and its continuations at ten random moments; whether the end is that of an undisturbed run."""
+    fabric = fabric_of(ROWS, STITCHES, closed=True)
+    with tempfile.TemporaryDirectory() as folder:
+        checkpoint = Checkpoints(folder, every=20)
+
+        def go_on() -> Relaxation:
+            resume = checkpoint.path if checkpoint.path.exists() else None
+            return relaxed(keep_shape=fabric, checkpoint=checkpoint, resume=resume)
+
+        calls = count_calls("to_rest", go_on)
+        shutil.rmtree(folder)
+        # a leg does a twelfth of the work in the mean, and loses what it did since its last checkpoint
+        moments = np.random.default_rng(3).integers(0, calls // 6, KILLS)
+        kills = sum(killed("to_rest", int(moment), go_on) for moment in moments)
+        reached = read_checkpoint(checkpoint.path).header["iteration"]
+        return {"kills": kills, "reached": reached, "same": same(go_on(), relaxed(keep_shape=fabric))}
+
+
+def test_ten_kills_at_random_moments_change_no_bit():
+    code = "import json, test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
+    path = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
+    # no GPU in there: a process that uses one cannot be doubled
+    environment = {**os.environ, "PYTHONPATH": path, "CUDA_VISIBLE_DEVICES": ""}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=environment)
+    assert done.returncode == 0, done.stderr
+    outcome = json.loads(done.stdout)
+    assert outcome["kills"] == KILLS
+    assert QUALITY.max_iterations / 3 < outcome["reached"] < QUALITY.max_iterations  # the kills struck on the way
+    assert outcome["same"]
+
+
+@pytest.mark.parametrize("solver", ["quasistatic", "dynamics"])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_a_resumed_relaxation_ends_in_the_same_bits(tmp_path, solver, precision):
+    quality = replace(QUALITY, max_iterations=120, solver=solver, precision=precision)
+    options = {"material": YarnMaterial.named("leaf"), "terms": [Gravity()]}
+    relaxed(replace(quality, max_iterations=60), checkpoint=Checkpoints(tmp_path, 20), **options)
+    newest = tmp_path / "checkpoint.smc"
+    whole = relaxed(quality, **options)
+    for path, iteration in ((newest, 60), (previous_of(newest), 40)):
+        assert read_checkpoint(path).header["iteration"] == iteration
+        assert same(relaxed(quality, resume=path, **options), whole)
+
+
+def test_backing_off_is_resumed_with_its_caution(tmp_path, monkeypatch):
+    # twice the energy seems to rise: at the first assessment, and at one after the checkpoint
+    assess, count = Iteration.assess, iter(range(1000))
+
+    def alarm(iteration: Iteration) -> Any:
+        found = assess(iteration)
+        if next(count) not in (1, 3):
+            return found
+        return replace(found, energies={name: 10.0 * energy for name, energy in found.energies.items()})
+
+    monkeypatch.setattr(Iteration, "assess", alarm)
+    whole = relaxed(replace(QUALITY, max_iterations=120))
+    count = iter(range(1000))
+    relaxed(replace(QUALITY, max_iterations=40), checkpoint=Checkpoints(tmp_path, 20))
+    assert read_checkpoint(tmp_path / "checkpoint.smc").header["caution"] < 1.0
+    assert same(relaxed(replace(QUALITY, max_iterations=120), resume=tmp_path / "checkpoint.smc"), whole)
+
+
+def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypatch):
+    options = {"quality": replace(QUALITY, tolerance=0.02), "keep_shape": fabric_of(ROWS, STITCHES, closed=True)}
+    whole = relaxed(checkpoint=Checkpoints(tmp_path, 10_000), **options)
+    assert whole.report["converged"]
+    monkeypatch.setattr(Iteration, "run", None)  # nothing is left to do
+    again = relaxed(resume=tmp_path / "checkpoint.smc", **options)
+    assert same(again, whole)
+    assert again.report["seconds"] > whole.history[-1]["seconds"]
+
+
+def test_checkpoints_come_as_often_as_asked_for_in_whole_assessments(tmp_path, monkeypatch):
+    written = []
+    monkeypatch.setattr(solver_module, "write_moment", lambda path, given, moment: written.append(moment.iteration))
+    relaxed(replace(QUALITY, max_iterations=140), checkpoint=Checkpoints(tmp_path, 50))
+    assert written == [0, 60, 120, 140]
+
+
+@pytest.mark.parametrize("failure", [KeyboardInterrupt, SolverError])
+def test_an_interrupted_relaxation_leaves_its_last_assessment(tmp_path, monkeypatch, failure):
+    quality = replace(QUALITY, max_iterations=120)
+    whole = relaxed(quality)
+    run, lengths = Iteration.run, iter([20, 20, 20, 7])
+
+    def interrupted(iteration: Iteration, count: int) -> None:
+        length = next(lengths)
+        run(iteration, length)
+        if length < count:
+            raise failure
+
+    with monkeypatch.context() as patch, pytest.raises(failure):
+        patch.setattr(Iteration, "run", interrupted)
+        relaxed(quality, checkpoint=Checkpoints(tmp_path, 10_000))
+    assert read_checkpoint(tmp_path / "checkpoint.smc").header["iteration"] == 60
+    assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc"), whole)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two checkpoints of a short relaxation."""
+    folder = tmp_path_factory.mktemp("short")
+    relaxed(replace(QUALITY, max_iterations=20), checkpoint=Checkpoints(folder, 20))
+    return folder
+
+
+def test_a_damaged_checkpoint_is_refused_and_the_one_before_offered(folder, tmp_path):
+    path = Path(shutil.copytree(folder, tmp_path / "damaged")) / "checkpoint.smc"
+    damaged = bytearray(path.read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    path.write_bytes(damaged)
+    with pytest.raises(FileError, match=r"its checksum is wrong; .* take .*checkpoint\.previous\.smc$"):
+        relaxed(resume=path)
+    quality = replace(QUALITY, max_iterations=40)
+    assert same(relaxed(quality, resume=previous_of(path)), relaxed(quality))
+
+
+def test_a_checkpoint_of_another_relaxation_is_refused(folder):
+    path = folder / "checkpoint.smc"
+    yarns = tube(ROWS, STITCHES)
+    longer = replace(yarns, rest_length=1.1 * yarns.rest_length)
+    material = YarnMaterial.named("kaldor-simulation")
+    given = {
+        "yarns.rest_length is": lambda: relax_yarns(longer, quality=QUALITY, device="cpu", resume=path),
+        "material.k_length is 0.0 and was 10000.0": lambda: relaxed(material=material, resume=path),
+        "quality.step_fraction is 0.1 and was 0.2;": lambda: relaxed(replace(QUALITY, step_fraction=0.1), resume=path),
+        "quality.solver is dynamics and was": lambda: relaxed(replace(QUALITY, solver="dynamics"), resume=path),
+        "term 0 is KeepShape and was absent": lambda: relaxed(
+            keep_shape=fabric_of(ROWS, STITCHES, closed=True), resume=path
+        ),
+        "term 0 is Gravity and was absent": lambda: relaxed(terms=[Gravity()], resume=path),
+    }
+    for message, resume in given.items():
+        with pytest.raises(ParameterError, match=message) as caught:
+            resume()
+        assert "\n" not in str(caught.value)
+
+
+def test_a_missing_checkpoint_is_refused(tmp_path):
+    with pytest.raises(FileError, match="there is no such file"):
+        relaxed(resume=tmp_path / "checkpoint.smc")
+
+
+def test_checkpoints_need_a_positive_number_of_iterations(tmp_path):
+    with pytest.raises(ParameterError, match="got one every 0 iterations; expected at least 1"):
+        Checkpoints(tmp_path, 0)
