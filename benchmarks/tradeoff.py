@@ -17,7 +17,7 @@ from __future__ import annotations
 import argparse
 import csv
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,63 +43,63 @@ SWEEPS: dict[str, tuple[Any, ...]] = {
 }
 """Values of each knob, the others as in ``standard``."""
 MEASURED = (
-    "device", "control_points", "seconds", "iterations", "residual", "converged", "energy", "rms", "largest",
-    "wale_error", "course_error", "energy_error", "max_strain", "reference_converged", "reference_residual", "failure",
+    "tolerance", "device", "control_points", "seconds", "iterations", "residual", "converged", "energy",
+    "rms", "largest", "wale_error", "course_error", "energy_error", "max_strain",
+    "reference_converged", "reference_residual", "failure",
 )  # fmt: skip
 """What a row says of a run; ``energy`` [erg] is evaluated as the reference is, distances are in yarn radii."""
 COLUMNS = ("scene", "knob", "value", *MEASURED)
+LOADING = 20
+"""Iterations of the run that loads the kernels."""
 
 
-class Bench:
-    """A scene with its reference, and kernels that were loaded."""
+KEPT = ("tolerance", "device", "seconds", "iterations", "residual", "converged", "max_strain")
+"""What a row takes from a report, to which the tolerance is added."""
 
-    def __init__(self, scene: Scene, device: str | None) -> None:
-        self.scene = scene
-        self.device = device
-        self.loaded: set[tuple[str, str]] = set()
 
-    def relax(self, quality: Quality) -> tuple[YarnSet, dict[str, Any]]:
-        """Relaxed yarns and their report; a short run loads the kernels first."""
-        yarns = self.scene.make(quality.control_points_per_stitch)
-        keep = {"keep_shape": self.scene.fabric, "device": self.device}
-        if (quality.precision, quality.solver) not in self.loaded:
-            relax_yarns(yarns, quality=replace(quality, max_iterations=20), **keep)
-            self.loaded.add((quality.precision, quality.solver))
-        result = relax_yarns(yarns, quality=quality, **keep)
-        return result.yarns, result.report
+@dataclass(frozen=True, eq=False)
+class Yardstick:
+    """The reference of a scene."""
 
-    def row(self, quality: Quality) -> dict[str, Any]:
-        """What a row says of a relaxation with this quality, or why there was none."""
-        try:
-            return self.measure(*self.relax(quality))
-        except SolverError as error:
-            return {"failure": str(error), "converged": False}
+    yarns: YarnSet
+    report: dict[str, Any]
+    material: YarnMaterial
+    gauge: Gauge
+    places: Places
+    energy: float
+    """Energy of the reference [erg]."""
 
-    def refer(self, reference: YarnSet, report: dict[str, Any]) -> None:
-        """Compare with this state from now on."""
-        self.reference = reference, report
-        start = self.scene.make(PRESETS["reference"].control_points_per_stitch)
-        self.radius = float(reference.radius.mean())
-        self.material = YarnMaterial.named("stitchmesh").scaled(self.radius / REFERENCE_RADIUS)
-        self.gauge: Gauge = self.scene.gauge(places_of(start, self.scene.per_run))
-        self.places: Places = places_of(reference, self.scene.per_run)
-        self.energy = energy_of(reference, self.material, self.device)
+    @classmethod
+    def of(cls, scene: Scene, yarns: YarnSet, report: dict[str, Any], device: str | None) -> Yardstick:
+        """Take a relaxed state for the reference."""
+        material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+        start = scene.make(PRESETS["reference"].control_points_per_stitch)
+        gauge, places = scene.gauge(places_of(start, scene.per_run)), places_of(yarns, scene.per_run)
+        return cls(yarns, report, material, gauge, places, energy_of(yarns, material, device))
 
-    def measure(self, yarns: YarnSet, report: dict[str, Any]) -> dict[str, Any]:
+    def row(self, scene: Scene, yarns: YarnSet, report: dict[str, Any], device: str | None) -> dict[str, Any]:
         """What a row says of a relaxation."""
-        found = difference(
-            places_of(yarns, self.scene.per_run), self.places, self.gauge, self.scene.freedom, self.radius
-        )
-        energy = energy_of(yarns, self.material, self.device)
+        radius = float(yarns.radius.mean())
+        found = difference(places_of(yarns, scene.per_run), self.places, self.gauge, scene.freedom, radius)
+        energy = energy_of(yarns, self.material, device)
         return {
-            **{name: report[name] for name in ("device", "seconds", "iterations", "residual", "converged", "max_strain")},
+            **{name: report[name] for name in KEPT},
             **vars(found),
+            **dict.fromkeys(scene.given, ""),
             "control_points": len(yarns.points),
             "energy": energy,
             "energy_error": abs(energy / self.energy - 1.0),
-            "reference_converged": self.reference[1]["converged"],
-            "reference_residual": self.reference[1]["residual"],
+            "reference_converged": self.report["converged"],
+            "reference_residual": self.report["residual"],
         }
+
+
+def relax(scene: Scene, quality: Quality, device: str | None) -> tuple[YarnSet, dict[str, Any]]:
+    """Relaxed yarns and their report; a short run loads the kernels first."""
+    yarns = scene.make(quality.control_points_per_stitch)
+    for chosen in (replace(quality, max_iterations=min(LOADING, quality.max_iterations)), quality):
+        result = relax_yarns(yarns, quality=chosen, device=device, keep_shape=scene.fabric)
+    return result.yarns, {**result.report, "tolerance": quality.tolerance}
 
 
 def runs(scene: Scene, given: argparse.Namespace) -> Iterator[tuple[str, Any, Quality]]:
@@ -122,35 +122,42 @@ def measure_scene(scene: Scene, given: argparse.Namespace) -> None:
     output = Path(given.output)
     rows = [row for row in read_rows(output) if row["scene"] == scene.name]
     done: dict[tuple[str, str], dict[str, Any]] = {(row["knob"], row["value"]): row for row in rows}
-    bench = Bench(scene, given.device)
-    _find_reference(bench, output, given)
+    reference = _reference(scene, output, given)
     if ("preset", "reference") not in done:
-        _write(output, {"scene": scene.name, "knob": "preset", "value": "reference", **bench.measure(*bench.reference)})
-    known: dict[Quality, dict[str, Any]] = {}
+        measured = reference.row(scene, reference.yarns, reference.report, given.device)
+        _write(output, {"scene": scene.name, "knob": "preset", "value": "reference", **measured})
+    known: dict[Quality, dict[str, Any]] = {}  # every sweep has standard in it
     for knob, value, quality in runs(scene, given):
         if (knob, str(value)) not in done:
-            row = known[quality] if quality in known else bench.row(quality)  # every sweep has standard in it
+            row = known[quality] if quality in known else _row(scene, quality, reference, given.device)
             known[quality] = {**row, "scene": scene.name, "knob": knob, "value": value}
             _write(output, known[quality])
         else:
             known[quality] = done[knob, str(value)]
 
 
-def _find_reference(bench: Bench, output: Path, given: argparse.Namespace) -> None:
+def _row(scene: Scene, quality: Quality, reference: Yardstick, device: str | None) -> dict[str, Any]:
+    """What a row says of a relaxation with this quality, or why there was none."""
+    try:
+        return reference.row(scene, *relax(scene, quality, device), device)
+    except SolverError as error:
+        return {"failure": str(error), "converged": False}
+
+
+def _reference(scene: Scene, output: Path, given: argparse.Namespace) -> Yardstick:
     """Read the reference, or make it where there is none."""
-    path = output.with_name(f"{output.stem}-{bench.scene.name}.npz")
+    path = output.with_name(f"{output.stem}-{scene.name}.npz")
+    quality = replace(
+        PRESETS["reference"], tolerance=given.reference_tolerance, max_iterations=given.reference_iterations
+    )
     if not (given.resume and path.exists()):
-        quality = replace(
-            PRESETS["reference"], tolerance=given.reference_tolerance, max_iterations=given.reference_iterations
-        )
-        yarns, report = bench.relax(quality)
+        yarns, report = relax(scene, quality, given.device)
         path.parent.mkdir(parents=True, exist_ok=True)
-        kept = ("device", "seconds", "iterations", "residual", "converged", "max_strain")
-        np.savez_compressed(path, points=yarns.points, **{name: report[name] for name in kept})
+        np.savez_compressed(path, points=yarns.points, **{name: report[name] for name in KEPT})
     with np.load(path) as file:
-        report = {name: file[name].item() for name in file.files if name != "points"}
-        start = bench.scene.make(PRESETS["reference"].control_points_per_stitch)
-        bench.refer(replace(start, points=file["points"]), report)
+        report = {name: file[name].item() for name in KEPT}
+        yarns = replace(scene.make(quality.control_points_per_stitch), points=file["points"])
+    return Yardstick.of(scene, yarns, report, given.device)
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:

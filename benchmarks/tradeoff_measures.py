@@ -111,11 +111,11 @@ def _runs(
     change = (face[1:] != face[:-1]) | (part[1:] != part[:-1])
     start = np.concatenate([[0], np.flatnonzero(change) + 1])
     end = np.concatenate([start[1:], [len(owner)]]) - 1
-    inside = (knot[end] - knot[start]) / np.maximum(end - start, 1)
-    spacing = np.where(end > start, inside, interval[np.minimum(start, len(interval) - 1)])
-    following = np.roll(spacing, -1)
-    after = interval[np.minimum(end, len(interval) - 1)]
-    border = knot[end] + after * np.where((end > start) & np.roll(end > start, -1), spacing / (spacing + following), 0.5)
+    long = end > start
+    spacing = (knot[end] - knot[start]) / np.maximum(end - start, 1)
+    both = spacing + np.roll(spacing, -1)
+    share = np.where(long & np.roll(long, -1), spacing / np.where(both > 0.0, both, 1.0), 0.5)
+    border = knot[end] + share * interval[np.minimum(end, len(interval) - 1)]
     if closed:
         return np.concatenate([[border[-1] - knot[-1]], border]), owner[start]
     return border[:-1], owner[start[1:-1]]

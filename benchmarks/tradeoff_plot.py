@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 Row = dict[str, str]
 
@@ -38,18 +39,17 @@ def draw(rows: Sequence[Row], path: str) -> None:
         panel.axis("off")
     for scene, panel in zip(scenes, panels.ravel(), strict=False):
         _draw_scene(panel, scene, [row for row in rows if row["scene"] == scene and measured(row)])
-    handles, labels = {}, []
+    handles: dict[str, Any] = {}
     for panel in panels.ravel()[: len(scenes)]:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
-    labels = list(handles)
-    figure.legend([handles[label] for label in labels], labels, loc="lower center", ncols=5, frameon=False, fontsize=9)
+    figure.legend(list(handles.values()), list(handles), loc="lower center", ncols=5, frameon=False, fontsize=9)
     figure.tight_layout(rect=(0, 0.25 / lines * 0.45, 1, 1))
     figure.savefig(path, dpi=130)
     plt.close(figure)
 
 
-def _draw_scene(panel, scene: str, rows: list[Row]) -> None:  # noqa: ANN001
+def _draw_scene(panel: Any, scene: str, rows: list[Row]) -> None:
     """One panel: markers of runs, the presets by name, the runs that none beats in both."""
     compared = [row for row in rows if row["value"] != "reference"]
     for knob, (marker, colour) in MARKERS.items():
@@ -74,7 +74,14 @@ def _draw_scene(panel, scene: str, rows: list[Row]) -> None:  # noqa: ANN001
         panel.axvline(float(reference["seconds"]), color="tab:red", linestyle=":", linewidth=1, label="reference")
     panel.set(xscale="log", yscale="log", xlabel="seconds", ylabel="rms distance to reference [yarn radii]")
     panel.set_title(scene)
+    panel.set_xlim(*_decades(panel.get_xlim()))
+    panel.set_ylim(*_decades(panel.get_ylim()))
     panel.grid(visible=True, which="both", alpha=0.2)
+
+
+def _decades(limits: tuple[float, float]) -> tuple[float, float]:
+    """The limits widened to whole decades, so that every axis has numbers."""
+    return 10.0 ** math.floor(math.log10(limits[0])), 10.0 ** math.ceil(math.log10(limits[1]))
 
 
 def pareto(rows: Sequence[Row]) -> list[tuple[float, float]]:
@@ -118,11 +125,15 @@ def _scene_table(rows: Sequence[Row], knob: str) -> list[str]:
             lines.append(name + f"{row['failure']} |" + " |" * 7)
             continue
         marks = "" if row["converged"] == "True" else ", not at rest"
-        errors = [f"{100 * float(row[error]):.2g}" for error in ("wale_error", "course_error", "energy_error")]
+        errors = [_percent(row[name]) for name in ("wale_error", "course_error", "energy_error")]
+        distances = [f"{float(row[name]):.2g}" for name in ("rms", "largest")]
         if row["value"] == "reference":
-            distances, errors = ["0", "0"], ["0"] * 3
-        else:
-            distances = [f"{float(row[name]):.2g}" for name in ("rms", "largest")]
+            distances, errors = ["0", "0"], ["0" if error != "given" else error for error in errors]
         cells = [f"{float(row['seconds']):.3g}", row["iterations"], f"{float(row['residual']):.2g}{marks}"]
         lines.append(name + " | ".join([*cells, *distances, *errors]) + " |")
     return lines
+
+
+def _percent(error: str) -> str:
+    """An error in per cent; a spacing that the scene's lattice gives has none."""
+    return f"{100 * float(error):.2g}" if error else "given"

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scenes import FORMULA_RADIUS, ROW_HEIGHT, STITCH_WIDTH
@@ -51,6 +52,8 @@ class Scene:
     """Places in each run of control points."""
     fabric: StitchMesh | None = None
     """Fabric whose shape is kept."""
+    given: tuple[str, ...] = ()
+    """Errors that cannot occur, as the lattice gives the spacing."""
     generated: bool = True
     """Whether the number of control points a stitch can be chosen."""
 
@@ -70,7 +73,7 @@ def tube(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
         around = stitches * STITCH_WIDTH / (2 * np.pi)
         angle, out = flat[:, 0] / around, around + flat[:, 2]
         ring = _control_points(np.stack([out * np.sin(angle), flat[:, 1], out * np.cos(angle)], axis=1))
-        curves = [scale * (ring + [0.0, ROW_HEIGHT * row, 0.0]) for row in range(rows)]
+        curves = [scale * (ring + np.array([0.0, ROW_HEIGHT * row, 0.0])) for row in range(rows)]
         yarns = YarnSet.from_curves(curves, closed=[True] * rows, radius=RADIUS)
         face = np.arange(len(yarns.points)) // points_per_stitch
         return replace(yarns, face=face, lattice=lattice, lattice_step=np.zeros((rows, 2)))
@@ -83,7 +86,7 @@ def tube(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
         around[-1] = lattice.shift([0, 1])
         return gauge_of_faces(places, wale, course, course_shift=around.reshape(-1, 3))
 
-    return Scene(name, make, gauge, "rigid", per_run=64)
+    return Scene(name, make, gauge, "rigid", per_run=64, given=("course_error",))
 
 
 def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
@@ -96,7 +99,7 @@ def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
         row = formula_row(pattern, stitches, points_per_stitch)
         trend = np.arange(len(row))[:, None] / len(row) * [stitches * STITCH_WIDTH, 0.0, 0.0]
         row = _control_points(row - trend) + trend  # a spline whose control points lie on a line follows it
-        points = scale * np.concatenate([row + [0.0, ROW_HEIGHT * number, 0.0] for number in range(rows)])
+        points = scale * np.concatenate([row + np.array([0.0, ROW_HEIGHT * number, 0.0]) for number in range(rows)])
         start = np.arange(rows + 1) * len(row)
         closed = np.ones(rows, dtype=bool)
         number = np.arange(len(points))
@@ -116,7 +119,7 @@ def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
         shifts = lattice.shift(np.stack([around, 0 * up], axis=1)), lattice.shift(np.stack([0 * up, up], axis=1))
         return gauge_of_faces(places, wale, course, wale_shift=shifts[0], course_shift=shifts[1])
 
-    return Scene(name, make, gauge, "shift", per_run=64)
+    return Scene(name, make, gauge, "shift", per_run=64, given=("wale_error", "course_error"))
 
 
 def garment(name: str, path: str, unit: str, stitch_width: float) -> Scene:
@@ -178,17 +181,15 @@ def _gauge_of_loops(places: Places) -> Gauge:
     loop of another yarn whose centre is nearest, where it is no further than two loops of its own row are.
     """
     first = np.searchsorted(places.yarn, np.arange(places.yarn.max() + 2))
-    ends = list(zip(first[:-1], first[1:], strict=True))
+    ends = list(pairwise(first))
     size = [_loop_size(places.points[a:b]) for a, b in ends]
     member = np.concatenate([a + (np.arange(b - a)[:, None] + np.arange(n)) % (b - a) for (a, b), n in
                              zip(ends, size, strict=True)], axis=None)  # fmt: skip
     loop_size = np.repeat(size, np.diff(first))
     row = np.repeat(np.arange(len(loop_size)), loop_size)
     centre = csr_matrix((1.0 / loop_size[row], (row, member)), shape=(len(loop_size), len(loop_size)))
-    wale = np.concatenate([
-        np.stack([np.arange(a, b - n, n), np.arange(a + n, b, n)[: len(np.arange(a, b - n, n))]], axis=1)
-        for (a, b), n in zip(ends, size, strict=True)
-    ])  # fmt: skip
+    begin = [np.arange(a, b - n, n) for (a, b), n in zip(ends, size, strict=True)]
+    wale = np.concatenate([np.stack([one, one + n], axis=1) for one, n in zip(begin, size, strict=True)])
     course = _nearest_of_other_yarns(centre @ places.points, places.yarn, wale)
     return Gauge(centre, wale, np.zeros((len(wale), 3)), course, np.zeros((len(course), 3)))
 

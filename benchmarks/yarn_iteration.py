@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import warp as wp
@@ -59,10 +60,16 @@ def traffic(iteration: Iteration) -> dict[str, float]:
     real = 4 if model.scalar is wp.float32 else 8
     n, s, p = model.point_count, model.segment_count, model.sample_count
     entries = float(candidates.count.numpy().sum())
+    vectors = 3 * real
     return {
-        "place_and_pull": n * 3 * real + s * (16 + real + 8) + p * 4 * real + s * 9 * real,
-        "contact_forces": p * (4 * real + 4 + real) + 4 * entries + p * 4 * real,
-        "gather_forces": s * 9 * real + p * 4 * real + n * (16 + 4 + real) + n * 4 * real,
+        "place_and_pull": n * vectors + s * (16 + real + 8) + p * 4 * real + s * (3 * vectors + 7 * real),
+        "contact_forces": p * (4 * real + 4 + real) + 4 * entries + p * 10 * real,
+        "gather_forces": s * 3 * vectors + p * 4 * real + n * (16 + 4 + real) + n * 4 * real,
+        "find_compliance": s * (7 + 8) * real + p * 6 * real + n * (16 + 4 + real) + n * 6 * real,
+        "compare": n * (2 * vectors + 6 * real + 14 * vectors + 2 * vectors + real + 2 * vectors),
+        "precondition": n * (vectors + 7 * real + 7 * vectors + vectors),
+        "propose_moves": n * (3 * vectors + 7 * vectors + real + vectors + real),
+        "move_and_note": n * 4 * vectors,
     }
 
 
@@ -84,13 +91,15 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     repeats = 50 if device.is_cuda else 2
     bound = traffic(iteration)
     bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]
-    print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9}")
+    print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9} {'of it':>6}")
     for launch in iteration.launches:
         name = launch.kernel.key.split("__")[-1]
         took = seconds(device, repeated(device, [launch], times), repeats) / times
-        limit = f"{bound[name] / bandwidth * 1e6:9.2f}" if name in bound else ""
+        limit = f"{bound[name] / bandwidth * 1e6:9.2f} {bound[name] / bandwidth / took:6.0%}" if name in bound else ""
         print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f} {limit}")
         wp.copy(iteration.state.points, settled)
+    all_forces = seconds(device, repeated(device, iteration.launches[:3], times), repeats) / times
+    print(f"{'all forces':20} {all_forces * 1e6:9.2f} {all_forces / n * 1e9:9.2f}")
     whole = seconds(device, repeated(device, iteration.launches, times), repeats) / times
     wp.copy(iteration.state.points, settled)
     print(f"{'one iteration':20} {whole * 1e6:9.2f} {whole / n * 1e9:9.2f}")
@@ -105,10 +114,12 @@ def main() -> None:
     parser.add_argument("--device", default=None)
     parser.add_argument("--points", type=int, nargs="+", default=[3000, 60_000])
     parser.add_argument("--quality", default="standard")
+    parser.add_argument("--solver", default="quasistatic")
     parser.add_argument("--settle", type=int, default=100, help="iterations before the measurement")
     arguments = parser.parse_args()
     for points in arguments.points:
-        measure(points, quality_named(arguments.quality), device_named(arguments.device), arguments.settle)
+        quality = replace(quality_named(arguments.quality), solver=arguments.solver)
+        measure(points, quality, device_named(arguments.device), arguments.settle)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import csv
 import json
-import logging
 import os
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import pytest
 
 from stitchmesh import cli
 from stitchmesh.io import read_stitches, read_yarns, write_mesh
+from stitchmesh.rest_length import stitch_lengths
 from tests.gallery import ROOT, grid, moebius, tube
 
 REPORT = {
@@ -182,6 +182,10 @@ def test_a_moebius_strip_is_one_line(tmp_path, capsys):
         (["--unit", "furlong"], "furlong"),
         (["--seed", "0,9999"], "no edge joins"),
         (["--flip", "9999"], "does not exist"),
+        (["--material", "wool"], "material: got 'wool'; expected one of"),
+        (["--max-iterations", "-3"], "max iterations: got -3"),
+        (["--rest-length", "zz=1.1"], "rest length zz: unknown stitch"),
+        (["--body", "nothing.obj"], "nothing.obj: there is no such file"),
     ],
 )  # fmt: skip
 def test_a_bad_option_is_one_line(tube_obj, tmp_path, capsys, words, message):
@@ -266,3 +270,21 @@ def test_flat_pieces_knit_too(tmp_path):
     options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture"]
     assert cli.main(["knit", str(tmp_path / "flat.obj"), *options, "-o", str(tmp_path / "out")]) == 0
     assert read_yarns(tmp_path / "out" / "yarns.h5").yarn_count == 1
+
+
+def test_knit_takes_rest_lengths_terms_and_checkpoints(tube_obj, tmp_path, capsys):
+    """What it takes to go on from a checkpoint is told again, and leads to the same bits as the whole way at once."""
+    words = ["knit", str(tube_obj), "--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture",
+             "--loop-length", "3.5", "--rest-length", "k=1.1", "--gravity", "0", "-981", "0"]  # fmt: skip
+    part, rest, whole = tmp_path / "part", tmp_path / "rest", tmp_path / "whole"
+    assert cli.main([*words, "-o", str(part), "--max-iterations", "20", "--checkpoint-every", "20"]) == 0
+    report = json.loads((part / "report.json").read_text())
+    assert report["quality"]["max_iterations"] == 20 and report["yarnrelax"]["iterations"] == 20
+    assert report["yarnrelax"]["energies"]["gravity"] != 0.0
+    assert cli.main([*words, "-o", str(rest), "--resume", str(part / "checkpoint.smc")]) == 0
+    assert cli.main([*words, "-o", str(whole)]) == 0
+    np.testing.assert_array_equal(read_yarns(rest / "yarns.h5").points, read_yarns(whole / "yarns.h5").points)
+    fabric = read_stitches(whole / "stitches.h5")
+    inside = (fabric.row > 0) & (fabric.row < fabric.row.max())
+    loops = stitch_lengths(read_yarns(whole / "yarns.h5"), fabric)[inside]
+    np.testing.assert_allclose(loops, 1.1 * 3.5, rtol=1e-12)  # a sum of 12 products

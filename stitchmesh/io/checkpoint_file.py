@@ -89,7 +89,7 @@ def read_checkpoint(path: FilePath) -> CheckpointFile:
 def is_sound(path: FilePath) -> bool:
     """Whether a checkpoint is there and undamaged."""
     try:
-        _read(path)
+        _undamaged(path)
     except FileError:
         return False
     return True
@@ -109,20 +109,26 @@ def _write(path: Path, content: CheckpointFile) -> None:
 
 
 def _read(path: FilePath) -> CheckpointFile:
-    name, content = fspath(path), memoryview(read_bytes(path))
-    start = len(MAGIC) + LENGTHS.size
-    if content[: len(MAGIC)] != MAGIC:
-        raise FileError(f"{name}: is not a checkpoint of a relaxation; expected a .smc file that stitchmesh wrote")
-    if len(content) < start + CHECKSUM_BYTES:
-        raise FileError(f"{name}: the checkpoint was cut short after {len(content)} bytes")
-    body = content[:-CHECKSUM_BYTES]
-    if hashlib.sha256(body).digest() != content[-CHECKSUM_BYTES:]:
-        raise FileError(f"{name}: the checkpoint is damaged or was cut short, its checksum is wrong")
+    content = _undamaged(path)
     version, header_bytes = LENGTHS.unpack_from(content, len(MAGIC))
     if version != VERSION:
-        raise FileError(f"{name}: a checkpoint of version {version}; expected {VERSION}, resume where it was written")
-    header = json.loads(bytes(body[start : start + header_bytes]))
-    return CheckpointFile(header["content"], _arrays(body[start + header_bytes :], header["arrays"]))
+        found = f"a checkpoint of version {version}; expected {VERSION}, resume where it was written"
+        raise FileError(f"{fspath(path)}: {found}")
+    start = len(MAGIC) + LENGTHS.size
+    header = json.loads(bytes(content[start : start + header_bytes]))
+    return CheckpointFile(header["content"], _arrays(content[start + header_bytes :], header["arrays"]))
+
+
+def _undamaged(path: FilePath) -> memoryview:
+    """All of a file but its checksum, which is right."""
+    name, content = fspath(path), memoryview(read_bytes(path))
+    if content[: len(MAGIC)] != MAGIC:
+        raise FileError(f"{name}: is not a checkpoint of a relaxation; expected a .smc file that stitchmesh wrote")
+    if len(content) < len(MAGIC) + LENGTHS.size + CHECKSUM_BYTES:
+        raise FileError(f"{name}: the checkpoint was cut short after {len(content)} bytes")
+    if hashlib.sha256(content[:-CHECKSUM_BYTES]).digest() != content[-CHECKSUM_BYTES:]:
+        raise FileError(f"{name}: the checkpoint is damaged or was cut short, its checksum is wrong")
+    return content[:-CHECKSUM_BYTES]
 
 
 def _arrays(content: memoryview, table: list[tuple[str, str, list[int]]]) -> dict[str, NDArray[Any]]:

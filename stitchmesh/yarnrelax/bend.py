@@ -29,10 +29,9 @@ def bend_energy(tangent: Any, turn: Any, stiffness: Any) -> Any:
 
 
 @wp.func
-def bend_slopes(tangent: Any, turn: Any, stiffness: Any) -> tuple[Any, Any]:
-    """Derivatives of the energy by y' and by y''."""
+def bend_slopes(tangent: Any, turn: Any, inverse: Any, stiffness: Any) -> tuple[Any, Any]:
+    """Derivatives of the energy by y' and by y''; ``inverse`` is 1 / |y'|^2."""
     normal = wp.cross(tangent, turn)
-    inverse = type(stiffness)(1.0) / wp.dot(tangent, tangent)
     scale = type(stiffness)(2.0) * stiffness * inverse * inverse * inverse
     shrink = type(stiffness)(3.0) * wp.dot(normal, normal) * inverse
     by_tangent = (wp.cross(turn, normal) - tangent * shrink) * scale

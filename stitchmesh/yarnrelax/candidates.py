@@ -4,10 +4,10 @@
 
 The list of a sample holds every sample of a segment that may collide with its own, up to the contact distance plus a
 margin, in the fixed order in which a hash grid finds them; on a lattice an entry is the sample plus the number of
-samples times its image (``images``). Each pair is listed from both sides. A list stays complete while no control point has moved by more than
-half the margin since it was made (the weights of the spline sum to one, so samples move no farther), and the step
-limit keeps them from moving farther. The force does not depend on the margin: samples beyond the contact distance add
-nothing.
+samples times its image (``images``). Each pair is listed from both sides. A list stays complete while no control point
+has moved by more than half the margin since it was made (the weights of the spline sum to one, so samples move no
+farther), and the step limit keeps them from moving farther. The force does not depend on the margin: samples beyond the
+contact distance add nothing.
 
 They are found coarsely and filtered finely: a hash grid of the balls around segments gives each segment the segments
 near it, whose samples are then compared. Both kinds of lists have a fixed capacity. The longest one is measured while
@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.aligned import read_whole
 from stitchmesh.yarnrelax.images import image_count, image_of, shifted_by, turns_to
 from stitchmesh.yarnrelax.model import Model
@@ -37,6 +38,8 @@ CELL = 2.0
 SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
 """Cells along each axis of the hash grid, up to that many segments and beyond; cells wrap around, so this bounds
 memory and not space."""
+MOST_ENTRIES = 2**31
+"""Entries that the lists may have, 8 GB."""
 
 
 @wp.func
@@ -198,6 +201,9 @@ def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates
 
     Returns:
         Whether the lists had to grow, so that ``candidates.lists`` is a new array.
+
+    Raises:
+        SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the worst place.
     """
     found = candidates
     model.launch(bound_segments, model.segment_count, [model.constants, samples], [found.centre, found.extent])
@@ -210,7 +216,7 @@ def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates
         needed = int(maximum(found.near_count))
         if needed <= found.near.shape[1]:
             break
-        found.near = _lists(model, model.segment_count, needed)
+        found.near = _lists(model, model.segment_count, _bearable(model, found.near_count, needed))
     inputs = [model.constants, model.number(found.margin), model.segment_count, samples, found.centre, found.extent,
               found.near_count, found.near]  # fmt: skip
     grown = False
@@ -219,8 +225,22 @@ def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates
         needed = int(maximum(found.count))
         if needed <= found.lists.shape[1]:
             return grown
-        found.lists = _lists(model, model.sample_count, needed)
+        found.lists = _lists(model, model.sample_count, _bearable(model, found.count, needed))
         grown = True
+
+
+def _bearable(model: Model, count: wp.array[Any], needed: int) -> int:
+    """The length ``needed`` of the longest list, if all fit."""
+    if needed * len(count) > MOST_ENTRIES:
+        worst = int(count.numpy().argmax())
+        whole = len(count) == model.segment_count
+        segment = worst if whole else int(np.searchsorted(model.sample_start, worst, side="right") - 1)
+        point = int(model.yarns.segment_points[segment, 1])
+        where = f"yarn {model.yarns.point_yarn[point]} (control point {point})"
+        found = f"{needed} pieces of yarn within contact of one, {len(count)} pieces in all"
+        expected = f"expected at most {MOST_ENTRIES} pairs"
+        raise SolverError(f"{where}: {found}; {expected}; give the yarns a smaller radius")
+    return needed
 
 
 def _lists(model: Model, count: int, needed: int) -> wp.array[Any]:

@@ -5,11 +5,20 @@
 The row sums of ``stiffness`` bound the stiffness at a control point by one number. But a yarn is far stiffer along
 itself than across, and a contact is stiff in one direction alone. So each control point gets a block,
 
-    B = sum over its segments of (a T + b u I)  +  c I  +  2 sum over its samples of w K
+    B = sum over its segments of (a (T + g (I - T)) + b u I)  +  c I  +  2 sum over its samples of w K
 
 with the row sums a of stretch and length along the yarn and b of bending at rest, T the segment's mean t t^T and u its
 mean (l / |y'|)^4, which is what bending grows by where the curve runs slowly, c the row sums of further terms, w the
-weight of the point in a sample, and K = sum of E'' n n^T the contact stiffness of the sample.
+weight of the point in a sample, and K = sum of E'' n n^T the contact stiffness of the sample. A taut yarn is stiff
+across itself too, as a string is: by the part g = 1 - l / |y'| > 0 of a, with u^(1/4) for l / |y'|. A strain of one
+hundredth so adds more than bending has.
+
+The blocks bound the Hessian by v.Hv <= 1.2 v.Bv, for the segment turns while T is a mean. Bending alone exceeds its
+part, since curvature depends on y' too: at even speed, in units of |y'|, with k = |y''|,
+
+    d^2 (kappa^2) / 2  <=  (|dy''| + 4 k |dy'|)^2,    dy' along the yarn.
+
+What is left out acts along the yarn, where stretch is hundreds of times stiffer, and does not show in the sum.
 The compliance is the inverse of B, found anew in every iteration: contacts come and go.
 """
 
@@ -67,8 +76,9 @@ def find_compliance(
         if s >= 0:
             mean = segment_block[s]
             directed = type(block)(mean[0], mean[1], mean[2], mean[3], mean[4], mean[5])
-            block += directed * along[s][slot]
-            level += mean[6] * across[s][slot]
+            tight = wp.max(type(level)(1.0) - wp.sqrt(wp.sqrt(mean[6])), level - level)
+            block += directed * (along[s][slot] * (type(level)(1.0) - tight))
+            level += mean[6] * across[s][slot] + tight * along[s][slot]
             first = model.sample_start[s]
             count = model.sample_start[s + 1] - first
             row = weight_row(model, count, 0)

@@ -18,12 +18,14 @@ force; both sides use the same numbers, so the forces sum to zero up to rounding
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import warp as wp
 
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
 from stitchmesh.yarnrelax.images import entry_shift, sample_number
+from stitchmesh.yarnrelax.precision import vector
 
 wp.set_module_options({"enable_backward": False})
 
@@ -36,17 +38,14 @@ def contact_energy(distance2: Any, reach2: Any, stiffness: Any) -> Any:
 
 
 @wp.func
-def contact_push(distance2: Any, reach2: Any, stiffness: Any) -> Any:
-    """Force over the vector from the other sample."""
+def contact_push(distance2: Any, reach2: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+    """Force over the vector from the other sample; second derivative of the energy by the distance; 1 / distance^2."""
+    inverse = type(reach2)(1.0) / reach2
     ratio = reach2 / distance2
-    return type(ratio)(2.0) * stiffness * (ratio * ratio - type(ratio)(1.0)) / reach2
-
-
-@wp.func
-def contact_stiffness(distance2: Any, reach2: Any, stiffness: Any) -> Any:
-    """Second derivative of the energy by the distance."""
-    ratio = reach2 / distance2
-    return stiffness * (type(ratio)(6.0) * ratio * ratio + type(ratio)(2.0)) / reach2
+    ratio2 = ratio * ratio
+    scale = stiffness * inverse
+    push = type(ratio)(2.0) * scale * (ratio2 - type(ratio)(1.0))
+    return push, scale * (type(ratio)(6.0) * ratio2 + type(ratio)(2.0)), ratio * inverse
 
 
 @wp.func
@@ -58,77 +57,58 @@ def from_entry(images: Any, samples: wp.array[Any], here: Any, entry: int) -> An
 
 
 @wp.func
-def pair_push(apart: Any, weight: Any) -> tuple[Any, Any]:
-    """Force from one listed sample with its stiffness, and stiffness over squared distance.
-
-    ``weight`` is that sample's, or 0 to leave it out.
-    """
-    distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
-    reach2 = apart[3] * apart[3]
-    push = type(apart)()
-    stiff = weight - weight
-    if distance2 < reach2:
-        size = contact_push(distance2, reach2, weight)
-        stiff = contact_stiffness(distance2, reach2, weight)
-        push = type(apart)(apart[0] * size, apart[1] * size, apart[2] * size, stiff)
-        stiff = stiff / distance2
-    return push, stiff
-
-
-@wp.func
 def outer_product(apart: Any, size: Any, zero: Any) -> Any:
     """The product apart apart^T times size as (xx, yy, zz, xy, xz, yz)."""
     x, y, z = apart[0] * size, apart[1] * size, apart[2] * size
     return type(zero)(x * apart[0], y * apart[1], z * apart[2], x * apart[1], x * apart[2], y * apart[2])
 
 
-@wp.kernel(module="unique")
-def contact_forces(
-    # model
-    model: Any,
-    # state in
-    samples: wp.array[Any],
-    candidate_count: wp.array[wp.int32],
-    candidates: wp.array2d[wp.int32],
-    # state out
-    sample_force: wp.array[Any],
-    sample_block: wp.array[Any],
-) -> None:
-    """Contact force on each sample and the row sum of its stiffness; its 3 x 3 block of stiffness where there is room.
+@functools.cache
+def contact_forces(scalar: Any, together: int) -> wp.Kernel:
+    """The kernel of contact forces in one precision that takes so many entries of a list at a time.
 
-    Four entries at a time, so that their places are on the way together; those past the end count for nothing.
+    On a GPU four places are on the way together; a CPU is fastest with one. Entries past the end are left out.
     """
-    p = wp.tid()
-    here = read_whole(samples, p)
-    push = type(here)()
-    block = type(sample_block[0])()
-    count = candidate_count[p]
-    last = count - 1
-    nothing = here[0] - here[0]
-    for c in range(0, count, 4):
-        entry0 = candidates[p, c]
-        entry1 = candidates[p, wp.min(c + 1, last)]
-        entry2 = candidates[p, wp.min(c + 2, last)]
-        entry3 = candidates[p, wp.min(c + 3, last)]
-        apart0 = from_entry(model.images, samples, here, entry0)
-        apart1 = from_entry(model.images, samples, here, entry1)
-        apart2 = from_entry(model.images, samples, here, entry2)
-        apart3 = from_entry(model.images, samples, here, entry3)
-        weight0 = model.sample_weight[sample_number(model.images, entry0)]
-        weight1 = wp.where(c + 1 < count, model.sample_weight[sample_number(model.images, entry1)], nothing)
-        weight2 = wp.where(c + 2 < count, model.sample_weight[sample_number(model.images, entry2)], nothing)
-        weight3 = wp.where(c + 3 < count, model.sample_weight[sample_number(model.images, entry3)], nothing)
-        push0, stiff0 = pair_push(apart0, weight0)
-        push1, stiff1 = pair_push(apart1, weight1)
-        push2, stiff2 = pair_push(apart2, weight2)
-        push3, stiff3 = pair_push(apart3, weight3)
-        push += push0 + push1 + push2 + push3
-        block += outer_product(apart0, stiff0, block) + outer_product(apart1, stiff1, block)
-        block += outer_product(apart2, stiff2, block) + outer_product(apart3, stiff3, block)
-    scale = model.sample_weight[p] * model.k_contact
-    write_whole(sample_force, p, push * scale)
-    if sample_block.shape[0] > 0:
-        sample_block[p] = block * scale
+    vectors, scalars = wp.types.matrix(shape=(together, 4), dtype=scalar), vector(together, scalar)
+
+    @wp.kernel(module="unique")
+    def contact_forces(
+        # model
+        model: Any,
+        # state in
+        samples: wp.array[Any],
+        candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32],
+        # state out
+        sample_force: wp.array[Any],
+        sample_block: wp.array[Any],
+    ) -> None:
+        """Contact force on each sample and the row sum of its stiffness; its block of stiffness where there is room."""
+        p = wp.tid()
+        here = read_whole(samples, p)
+        push = type(here)()
+        block = type(sample_block[0])()
+        count = candidate_count[p]
+        apart, weight = vectors(), scalars()
+        for c in range(0, count, together):
+            for k in range(together):
+                entry = candidates[p, wp.min(c + k, count - 1)]
+                apart[k] = from_entry(model.images, samples, here, entry)
+                weight[k] = model.sample_weight[sample_number(model.images, entry)]
+            for k in range(together):
+                gap = apart[k]
+                distance2 = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
+                reach2 = gap[3] * gap[3]
+                if distance2 < reach2 and c + k < count:
+                    size, stiff, inverse = contact_push(distance2, reach2, weight[k])
+                    push += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
+                    block += outer_product(gap, stiff * inverse, block)
+        scale = model.sample_weight[p] * model.k_contact
+        write_whole(sample_force, p, push * scale)
+        if sample_block.shape[0] > 0:
+            sample_block[p] = block * scale
+
+    return contact_forces
 
 
 @wp.kernel(module="unique")

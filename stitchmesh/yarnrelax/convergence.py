@@ -7,9 +7,18 @@ The residual compares the force that is left with the forces that balance one an
     residual = rms over control points of |F| / rms over control points of sum over terms of |F_term|
 
 where F is the net force less what constraints carry, and the terms are stretch, length, bending, contact and those that
-were asked for. It is 0 at balance and at most 1, has no unit and knows nothing of the start. Yarns without any force
-are at rest: no force means no more than the rounding of coordinates makes, the rms of the row sums of stiffness times
-the size of the set times the precision. A relaxation has converged when the residual is below ``Quality.tolerance``.
+were asked for. It is 0 at balance and at most 1, has no unit and knows nothing of the start. A relaxation has converged
+when the residual is below ``Quality.tolerance``.
+
+Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them so.
+What rounding does is measured: all coordinates are nudged by their last digit, up or down in no order, and
+
+    noise = rms over control points of |F nudged - F| / sqrt(12)
+
+for a nudge of one digit has sqrt(12) times the rms of a rounding error. Yarns whose terms exert no more than a few
+times the noise have no force that could be told from none, and their residual is 0. Where the noise by itself exceeds
+the tolerance, only more digits help. It is measured where a bound, the row sums of stiffness times the size of the
+coordinates and the precision, cannot rule that out.
 """
 
 from __future__ import annotations
@@ -25,25 +34,52 @@ from numpy.typing import NDArray
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.reduction import Sums
+from stitchmesh.yarnrelax.reduction import Sums, ordered_sum
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Constraint, Term
 
 wp.set_module_options({"enable_backward": False})
 
+ABOVE_NOISE = 4.0
+"""How many times the noise forces must exceed to be forces; the noise of one place varies by about that much."""
+
 
 @wp.kernel(module="unique")
 def add_effort(
+    # model
+    point_stiffness: wp.array[Any],
     # state in
+    points: wp.array[Any],
     point_force: wp.array[Any],
+    stiffness: wp.array[Any],
     # state out
     net: wp.array[Any],
     effort: wp.array[Any],
+    contact_noise: wp.array[Any],
 ) -> None:
-    """Add one term's force to the net force, and its magnitude to the effort."""
+    """Add one term's force to the net force, and its magnitude to the effort; bound what rounding does in contacts."""
     i = wp.tid()
     net[i] += point_force[i]
     effort[i] += wp.length(point_force[i])
+    noise = (stiffness[i] - point_stiffness[i]) * wp.length(points[i])
+    contact_noise[i] = wp.max(contact_noise[i], noise)
+
+
+@wp.kernel(module="unique")
+def nudge(
+    # model
+    precision: Any,
+    # state out
+    points: wp.array[Any],
+) -> None:
+    """Change the last digit of each coordinate; those below a radius count as one, for products round too."""
+    i = wp.tid()
+    digits = wp.rand_init(0, i)
+    place = points[i]
+    for axis in range(3):
+        size = wp.max(wp.abs(place[axis]), type(precision)(1.0)) * precision
+        place[axis] = place[axis] + wp.where(wp.randf(digits) < 0.5, -size, size)
+    points[i] = place
 
 
 @wp.kernel(module="unique")
@@ -51,14 +87,31 @@ def square_forces(
     # state in
     net: wp.array[Any],
     effort: wp.array[Any],
+    contact_noise: wp.array[Any],
     # state out
     net2: wp.array[Any],
     effort2: wp.array[Any],
+    contact_noise2: wp.array[Any],
 ) -> None:
-    """Squares of the net force and of the effort."""
+    """Squares of the net force, of the effort and of the bound of the noise in contacts."""
     i = wp.tid()
     net2[i] = wp.dot(net[i], net[i])
     effort2[i] = effort[i] * effort[i]
+    contact_noise2[i] = contact_noise[i] * contact_noise[i]
+
+
+@wp.kernel(module="unique")
+def square_change(
+    # state in
+    before: wp.array[Any],
+    after: wp.array[Any],
+    # state out
+    change2: wp.array[Any],
+) -> None:
+    """Square of the difference of two forces."""
+    i = wp.tid()
+    change = after[i] - before[i]
+    change2[i] = wp.dot(change, change)
 
 
 @dataclass(frozen=True)
@@ -69,11 +122,20 @@ class Assessment:
     """Relative force residual."""
     energies: dict[str, float]
     """Energy of each term [erg]."""
+    rounding: float = 0.0
+    """Residual that the rounding of coordinates alone makes; 0 where it is surely less than ``residual``."""
 
     @property
     def energy(self) -> float:
         """Total energy [erg]."""
         return sum(self.energies.values())
+
+    @property
+    def remedy(self) -> str:
+        """What brings yarns to rest that are not: more digits where the rest of the force is noise, else patience."""
+        if self.residual <= ABOVE_NOISE * self.rounding:
+            return f"rounding of coordinates alone leaves {self.rounding:.2g}: set precision to float64"
+        return "raise max_iterations"
 
     @property
     def finite(self) -> bool:
@@ -82,10 +144,9 @@ class Assessment:
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> float:
-    """Root mean square of the force that the rounding of coordinates makes [erg / unit]."""
-    precision = np.finfo(np.float32 if model.scalar is wp.float32 else np.float64).eps
+    """Bound of the rms force that the rounding of coordinates makes without contacts [erg / unit]."""
     size = float(np.abs(model.to_device(model.yarns.points)).max())
-    return float(np.sqrt(np.mean(stiffness**2)) * size * precision)
+    return float(np.sqrt(np.mean(stiffness**2)) * size * _precision(model))
 
 
 def assess(
@@ -98,21 +159,61 @@ def assess(
     *,
     rounding: float,
 ) -> Assessment:
-    """Residual and energies of a state; its forces are overwritten."""
+    """Residual and energies of a state; its forces are overwritten. ``rounding`` is ``rounding_force``."""
     n = model.point_count
-    net, effort = model.empty(n, 3), model.empty(n)
+    net, effort, contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
+    evaluation = (model, state, candidates, terms, point_stiffness)
     forces.sample(model, state)
-    for _ in forces.each_term(model, state, candidates, terms, point_stiffness):
-        model.launch(add_effort, n, [state.point_force], [net, effort])
+    for _ in forces.each_term(*evaluation):
+        inputs = [point_stiffness, state.points, state.point_force, state.stiffness]
+        model.launch(add_effort, n, inputs, [net, effort, contact_noise])
     for constraint in constraints:
         constraint.filter_forces(net, model.launch)
-    net2, effort2 = model.empty(n), model.empty(n)
-    model.launch(square_forces, n, [net, effort], [net2, effort2])
-    sums = Sums(forces.BASE_TERMS + 2, model.sample_count + model.point_count, model.device)
+    found = _sums(model, state, candidates, [net, effort, contact_noise])
+    left, whole, in_contacts = (float(np.sqrt(found.pop(name) / n)) for name in ("net", "effort", "contact noise"))
+    energies = found | {term.name: term.energy(state, candidates) for term in terms}
+    if not left <= rounding + _precision(model) * in_contacts:
+        return Assessment(left / whole, energies)
+    noise = _noise(*evaluation, constraints, net)
+    if whole <= ABOVE_NOISE * noise:
+        return Assessment(0.0, energies)
+    return Assessment(left / whole, energies, noise / whole)
+
+
+def _sums(model: Model, state: State, candidates: Candidates, parts: Sequence[wp.array[Any]]) -> dict[str, float]:
+    """Energies, and sums of the squares of net force, effort and contact noise; read back together."""
+    n = model.point_count
+    squares = [model.empty(n) for _ in parts]
+    model.launch(square_forces, n, list(parts), squares)
+    sums = Sums(forces.BASE_TERMS + len(parts), model.sample_count + n, model.device)
     forces.sum_energies(model, state, candidates, sums)
-    sums.add("net", net2)
-    sums.add("effort", effort2)
-    found = sums.read()
-    left, whole = np.sqrt(found.pop("net") / n), np.sqrt(found.pop("effort") / n)
-    residual = 0.0 if whole <= rounding else float(left / whole)
-    return Assessment(residual, found | {term.name: term.energy(state, candidates) for term in terms})
+    for name, square in zip(("net", "effort", "contact noise"), squares, strict=True):
+        sums.add(name, square)
+    return sums.read()
+
+
+def _noise(
+    model: Model,
+    state: State,
+    candidates: Candidates,
+    terms: Sequence[Term],
+    point_stiffness: wp.array[Any],
+    constraints: Sequence[Constraint],
+    net: wp.array[Any],
+) -> float:
+    """Force that the rounding of coordinates makes [erg / unit], root mean square."""
+    n = model.point_count
+    kept = wp.clone(state.points)
+    model.launch(nudge, n, [model.number(_precision(model))], [state.points])
+    forces.all_forces(model, state, candidates, terms, point_stiffness, model.launch)
+    wp.copy(state.points, kept)
+    for constraint in constraints:
+        constraint.filter_forces(state.point_force, model.launch)
+    change2 = model.empty(n)
+    model.launch(square_change, n, [net, state.point_force], [change2])
+    return float(np.sqrt(ordered_sum(change2) / (12.0 * n)))
+
+
+def _precision(model: Model) -> float:
+    """Size of the last digit of 1."""
+    return float(np.finfo(np.float32 if model.scalar is wp.float32 else np.float64).eps)

@@ -117,7 +117,8 @@ def _internal_stiffnesses(model: Model) -> tuple[Any, Any, Any]:
 
 def _contact(model: Model, state: State, candidates: Candidates, run: Run) -> Any:
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
-    return run(contact_forces, model.sample_count, inputs, [state.sample_force, state.sample_block])
+    kernel = contact_forces(model.scalar, 4 if model.device.is_cuda else 1)
+    return run(kernel, model.sample_count, inputs, [state.sample_force, state.sample_block])
 
 
 def _clear_forces(state: State) -> None:

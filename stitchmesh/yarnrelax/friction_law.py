@@ -52,7 +52,8 @@ def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p:
     if distance2 < reach2:
         q = sample_number(model.images, entry)
         stiffness = model.k_contact * model.sample_weight[p] * model.sample_weight[q]
-        press = across_both(away, tangent[p], tangent[q]) * contact_push(distance2, reach2, stiffness)
+        push, _stiff, _inverse = contact_push(distance2, reach2, stiffness)
+        press = across_both(away, tangent[p], tangent[q]) * push
     return press
 
 

@@ -175,13 +175,13 @@ def image_of(images: NoImages, entry: int, count: int) -> int:
 
 
 @wp.func
-def image_of(images: Images32, entry: int, count: int) -> int:  # noqa: F811
+def image_of(images: Images32, entry: int, count: int) -> int:
     """The image that an entry means which counts images by ``count``."""
     return entry // count
 
 
 @wp.func
-def image_of(images: Images64, entry: int, count: int) -> int:  # noqa: F811
+def image_of(images: Images64, entry: int, count: int) -> int:
     """The image that an entry means which counts images by ``count``."""
     return entry // count
 

@@ -39,15 +39,17 @@ def segment_pulls(quadrature_points: int) -> Any:
         pull0, pull1, pull2 = type(leg0)(), type(leg0)(), type(leg0)()
         along0, along1, along2 = type(leg0)(), type(leg0)(), type(leg0)()
         length = rest_length - rest_length
+        per_length = type(rest_length)(1.0) / rest_length
         for g in range(quadrature_points):
             rule = model.rule[g]
             tangent = leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]
             turn = turn0 * rule[3] + turn1 * rule[4]
             speed = wp.length(tangent)
-            direction = tangent / speed
+            inverse = type(speed)(1.0) / speed
+            direction = tangent * inverse
             length += speed * rule[5]
-            by_tangent, by_turn = bend_slopes(tangent, turn, k_bend * rest_length * rule[5])
-            by_tangent += direction * stretch_slope(speed, rest_length, k_len * rule[5])
+            by_tangent, by_turn = bend_slopes(tangent, turn, inverse * inverse, k_bend * rest_length * rule[5])
+            by_tangent += direction * stretch_slope(speed, per_length, k_len * rule[5])
             first, last = by_turn * rule[3], by_turn * rule[4]
             pull0 += by_tangent * rule[0] - first
             pull1 += by_tangent * rule[1] + first - last

@@ -194,7 +194,7 @@ def nearest_entry(
     nearest: wp.array[wp.int32],
     distance: wp.array[Any],
 ) -> None:
-    """The sample whose arc is nearest to that of ``sample``, -1 where none is listed, and their distance; one thread."""
+    """The listed sample whose arc is nearest to that of ``sample``, -1 where there is none; one thread."""
     here = samples[sample]
     nearest[0] = -1
     for c in range(candidate_count[sample]):
@@ -264,8 +264,8 @@ def _too_close(model: Model, state: State, candidates: Candidates, sample: int) 
     if not np.isfinite(reach):
         return f"{place}: its control points are not finite; the last good state was kept"
     if 2.0 * (model.radius[model.yarns.segment_yarn[segment]] - reach) + candidates.margin < SMALLEST_CLEARANCE:
-        found = f"control points {2 * reach * count:.3g} yarn radii apart, too far for {count} contact samples a segment"
-        return f"{place}: {found}; give it longer rest lengths or more contact_samples, or raise k_length"
+        found = f"{2 * reach * count:.3g} yarn radii between control points, too many for {count} contact samples"
+        return f"{place}: {found}; give it longer rest lengths, or raise k_length or contact_samples"
     nearest, distance = model.integers(np.array([-1])), model.empty(1)
     inputs = [model.constants, sample, state.samples, half_tangent, candidates.count, candidates.lists]
     model.launch(nearest_entry, 1, inputs, [nearest, distance])

@@ -9,6 +9,8 @@ the energy. Per segment, with B' and B'' the derivatives of the four basis funct
     stretch, length   2 (k_len + k_length) / l^2  int |B'_i| sum_j |B'_j|      along the yarn
     bending           2 k_bend / l^3              int |B''_i| sum_j |B''_j|    across the yarn
 
+Sums of both hold in all directions, bending's dependence on y' included, while stretch is much the stiffer
+(``compliance``).
 Contact adds its own row sums as they change (``contact``).
 """
 

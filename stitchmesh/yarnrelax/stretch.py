@@ -26,6 +26,6 @@ def stretch_energy(speed: Any, rest_length: Any, stiffness: Any) -> Any:
 
 
 @wp.func
-def stretch_slope(speed: Any, rest_length: Any, stiffness: Any) -> Any:
-    """Derivative of the energy by the speed [erg / cm]."""
-    return type(speed)(2.0) * stiffness * (speed / rest_length - type(speed)(1.0)) / rest_length
+def stretch_slope(speed: Any, per_length: Any, stiffness: Any) -> Any:
+    """Derivative of the energy by the speed; ``per_length`` is 1 over the rest length."""
+    return type(speed)(2.0) * stiffness * (speed * per_length - type(speed)(1.0)) * per_length

@@ -107,6 +107,14 @@ def test_a_foreign_file_is_refused(tmp_path):
         read_checkpoint(tmp_path / "a.smc")
 
 
+def test_another_version_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("stitchmesh.io.checkpoint_file.VERSION", 2)
+    path = written(tmp_path, 1)
+    monkeypatch.undo()
+    with pytest.raises(FileError, match="a checkpoint of version 2; expected 1"):
+        read_checkpoint(path)
+
+
 def test_a_damaged_file_does_not_push_out_a_sound_one(tmp_path):
     path = written(tmp_path, 2)
     path.write_bytes(b"damaged")

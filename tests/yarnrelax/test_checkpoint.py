@@ -20,13 +20,19 @@ from stockinette import fabric_of, tube
 
 from stitchmesh.errors import FileError, ParameterError, SolverError
 from stitchmesh.io.checkpoint_file import previous_of, read_checkpoint
+from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
 from stitchmesh.yarnrelax import solver as solver_module
+from stitchmesh.yarnrelax.body import Body
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.friction import Friction
 from stitchmesh.yarnrelax.gravity import Gravity
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.material import YarnMaterial
+from stitchmesh.yarnrelax.pins import Pins
+from stitchmesh.yarnrelax.twist import Twist
 from tests.gallery import ROOT
 from tests.killing import count_calls, killed
 
@@ -91,6 +97,27 @@ def test_a_resumed_relaxation_ends_in_the_same_bits(tmp_path, solver, precision)
     for path, iteration in ((newest, 60), (previous_of(newest), 40)):
         assert read_checkpoint(path).header["iteration"] == iteration
         assert same(relaxed(quality, resume=path, **options), whole)
+
+
+def floor_below(yarns: YarnSet) -> Mesh:
+    """A square that looks up, so near that gravity presses the yarns on it."""
+    height = yarns.points[:, 1].min() - 0.15
+    corners = [[-9, height, -9], [-9, height, 9], [9, height, 9], [9, height, -9]]
+    return Mesh.from_polygons(corners, [[0, 1, 2, 3]])
+
+
+TERMS = {
+    "twist of more than a turn": [Twist(1.0, 5.0)],
+    "all": [Gravity(), Friction(0.3), Twist(1.0, 2.0), Body(floor_below(tube(ROWS, STITCHES)))],
+}
+
+
+@pytest.mark.parametrize("terms", TERMS.values(), ids=TERMS)
+def test_what_terms_carry_is_resumed_with_them(tmp_path, terms):
+    quality = replace(QUALITY, max_iterations=120)
+    options = {"material": YarnMaterial.named("leaf"), "terms": terms, "constraints": [Pins([0, 5])]}
+    relaxed(replace(quality, max_iterations=80), checkpoint=Checkpoints(tmp_path, 20), **options)
+    assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc", **options), relaxed(quality, **options))
 
 
 def test_backing_off_is_resumed_with_its_caution(tmp_path, monkeypatch):

@@ -37,7 +37,7 @@ def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np
     forces.sample(model, state)
     find_candidates(model, state.samples, candidates)
     count, lists = candidates.count.numpy(), candidates.lists.numpy()
-    return [lists[p, : count[p]].tolist() for p in range(model.sample_count)], state.samples.numpy(), model
+    return [sorted(lists[p, : count[p]].tolist()) for p in range(model.sample_count)], state.samples.numpy(), model
 
 
 def all_pairs(samples: np.ndarray, model: Model) -> list[list[int]]:
@@ -69,6 +69,25 @@ def test_different_radii_and_scattered_yarns() -> None:
     yarns = YarnSet.from_curves(curves, closed=[True, False] * 2 + [True], radius=[0.05, 0.1, 0.15, 0.2, 0.1])
     lists, samples, model = lists_and_samples(yarns, 4)
     assert lists == all_pairs(samples, model)
+
+
+def test_the_order_of_the_lists_is_always_the_same() -> None:
+    yarns = tube(3, 4)
+    found = []
+    for _ in range(2):
+        model = put_model(
+            yarns,
+            YarnMaterial.named("leaf"),
+            quadrature_points=3,
+            contact_samples=3,
+            scalar=scalar_named("float32"),
+            device=device_named("cpu"),
+        )
+        state, candidates = make_state(model), make_candidates(model, MARGIN)
+        forces.sample(model, state)
+        find_candidates(model, state.samples, candidates)
+        found.append(candidates.lists.numpy())
+    assert np.array_equal(*found)
 
 
 def test_lists_that_do_not_fit_grow() -> None:

@@ -72,7 +72,7 @@ def listed(yarns: YarnSet, margin: float) -> tuple[list[set[tuple[int, int, int]
     table = model.constants.images.image.numpy()
     count, lists = candidates.count.numpy(), candidates.lists.numpy()
     entries = [lists[p, : count[p]] for p in range(model.sample_count)]
-    assert all((np.diff(row) > 0).all() for row in entries)
+    assert all(len(np.unique(row)) == len(row) for row in entries)
     places = [(row % model.sample_count, table[row // model.sample_count]) for row in entries]
     found = [{(int(q), int(a), int(b)) for q, (a, b) in zip(*place, strict=True)} for place in places]
     return found, state.samples.numpy(), model
@@ -225,10 +225,11 @@ def test_a_relaxed_cell_equals_its_relaxed_tiling() -> None:
     assert one.report["converged"] and four.report["converged"]
     assert one.report["energy"] < sum(one.history[0]["energies"].values())
     assert one.report["certificate"] == four.report["certificate"] == "unchanged"
-    print(np.abs(four.yarns.points - tiled(one.yarns, 2, 2).points).max(), one.report, four.report)
-    np.testing.assert_allclose(four.yarns.points, tiled(one.yarns, 2, 2).points, atol=1e-6)
-    assert four.report["energy"] / 4 == pytest.approx(one.report["energy"], rel=1e-6)
-    assert 0
+    assert one.report["iterations"] == four.report["iterations"]
+    # every sum over the tiling is four times that over the cell, so the steps are the same but for rounding, 1e-16,
+    # which some tens of iterations may amplify; buckling into the larger cell would need more of them
+    np.testing.assert_allclose(four.yarns.points, tiled(one.yarns, 2, 2).points, atol=1e-8)
+    assert four.report["energy"] / 4 == pytest.approx(one.report["energy"], rel=1e-9)
 
 
 def test_a_woven_cell_comes_to_rest() -> None:

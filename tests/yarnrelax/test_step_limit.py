@@ -80,7 +80,8 @@ def test_clearances_are_below_the_true_distances_of_the_curves() -> None:
 def test_budgets_are_part_of_the_clearance_of_every_arc_that_a_point_shapes() -> None:
     patch = flat_patch(3, 2)
     noise = np.random.default_rng(4).normal(scale=0.01, size=patch.points.shape)
-    yarns = replace(patch, points=patch.points + noise, radius=np.full(3, 0.4))  # where loops cross they are within a radius
+    # where loops cross they are within a radius
+    yarns = replace(patch, points=patch.points + noise, radius=np.full(3, 0.4))
     quality = replace(DRAFT, precision="float64")
     iteration = Iteration.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
     model, margin = iteration.model, iteration.candidates.margin

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns at the extremes come to rest, say that they do not, or are refused by name: nothing else."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.device import device_named
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import candidates
+from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.iteration import Iteration
+
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+from extremes import (
+    AT_REST,
+    NOT_AT_REST,
+    REFUSED,
+    STITCHMESH,
+    Case,
+    cases,
+    coil,
+    far_apart,
+    outcome,
+)
+
+DRAFT = PRESETS["draft"]
+SHORT = 60
+"""Iterations: enough for the worst steps, which are the first; the benchmark has the patience to come to rest."""
+SMALL = {case.name: case for case in cases() if not case.large}
+HOPELESS = {"axes cross", "one yarn on another", "4 control points in one place"}
+"""No distance, or no direction: there is nothing to start from."""
+QUICK = {
+    "overlapping by half",
+    "overlapping by nine tenths",
+    "axes side by side, 0.2 radii apart",
+    "just touching",
+    "open yarn of 4 points",
+    "closed yarn of 3 points",
+    "linked yarns of 3 points",
+    "isolated ring",
+    "all pinned",
+}
+"""Few points, or few that may move: at rest after ``SHORT`` iterations."""
+WHERE = re.compile(r"yarn \d+ \(control point \d+\)")
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("case", SMALL.values(), ids=lambda case: case.name)
+def test_an_extreme_ends_in_words(case: Case, precision: str) -> None:
+    found = outcome(case, replace(DRAFT, precision=precision, max_iterations=SHORT), "cpu")
+    if case.name in HOPELESS:
+        assert found.kind == REFUSED
+    if case.name in QUICK:
+        assert found.kind == AT_REST
+    assert found.kind in {AT_REST, NOT_AT_REST, REFUSED}, found.words
+    if found.kind == REFUSED:
+        assert WHERE.search(found.words)
+    if found.kind == NOT_AT_REST:
+        assert "not at rest: residual" in found.words
+
+
+def test_yarns_that_are_too_close_are_both_named_with_what_to_do() -> None:
+    words = outcome(SMALL["axes cross"], DRAFT, "cpu").words
+    assert len(WHERE.findall(words)) == 2
+    assert "contact energy" in words
+    assert "k_contact" in words
+
+
+def test_fabric_pressed_to_half_its_width_comes_to_rest() -> None:
+    found = outcome(SMALL["half as wide"], DRAFT, "cpu")
+    assert found.kind == AT_REST
+    assert found.report["min_distance_over_radius"] > 1.5
+
+
+def assessed(yarns: YarnSet, precision: str) -> Assessment:
+    return Iteration.start(yarns, STITCHMESH, replace(DRAFT, precision=precision), device_named("cpu")).assess()
+
+
+@pytest.mark.parametrize("count", [10, 20_000])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_a_straight_yarn_has_no_force_however_its_coordinates_are_rounded(count: int, precision: str) -> None:
+    direction = np.array([0.48, -0.6, 0.64])
+    line = np.arange(count)[:, None] * 0.2731 * direction
+    assert assessed(YarnSet.from_curves([line], closed=[False], radius=0.125), precision).residual == 0.0
+
+
+def test_a_small_force_in_a_large_scene_is_not_taken_for_rounding() -> None:
+    # the turns of the coil overlap by a tenth; float32 rounds its coordinates of 380 radii to 3e-5 radii
+    assert assessed(coil(20_000), "float32").residual > 0.5
+
+
+def test_where_rounding_stands_in_the_way_the_remedy_says_so() -> None:
+    coarse, fine = (assessed(far_apart(1e5), precision) for precision in ("float32", "float64"))
+    # half of 1e5 radii in float32: places 0.004 radii apart, in yarns whose ends a thousandth of strain moves by less
+    assert coarse.rounding > DRAFT.tolerance
+    assert coarse.residual > DRAFT.tolerance
+    assert "max_iterations" in fine.remedy
+    noise_alone = replace(coarse, residual=coarse.rounding)
+    assert "float64" in noise_alone.remedy
+
+
+def test_lists_that_would_fill_the_memory_are_refused_with_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(candidates, "MOST_ENTRIES", 100_000)  # of 864 samples, each within contact of all others
+    found = outcome(SMALL["radius x 100"], DRAFT, "cpu")
+    assert found.kind == REFUSED
+    assert WHERE.search(found.words)
+    assert "smaller radius" in found.words
