@@ -128,6 +128,17 @@ def rest_lengths(factor: float) -> YarnSet:
     return replace(yarns, rest_length=factor * yarns.rest_length)
 
 
+def in_steps(step: float, last: float) -> YarnSet:
+    """The tube after its rest lengths changed to ``last`` of what they were, ``step`` at a time, a little relaxed."""
+    yarns, factor = knit(), 1.0
+    rest_length = yarns.rest_length
+    while factor != last:
+        factor = max(factor * step, last) if step < 1.0 else min(factor * step, last)
+        yarns = replace(yarns, rest_length=factor * rest_length)
+        yarns = relax_yarns(yarns, quality=replace(quality_named("draft"), max_iterations=200), device="cpu").yarns
+    return yarns
+
+
 def thick(factor: float) -> YarnSet:
     """The tube where it is, of thicker or thinner yarn."""
     yarns = knit()
@@ -215,6 +226,8 @@ def cases() -> list[Case]:
         Case("rest lengths x 0.5", lambda: rest_lengths(0.5)),
         Case("rest lengths x 2", lambda: rest_lengths(2.0)),
         Case("rest lengths x 5", lambda: rest_lengths(5.0)),
+        Case("rest lengths x 0.2, x 0.8 at a time", lambda: in_steps(0.8, 0.2), large=True),
+        Case("rest lengths x 5, x 1.25 at a time", lambda: in_steps(1.25, 5.0), large=True),
     ]
     for power in (-4, -2, 2, 4):
         factor = 10.0**power
@@ -225,7 +238,7 @@ def cases() -> list[Case]:
         result.append(Case(f"k_contact x 1e{power}", knit, stiff))
     for factor, iterations in ((0.01, 200), (0.1, 400), (2.0, 3000), (10.0, 3000), (100.0, 200)):
         result.append(Case(f"radius x {factor:g}", lambda factor=factor: thick(factor), iterations=iterations))
-    for factor in (1e-3, 1e-2, 1e2, 1e3):
+    for factor in (1e-3, 1e3):
         result.append(Case(f"units x {factor:g}", lambda factor=factor: scaled(factor)))
     return [
         *result,
@@ -266,6 +279,7 @@ def outcome(case: Case, quality: Quality, device: str | None) -> Outcome:
     report: dict[str, Any] = {}
     try:
         yarns = case.make()
+        heard.lines.clear()
         result = relax_yarns(
             yarns, material=case.material, quality=quality, device=device, constraints=case.constraints
         )
@@ -325,13 +339,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--device", help="cpu, cuda:0 ...; the first GPU, else the CPU")
     parser.add_argument("--quality", default="draft")
+    parser.add_argument("--tolerance", type=float, default=0.02)
     parser.add_argument("--precision", nargs="+", default=["float32", "float64"])
     parser.add_argument("--only", default="", help="cases whose name contains this")
     arguments = parser.parse_args()
     logging.getLogger("stitchmesh").propagate = False
     print(f"{'extreme':<40}{'':<9}{'outcome':<12}{'iter.':>6}{'residual':>10}{'strain':>10}{'nearest':>9}{'s':>8}")
     failed = 0
-    for case, quality in runs(arguments.only, arguments.precision, quality_named(arguments.quality)):
+    base = replace(quality_named(arguments.quality), tolerance=arguments.tolerance)
+    for case, quality in runs(arguments.only, arguments.precision, base):
         found = outcome(case, quality, arguments.device)
         failed += found.kind == FAILED
         print(line(case, quality.precision, found), flush=True)

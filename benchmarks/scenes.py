@@ -26,5 +26,5 @@ def stockinette_tube(rows: int, stitches: int, points_per_stitch: int, radius: f
     ring = np.stack([out * np.sin(angle), flat[:, 1], out * np.cos(angle)], axis=1)
     ring -= np.diff(np.concatenate([ring[-1:], ring, ring[:1]]), 2, axis=0) / 6  # control points from curve points
     scale = radius / FORMULA_RADIUS
-    rings = [scale * (ring + [0.0, ROW_HEIGHT * row, 0.0]) for row in range(rows)]
+    rings = [scale * (ring + np.array([0.0, ROW_HEIGHT * row, 0.0])) for row in range(rows)]
     return YarnSet.from_curves(rings, closed=[True] * rows, radius=radius)

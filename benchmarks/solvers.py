@@ -41,13 +41,13 @@ def show(name: str, quality: Quality, result: Relaxation, certificate: float, le
     """One line of the table, and when the energy fell to some levels."""
     report = result.report
     at_rest = "at rest" if report["converged"] else "NOT at rest"
-    print(f"{name:<24}{quality.solver:<13}{report['iterations']:>7}{report['seconds']:>9.2f}{certificate:>9.2f}"
-          f"{report['residual']:>10.4f}{report['energy']:>14.1f}  {at_rest}, strain {report['max_strain']:.3f}, nearest "
-          f"{report['min_distance_over_radius']:.2f} r, {report['device']}", flush=True)  # fmt: skip
+    print(f"{name:<28}{quality.solver:<13}{report['iterations']:>7}{report['seconds']:>9.2f}{certificate:>9.2f}"
+          f"{report['residual']:>10.4f}{report['energy']:>14.1f}  {at_rest}, strain {report['max_strain']:.3f}, "
+          f"nearest {report['min_distance_over_radius']:.2f} r, {report['device']}", flush=True)  # fmt: skip
     for level in levels:
         entry = next((e for e in result.history if sum(e["energies"].values()) <= level), None)
         found = f"{entry['iteration']} iterations, {entry['seconds']:.2f} s" if entry else "not reached"
-        print(f"{'':<24}energy {level:.6g}: {found}")
+        print(f"{'':<28}energy {level:.6g}: {found}")
 
 
 def measure(path: str, arguments: argparse.Namespace) -> None:
@@ -81,10 +81,10 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float)
     parser.add_argument("--max-iterations", type=int)
     parser.add_argument("--solver", nargs="+", default=["quasistatic", "dynamics"])
-    parser.add_argument("--level", type=float, nargs="*", default=[], help="energies [erg] whose first time is asked for")
+    parser.add_argument("--level", type=float, nargs="*", default=[], help="energies [erg]: when were they reached?")
     parser.add_argument("--device")
     arguments = parser.parse_args()
-    print(f"{'scene':<24}{'solver':<13}{'iter.':>7}{'seconds':>9}{'certif.':>9}{'residual':>10}{'energy erg':>14}")
+    print(f"{'scene':<28}{'solver':<13}{'iter.':>7}{'seconds':>9}{'certif.':>9}{'residual':>10}{'energy erg':>14}")
     for path in arguments.scene:
         measure(path, arguments)
 

@@ -192,7 +192,7 @@ def scene_named(name: str, given: argparse.Namespace) -> Scene:
         "stockinette-cell": lambda: cell(name, PLAIN, *size),
         "rib-cell": lambda: cell(name, RIB, *size),
         "glove": lambda: yarn_file(name, given.glove),
-        "skirt": lambda: garment(name, given.skirt, given.unit, given.skirt_width),
+        "skirt": lambda: garment(name, given.skirt, given.unit, given.skirt_width, given.device),
     }
     return makers[name]()
 

@@ -122,10 +122,11 @@ def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
     return Scene(name, make, gauge, "shift", per_run=64, given=("wale_error", "course_error"))
 
 
-def garment(name: str, path: str, unit: str, stitch_width: float) -> Scene:
+def garment(name: str, path: str, unit: str, stitch_width: float, device: str | None) -> Scene:
     """A mesh, knitted; the yarns keep its shape."""
     mesh = sm.read_mesh(path, unit=unit)
-    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=stitch_width), surface=mesh)
+    fabric = sm.tessellate(sm.label(mesh), stitch_width=stitch_width)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=device)
 
     def make(points_per_stitch: int) -> YarnSet:
         quality = replace(quality_named("standard"), control_points_per_stitch=points_per_stitch)

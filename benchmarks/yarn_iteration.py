@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Time of one iteration of the yarn relaxer, kernel by kernel, beside the memory traffic that bounds it.
 
-    python benchmarks/yarn_iteration.py --device cuda:0 --points 3000 1200000
+python benchmarks/yarn_iteration.py --device cuda:0 --points 3000 1200000
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     settled = wp.clone(iteration.state.points)
     n = iteration.model.point_count
     touching = float(iteration.candidates.count.numpy().sum()) / 2
-    print(f"\n{n} points, {iteration.model.sample_count} samples, {touching:.0f} listed pairs, residual {residual:.4f}, "
+    samples = iteration.model.sample_count
+    print(f"\n{n} points, {samples} samples, {touching:.0f} listed pairs, residual {residual:.4f}, "
           f"margin {iteration.candidates.margin:.2f} r, {quality.precision}, {device.name}")  # fmt: skip
     times = 20 if n < 100_000 else 2
     repeats = 50 if device.is_cuda else 2

@@ -36,9 +36,9 @@ def _on_files(called: Any) -> bool:
     return getattr(own, "__name__", "") == "posix" or isinstance(own, IOBase)
 
 
-def count_calls(function: str, work: Callable[[], object], *, of_files: bool = False) -> int:
-    """Calls in ``work`` from the first call of a function of that name on; of those on files alone if asked for."""
-    counter = Countdown(function, float("inf"), lambda: None, of_files=of_files)
+def count_calls(function: str, work: Callable[[], object]) -> int:
+    """Calls in ``work`` from the first call of a function of that name on."""
+    counter = Countdown(function, float("inf"), lambda: None, of_files=False)
     sys.setprofile(counter)
     try:
         work()
@@ -48,7 +48,7 @@ def count_calls(function: str, work: Callable[[], object], *, of_files: bool = F
 
 
 def killed(function: str, calls: int, work: Callable[[], object], *, of_files: bool = False) -> bool:
-    """Do ``work`` in a child that is killed after as many calls; whether it was, for work may end before.
+    """Do ``work`` in a child that is killed after as many calls, or calls on files; whether work did not end before.
 
     The caller must have one thread.
     """

@@ -105,7 +105,7 @@ def origin(
         for number, choice in enumerate(choices):
             name = f"{kind} {number}"
             told |= {name: type(choice).__name__} | fingerprint(f"{name} ({type(choice).__name__})", choice)
-    return told | {f"array {name}": f"{array.dtype.__name__} {array.shape}" for name, array in arrays.items()}
+    return told | {f"array {name}": array.dtype.__name__ for name, array in arrays.items()}
 
 
 def write_moment(path: FilePath, given: Mapping[str, str], moment: Moment) -> None:

@@ -15,10 +15,11 @@ What rounding does is measured: all coordinates are nudged by their last digit, 
 
     noise = rms over control points of |F nudged - F| / sqrt(12)
 
-for a nudge of one digit has sqrt(12) times the rms of a rounding error. Yarns whose terms exert no more than a few
-times the noise have no force that could be told from none, and their residual is 0. Where the noise by itself exceeds
-the tolerance, only more digits help. It is measured where a bound, the row sums of stiffness times the size of the
-coordinates and the precision, cannot rule that out.
+for a nudge of one digit has sqrt(12) times the rms of a rounding error. It is at least what a coordinate of one radius
+would make, for products are rounded too. Yarns whose terms exert no more than a few times the noise have no force that
+could be told from none, and their residual is 0. Where the noise by itself exceeds the tolerance, only more digits
+help. It is measured where a bound, the row sums of stiffness times the size of the coordinates and the precision,
+cannot rule that out.
 """
 
 from __future__ import annotations
@@ -72,12 +73,12 @@ def nudge(
     # state out
     points: wp.array[Any],
 ) -> None:
-    """Change the last digit of each coordinate; those below a radius count as one, for products round too."""
+    """Change the last digit of each coordinate, up or down."""
     i = wp.tid()
     digits = wp.rand_init(0, i)
     place = points[i]
     for axis in range(3):
-        size = wp.max(wp.abs(place[axis]), type(precision)(1.0)) * precision
+        size = wp.abs(place[axis]) * precision
         place[axis] = place[axis] + wp.where(wp.randf(digits) < 0.5, -size, size)
     points[i] = place
 
@@ -143,10 +144,24 @@ class Assessment:
         return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
 
 
+FALL = 0.1
+"""Largest fall of the energy between two assessments of yarns at rest, over itself and the tolerance."""
+
+
+def has_converged(residual: float, fall: float, tolerance: float) -> bool:
+    """Whether yarns are at rest.
+
+    Args:
+        residual: relative force residual.
+        fall: part of itself by which the energy fell since the assessment before.
+        tolerance: ``Quality.tolerance``.
+    """
+    return residual == 0.0 or (residual < tolerance and abs(fall) < FALL * tolerance)
+
+
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> float:
     """Bound of the rms force that the rounding of coordinates makes without contacts [erg / unit]."""
-    size = float(np.abs(model.to_device(model.yarns.points)).max())
-    return float(np.sqrt(np.mean(stiffness**2)) * size * _precision(model))
+    return float(np.sqrt(np.mean(stiffness**2)) * _size(model) * _precision(model))
 
 
 def assess(
@@ -174,7 +189,7 @@ def assess(
     energies = found | {term.name: term.energy(state, candidates) for term in terms}
     if not left <= rounding + _precision(model) * in_contacts:
         return Assessment(left / whole, energies)
-    noise = _noise(*evaluation, constraints, net)
+    noise = max(_noise(*evaluation, constraints, net), rounding / _size(model))
     if whole <= ABOVE_NOISE * noise:
         return Assessment(0.0, energies)
     return Assessment(left / whole, energies, noise / whole)
@@ -212,6 +227,11 @@ def _noise(
     change2 = model.empty(n)
     model.launch(square_change, n, [net, state.point_force], [change2])
     return float(np.sqrt(ordered_sum(change2) / (12.0 * n)))
+
+
+def _size(model: Model) -> float:
+    """Largest coordinate at the start, at least one radius."""
+    return max(float(np.abs(model.to_device(model.yarns.points)).max()), 1.0)
 
 
 def _precision(model: Model) -> float:

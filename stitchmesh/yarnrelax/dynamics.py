@@ -134,7 +134,7 @@ class Dynamics(Method):
     """
 
     needs_blocks = False
-    allowed_rise = float("inf")
+    allowed_rise = 0.05
 
     def __init__(self, model: Model, further: NDArray[np.float64]) -> None:
         """Yarns at rest, on a model's device; the stiffness of further terms comes with ``state.stiffness``."""

@@ -25,7 +25,8 @@ feels with the other sign; slip across one yarn is slip along another that it cr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.candidates import Candidates
-from stitchmesh.yarnrelax.friction_contacts import first_contacts, renewed_contacts
+from stitchmesh.yarnrelax.friction_contacts import Contacts, first_contacts, renewed_contacts
 from stitchmesh.yarnrelax.friction_law import resisted_slip, slip_energy, slip_measure, slip_slope, vector_from
 from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
@@ -138,6 +139,7 @@ class _Friction(Term):
     """Friction on a device."""
 
     name = "friction"
+    lags = True
 
     def __init__(self, model: Model, friction: Friction) -> None:
         largest = max(friction.coefficients)
@@ -163,6 +165,18 @@ class _Friction(Term):
     def renew(self, state: State, candidates: Candidates) -> None:
         """Take normal forces from the samples as they lie and drag anchors along; recorded launches become stale."""
         self.contacts = renewed_contacts(self.model, self.law, state, candidates, self.contacts)
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """The contacts of the load step."""
+        return {field.name: getattr(self.contacts, field.name) for field in fields(Contacts)}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Take back contacts, of which there may be more or fewer than now."""
+        kinds = {name: array.dtype for name, array in self.arrays().items()}
+        device = self.model.device
+        self.contacts = Contacts(
+            **{name: wp.array(arrays[name], dtype=kind, device=device) for name, kind in kinds.items()}
+        )
 
     def _inputs(self, state: State) -> list[Any]:
         kept = self.contacts

@@ -12,7 +12,7 @@ so the anchor is dragged along by a pair that slides and stays where it is under
 against each other since the last renewal, for yarns that slide touch with ever new samples.
 
 Each pair is kept from both sides. The lists are friction's own, so the energy does not change when candidate lists are
-made again. They are ascending, as candidate lists are, and a pair is found again in one walk along both.
+made again, and a pair is found again by its entry.
 """
 
 from __future__ import annotations
@@ -100,8 +100,7 @@ def list_contacts(
     """The pairs that press each other now, with what they keep of their slip."""
     p = wp.tid()
     here = samples[p]
-    found, old = int(0), int(0)
-    last = old_entry.shape[1] - 1  # kernels look at both sides of an `and`
+    found = int(0)
     for c in range(candidate_count[p]):
         listed = candidates[p, c]
         force = press_of_pair(model, samples, tangent, p, listed)
@@ -110,10 +109,9 @@ def list_contacts(
             apart = vector_from(model.images, samples, here, listed, force)
             moved = (here - old_place[p]) - (samples[q] - old_place[q])
             slip = type(force)(moved[0], moved[1], moved[2])
-            while old < old_count[p] and old_entry[p, wp.min(old, last)] < listed:
-                old += 1
-            if old < old_count[p] and old_entry[p, wp.min(old, last)] == listed:
-                slip = apart - old_anchor[p, old]
+            for old in range(old_count[p]):
+                if old_entry[p, old] == listed:
+                    slip = apart - old_anchor[p, old]
             normal = wp.normalize(force)
             measure = slip_measure(slip, resisted_slip(slip, normal, tangent[p], tangent[q], law))
             kept = within(slip, normal) * (law[3] / wp.max(measure, law[3]))
@@ -134,7 +132,7 @@ class Contacts:
     count: wp.array[Any]
     """How many samples press each sample, shape (P,)."""
     entry: wp.array[Any]
-    """They, as candidate lists name them, ascending, shape (P, capacity)."""
+    """They, as candidate lists name them, shape (P, capacity)."""
     anchor: wp.array[Any]
     """Vector from each of them at which the pair has not slipped, shape (P, capacity, 3)."""
     press: wp.array[Any]

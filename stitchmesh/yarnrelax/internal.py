@@ -79,7 +79,9 @@ def mean_direction(rest_length: Any, leg0: Any, leg1: Any, leg2: Any, zero: Any)
 @wp.func
 def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
     """What one point of the rule adds to ``mean_direction``."""
-    inverse = type(weight)(1.0) / wp.dot(tangent, tangent)
+    # where points coincide the curve stands still, and the mean would not be a number
+    slowest = rest_length * rest_length * type(weight)(1.0e-3)
+    inverse = type(weight)(1.0) / wp.max(wp.dot(tangent, tangent), slowest)
     x, y, z = tangent[0], tangent[1], tangent[2]
     scale = weight * inverse
     slow = rest_length * rest_length * inverse

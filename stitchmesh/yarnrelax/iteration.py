@@ -120,6 +120,16 @@ class Iteration:
             if (worn or self.age > LONG_LIFE) and self._fit_margin(worn) and self.list_candidates():
                 self._record()
 
+    def renew(self) -> bool:
+        """Bring what lags behind up to date; whether there is such a thing."""
+        lagging = [term for term in self.terms if term.lags]
+        if lagging:
+            self.list_candidates()
+            for term in lagging:
+                term.renew(self.state, self.candidates)
+            self._record()
+        return bool(lagging)
+
     def assess(self) -> Assessment:
         """Residual and energies of the state as it is."""
         return assess(
@@ -162,8 +172,12 @@ class Iteration:
         self.candidates.margin = margin
         self.state.points.assign(arrays["listed_points"])
         self.list_candidates()
-        for name, array in self.arrays().items():
+        own = {name: array for name, array in self.arrays().items() if "." not in name or name.startswith("solver.")}
+        for name, array in own.items():
             array.assign(arrays[name])
+        for number, term in enumerate(self.terms):
+            start = f"{term.name} {number}."
+            term.resume({name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)})
         self.age, self.caution = age, caution
         self._record()
 

@@ -61,6 +61,10 @@ class Method(ABC):
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Everything that it carries from one iteration to the next, by name."""
 
+    def kinetic_energy(self) -> float:
+        """Kinetic energy [erg]; none for a solver that knows no motion."""
+        return 0.0
+
     def begin(self, count: int) -> None:
         """Get ready for ``count`` iterations."""
         self.left = count

@@ -271,7 +271,7 @@ def _too_close(model: Model, state: State, candidates: Candidates, sample: int) 
     model.launch(nearest_entry, 1, inputs, [nearest, distance])
     other = yarn_place(model.yarns, int(model.yarns.segment_points[_segment(model, int(nearest.numpy()[0])), 1]))
     found = f"{float(distance.numpy()[0]):.2g} yarn radii between the axes, and {count} contact samples a segment"
-    remedy = "move them apart, give them longer rest lengths, or raise k_contact or contact_samples"
+    remedy = "move them apart, change rest lengths in steps of a fifth, or raise k_contact or contact_samples"
     return f"{place}: too close to {other} for the contact energy to part them, {found}; {remedy}"
 
 

@@ -9,7 +9,7 @@ for one model. A term that is not chosen launches nothing, allocates nothing and
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -29,10 +29,15 @@ class Term(ABC):
 
     name: str
     """Its name in reports."""
+    lags: bool = False
+    """Whether it is to be renewed each time the yarns have come to rest, until that changes nothing."""
 
     @abstractmethod
     def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
-        """Add its force to ``state.sample_force`` (fourth component: row sum of stiffness) or ``state.outer_force``."""
+        """Add its force to ``state.sample_force``, ``state.outer_force`` or ``state.segment_pull``.
+
+        The fourth component of ``state.sample_force`` is the row sum of stiffness.
+        """
 
     @abstractmethod
     def energy(self, state: State, candidates: Candidates) -> float:
@@ -48,6 +53,11 @@ class Term(ABC):
     def arrays(self) -> dict[str, wp.array[Any]]:
         """What it carries from one iteration to the next and the first ``renew`` does not make again, by name."""
         return {}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Take back what ``arrays`` gave."""
+        for name, array in self.arrays().items():
+            array.assign(arrays[name])
 
 
 class TermChoice(ABC):

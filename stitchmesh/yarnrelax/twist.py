@@ -163,6 +163,10 @@ class _Twist(Term):
         corners = model.yarns.segment_points.ravel()
         return np.bincount(corners, weights=shares.ravel(), minlength=model.point_count).astype(np.float64)
 
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """The holonomy, which is followed from the value that it had last."""
+        return {"holonomy": self.holonomy}
+
     def _follow(self, points: wp.array[Any], run: Run) -> list[Any]:
         """Bring the holonomy up to date."""
         path, model = self.path, self.model

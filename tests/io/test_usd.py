@@ -166,7 +166,7 @@ def test_unit_up_axis_and_transform_of_a_foreign_stage_are_applied(tmp_path):
 def test_the_radius_of_curves_without_widths_is_estimated_and_announced(tmp_path, caplog):
     stage_of(tmp_path / "y.usda")
     np.testing.assert_allclose(read_yarns(tmp_path / "y.usda").radius, [0.25, 0.25], rtol=1e-6)  # float32
-    assert "holds no yarn radius; estimated 0.25 cm" in caplog.text
+    assert "yarn radius: 0.25 cm, estimated" in caplog.text
 
 
 def not_finite(curves: UsdGeom.BasisCurves) -> None:

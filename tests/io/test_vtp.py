@@ -72,7 +72,7 @@ def test_the_radius_of_polylines_without_one_is_estimated_and_announced(tmp_path
     data = pyvista.PolyData([[0, 0, 0], [1, 0, 0], [0, 0.5, 0], [1, 0.5, 0]], lines=[2, 0, 1, 2, 2, 3])
     data.save(tmp_path / "y.vtp")
     np.testing.assert_allclose(read_yarns(tmp_path / "y.vtp").radius, [0.25, 0.25], rtol=1e-6)  # float32 points
-    assert "holds no yarn radius; estimated 0.25 cm" in caplog.text
+    assert "yarn radius: 0.25 cm, estimated" in caplog.text
 
 
 def vtp(connectivity: str = "0 1 2 3", offsets: str = "2 4", points: str = "0 0 0 1 0 0 0 1 0 1 1 0") -> str:

@@ -33,8 +33,8 @@ from extremes import (
 )
 
 DRAFT = PRESETS["draft"]
-SHORT = 60
-"""Iterations: enough for the worst steps, which are the first; the benchmark has the patience to come to rest."""
+SHORT, LONG = 60, 300
+"""Iterations: the worst steps are the first, so a few show what breaks; more where yarns are to come to rest."""
 SMALL = {case.name: case for case in cases() if not case.large}
 HOPELESS = {"axes cross", "one yarn on another", "4 control points in one place"}
 """No distance, or no direction: there is nothing to start from."""
@@ -49,14 +49,15 @@ QUICK = {
     "isolated ring",
     "all pinned",
 }
-"""Few points, or few that may move: at rest after ``SHORT`` iterations."""
+"""Few points, or few that may move: soon at rest."""
 WHERE = re.compile(r"yarn \d+ \(control point \d+\)")
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("case", SMALL.values(), ids=lambda case: case.name)
 def test_an_extreme_ends_in_words(case: Case, precision: str) -> None:
-    found = outcome(case, replace(DRAFT, precision=precision, max_iterations=SHORT), "cpu")
+    limit = LONG if case.name in QUICK else SHORT
+    found = outcome(case, replace(DRAFT, precision=precision, max_iterations=limit), "cpu")
     if case.name in HOPELESS:
         assert found.kind == REFUSED
     if case.name in QUICK:
@@ -75,10 +76,11 @@ def test_yarns_that_are_too_close_are_both_named_with_what_to_do() -> None:
     assert "k_contact" in words
 
 
-def test_fabric_pressed_to_half_its_width_comes_to_rest() -> None:
-    found = outcome(SMALL["half as wide"], DRAFT, "cpu")
-    assert found.kind == AT_REST
-    assert found.report["min_distance_over_radius"] > 1.5
+def test_fabric_pressed_to_half_its_width_parts_again() -> None:
+    pressed = outcome(SMALL["half as wide"], replace(DRAFT, max_iterations=0), "cpu")
+    found = outcome(SMALL["half as wide"], replace(DRAFT, max_iterations=LONG), "cpu")
+    # 2 is touching; pressed together the tube's yarns start well below the quarter of overlap that contact leaves them
+    assert pressed.report["min_distance_over_radius"] < 1.5 < found.report["min_distance_over_radius"]
 
 
 def assessed(yarns: YarnSet, precision: str) -> Assessment:

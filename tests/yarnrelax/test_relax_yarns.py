@@ -79,10 +79,10 @@ def test_the_same_run_gives_the_same_bits(knit: YarnSet) -> None:
 @pytest.mark.parametrize("gamma", [1e-3, 1e3])
 def test_the_result_does_not_depend_on_the_unit_of_length(knit: YarnSet, gamma: float) -> None:
     scaled = replace(knit, points=gamma * knit.points, rest_length=gamma * knit.rest_length, radius=gamma * knit.radius)
-    quality = replace(DRAFT, precision="float64", tolerance=1e-6, max_iterations=60)
+    quality = replace(DRAFT, precision="float64", tolerance=1e-6, max_iterations=40)
     small, large = (relax_yarns(yarns, quality=quality, device="cpu").yarns for yarns in (knit, scaled))
-    # sixty iterations of float64 rounding, which the stiffest mode may amplify a thousandfold
-    np.testing.assert_allclose(large.points / gamma, small.points, atol=1e-9)
+    # float64 rounding, 1e-15, which twenty iterations amplify some hundred times: this tube without borders curls
+    np.testing.assert_allclose(large.points / gamma, small.points, atol=1e-8)
 
 
 def test_far_from_the_origin_is_as_good_as_near(knit: YarnSet) -> None:

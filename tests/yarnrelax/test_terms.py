@@ -42,7 +42,7 @@ def kernels_of_forces(*choices: TermChoice) -> list[str]:
     launched: list[str] = []
 
     def count(kernel: wp.Kernel, *arguments: Any, **options: Any) -> None:
-        launched.append(kernel.key)
+        launched.append(kernel.key.split("__")[0])
 
     terms = [choice.on(model) for choice in choices]
     state, candidates = make_state(model, outer=bool(terms)), make_candidates(model, 0.1)
