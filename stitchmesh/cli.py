@@ -19,6 +19,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 READ_YARNS = "yarns: .h5, .bcc, .usda, .usdc, .vtp or .obj"
 WRITTEN_YARNS = "yarns: .h5, .bcc, .usda, .usdc, .vtp, .glb or .obj"
 GENERATED_RADIUS = "an eighth of the stitch width"
+FOUND_RADIUS = "the file's own, else estimated from the distances of yarns"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -111,7 +112,7 @@ def _add_stages(commands: argparse._SubParsersAction) -> None:
     fabric = relax.add_mutually_exclusive_group()
     fabric.add_argument("--keep-shape", metavar="FABRIC", help="stitch mesh, .h5, whose shape the yarns keep")
     fabric.add_argument("--fabric", help="stitch mesh, .h5, that the yarns were made from, if they need not keep it")
-    _add_yarn(relax, "the file's own, else estimated from the distances of yarns")
+    _add_yarn(relax, FOUND_RADIUS)
     _add_relaxation(relax)
     _add_pins(relax)
     _add_unit(relax)
@@ -121,23 +122,28 @@ def _add_stages(commands: argparse._SubParsersAction) -> None:
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:
     info = commands.add_parser("info", help="what a file holds")
     info.add_argument("file", metavar="FILE")
-    _add_unit(info)
+    _add_reading(info)
 
     check = commands.add_parser("check", help="whether a file is sound: status 0, or one line and status 2")
     check.add_argument("file", metavar="FILE")
-    _add_unit(check)
+    _add_reading(check)
 
     convert = commands.add_parser("convert", help="one yarn or mesh format to another")
     convert.add_argument("file", metavar="IN")
     convert.add_argument("output", metavar="OUT")
-    _add_unit(convert)
+    _add_reading(convert)
 
     render = commands.add_parser("render", help="a picture of yarns, stitches, rows or a mesh")
     render.add_argument("file", metavar="FILE")
     _add_output(render, "PNG", "picture")
     what = "of a stitch mesh: rows, stitches or stretch (rows if it is only labeled, else stitches)"
     render.add_argument("--what", metavar="KIND", help=what)
-    _add_unit(render)
+    _add_reading(render)
+
+
+def _add_reading(command: argparse.ArgumentParser) -> None:
+    _add_unit(command)
+    _add_radius(command, FOUND_RADIUS)
 
 
 def _add_output(command: argparse.ArgumentParser, metavar: str, text: str) -> None:
@@ -164,8 +170,12 @@ def _add_stitch_size(command: argparse.ArgumentParser) -> None:
 
 
 def _add_yarn(command: argparse.ArgumentParser, radius: str) -> None:
-    command.add_argument("--yarn-radius", type=float, metavar="CM", help=f"yarn radius ({radius})")
+    _add_radius(command, radius)
     command.add_argument("--quality", default="standard", help="draft, standard (default) or reference")
+
+
+def _add_radius(command: argparse.ArgumentParser, otherwise: str) -> None:
+    command.add_argument("--yarn-radius", type=float, metavar="CM", help=f"yarn radius ({otherwise})")
 
 
 def _add_relaxation(command: argparse.ArgumentParser) -> None:

@@ -133,19 +133,19 @@ def relax(arguments: Namespace) -> None:
 
 def info(arguments: Namespace) -> None:
     """What a file holds."""
-    for line in _describe(read_any(arguments.file, unit=arguments.unit)):
+    for line in _describe(_read(arguments)):
         print(line)
 
 
 def check(arguments: Namespace) -> None:
     """Reading a file validates it."""
-    noun = read_any(arguments.file, unit=arguments.unit)
+    noun = _read(arguments)
     print(f"{arguments.file}: sound {_kind(noun)}")
 
 
 def convert(arguments: Namespace) -> None:
     """One format to another of the same noun."""
-    noun = read_any(arguments.file, unit=arguments.unit)
+    noun = _read(arguments)
     if isinstance(noun, YarnSet):
         write_yarns(arguments.output, noun)
     elif isinstance(noun, StitchMesh) and Path(arguments.output).suffix == ".h5":
@@ -158,7 +158,13 @@ def render(arguments: Namespace) -> None:
     """A picture."""
     from stitchmesh.viewer import render_file
 
-    render_file(arguments.file, arguments.output, what=arguments.what, unit=arguments.unit)
+    unit, radius = arguments.unit, arguments.yarn_radius
+    render_file(arguments.file, arguments.output, what=arguments.what, unit=unit, radius=radius)
+
+
+def _read(arguments: Namespace) -> Mesh | YarnSet:
+    """What the file of a command holds."""
+    return read_any(arguments.file, unit=arguments.unit, radius=arguments.yarn_radius)
 
 
 def _quality(arguments: Namespace) -> str | Quality:

@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from stitchmesh import cli
-from stitchmesh.io import read_stitches, read_yarns, write_mesh
+from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
 from stitchmesh.rest_length import stitch_lengths
+from stitchmesh.yarn import YarnSet
 from tests.gallery import ROOT, grid, moebius, tube
 
 REPORT = {
@@ -114,6 +115,62 @@ def test_render_draws_each_kind(knitted, tube_obj, tmp_path):
         assert cli.main(["render", str(source), *words, "-o", str(picture)]) == 0
         assert picture.stat().st_size > 1000
         picture.unlink()
+
+
+@pytest.fixture
+def far_ring(tmp_path) -> Path:
+    """One ring of yarn in a file that states no radius, and nothing near it to estimate one from."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    points = 3.0 * np.stack([np.cos(angle), np.sin(angle), np.zeros(16)], axis=1)
+    write_yarns(tmp_path / "ring.bcc", YarnSet.from_curves([points], closed=[True], radius=0.5))
+    return tmp_path / "ring.bcc"
+
+
+def test_info_and_check_take_the_yarn_radius(far_ring, capsys):
+    assert "give it (--yarn-radius)" in refused(capsys, "info", far_ring)
+    assert cli.main(["info", str(far_ring), "--yarn-radius", "0.25"]) == 0
+    assert "radius: 0.25 to 0.25 cm" in capsys.readouterr().out
+    assert "give it (--yarn-radius)" in refused(capsys, "check", far_ring)
+    assert cli.main(["check", str(far_ring), "--yarn-radius", "0.25"]) == 0
+    assert "sound yarns" in capsys.readouterr().out
+
+
+def test_convert_takes_the_yarn_radius(far_ring, tmp_path, capsys):
+    output = tmp_path / "ring.h5"
+    assert "give it (--yarn-radius)" in refused(capsys, "convert", far_ring, output)
+    assert not output.exists()
+    assert cli.main(["convert", str(far_ring), str(output), "--yarn-radius", "0.25"]) == 0
+    assert read_yarns(output).radius.tolist() == [0.25]
+
+
+def test_render_takes_the_yarn_radius(far_ring, tmp_path, capsys):
+    """A ring eight times as thick hides more of the background."""
+    assert "give it (--yarn-radius)" in refused(capsys, "render", far_ring, "-o", tmp_path / "ring.png")
+    drawn = []
+    for radius in ("0.1", "0.8"):
+        path = tmp_path / f"{radius}.png"
+        assert cli.main(["render", str(far_ring), "--yarn-radius", radius, "-o", str(path)]) == 0
+        drawn.append(covered(path))
+    assert drawn[1] > 3 * drawn[0]  # not eight times: the thicker ring is drawn from farther away
+
+
+def covered(path: Path) -> float:
+    """Part of a picture that differs from its corner."""
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
+    return float((np.abs(pixels - pixels[0, 0]).max(axis=2) > 30).mean())
+
+
+@pytest.mark.parametrize("command", ["info", "check"])
+@pytest.mark.parametrize("name", ["tube.obj", "stitches.h5"])
+def test_a_yarn_radius_is_for_yarns(tube_obj, knitted, capsys, command, name):
+    path = tube_obj if name == tube_obj.name else knitted / name
+    assert "holds no yarns; leave the yarn radius out" in refused(capsys, command, path, "--yarn-radius", "0.1")
+
+
+def test_a_yarn_radius_is_positive(far_ring, capsys):
+    assert "radius: got -0.1; expected a positive number" in refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
 
 
 def test_help_names_every_command(capsys):

@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from os import fspath
+
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
 from stitchmesh.io.hdf5 import stored_format
 from stitchmesh.io.meshes import READABLE, read_mesh
@@ -15,26 +18,29 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.yarn import YarnSet
 
 
-def read_any(path: FilePath, *, unit: str = "cm") -> Mesh | YarnSet:
+def read_any(path: FilePath, *, unit: str = "cm", radius: float | None = None) -> Mesh | YarnSet:
     """Read a file as the noun that it holds; its suffix and content decide.
 
     Args:
         path: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads.
         unit: unit of the file's coordinates, unless it is HDF5 or USD.
+        radius: radius of all yarns [cm]; where None, as ``read_yarns`` finds it.
 
     Raises:
-        ParameterError: the unit is unknown.
+        ParameterError: the unit is unknown, a radius is given for a file that holds no yarns or is not positive, or
+            there is none and it cannot be estimated.
         FileError: the file cannot be read or is malformed.
         MeshError: the polygons do not form an oriented manifold surface.
         YarnError: the yarns are malformed.
     """
     suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *READABLE]))
     read_bytes(path)  # a missing file or a folder is told here, in one way for all formats
-    if suffix == ".h5":
-        return read_stitches(path) if stored_format(path) == STITCHES else read_yarns(path)
-    if suffix not in READABLE or (suffix == ".obj" and _holds_polylines(path)):
-        return read_yarns(path, unit=unit)
-    return read_mesh(path, unit=unit)
+    stitches = suffix == ".h5" and stored_format(path) == STITCHES
+    if not stitches and (suffix not in READABLE or (suffix == ".obj" and _holds_polylines(path))):
+        return read_yarns(path, unit=unit, radius=radius)
+    if radius is not None:
+        raise ParameterError(f"radius: {fspath(path)} holds no yarns; leave the yarn radius out")
+    return read_stitches(path) if stitches else read_mesh(path, unit=unit)
 
 
 def _holds_polylines(path: FilePath) -> bool:

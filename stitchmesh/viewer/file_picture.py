@@ -32,7 +32,13 @@ FABRIC_PICTURES: dict[str, Callable[..., None]] = {
 
 
 def render_file(
-    source: FilePath, path: FilePath, *, what: str | None = None, unit: str = "cm", size: Size = PICTURE_SIZE
+    source: FilePath,
+    path: FilePath,
+    *,
+    what: str | None = None,
+    unit: str = "cm",
+    radius: float | None = None,
+    size: Size = PICTURE_SIZE,
 ) -> None:
     """Draw a polygon mesh, a stitch mesh or yarns.
 
@@ -41,16 +47,18 @@ def render_file(
         path: a ``.png`` file; missing folders are made.
         what: for a stitch mesh ``rows``, ``stitches`` or ``stretch``; where None, rows if it is labeled only, else
             stitches.
-        unit: unit of the source's coordinates, unless it is HDF5.
+        unit: unit of the source's coordinates, unless it is HDF5 or USD.
+        radius: radius of all yarns [cm]; where None, as ``read_yarns`` finds it.
         size: width and height [pixels].
 
     Raises:
-        ParameterError: the unit is unknown, or the file holds nothing of which such a picture can be drawn.
+        ParameterError: the unit is unknown, the file holds nothing of which such a picture can be drawn, or its yarns'
+            radius is neither given nor can be estimated.
         FileError: the source cannot be read or the picture cannot be written.
         MeshError: the polygons do not form an oriented manifold surface.
         DisplayError: this machine cannot draw.
     """
-    noun = read_any(source, unit=unit)
+    noun = read_any(source, unit=unit, radius=radius)
     if isinstance(noun, StitchMesh):
         _render_fabric(noun, path, what, size)
     elif what is not None:

@@ -161,7 +161,7 @@ def has_converged(residual: float, fall: float, tolerance: float) -> bool:
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> float:
     """Bound of the rms force that the rounding of coordinates makes without contacts [erg / unit]."""
-    return float(np.sqrt(np.mean(stiffness**2)) * _size(model) * _precision(model))
+    return float(np.sqrt(np.mean(stiffness**2)) * model.size * _precision(model))
 
 
 def assess(
@@ -189,7 +189,7 @@ def assess(
     energies = found | {term.name: term.energy(state, candidates) for term in terms}
     if not left <= rounding + _precision(model) * in_contacts:
         return Assessment(left / whole, energies)
-    noise = max(_noise(*evaluation, constraints, net), rounding / _size(model))
+    noise = max(_noise(*evaluation, constraints, net), rounding / model.size)
     if whole <= ABOVE_NOISE * noise:
         return Assessment(0.0, energies)
     return Assessment(left / whole, energies, noise / whole)
@@ -227,11 +227,6 @@ def _noise(
     change2 = model.empty(n)
     model.launch(square_change, n, [net, state.point_force], [change2])
     return float(np.sqrt(ordered_sum(change2) / (12.0 * n)))
-
-
-def _size(model: Model) -> float:
-    """Largest coordinate at the start, at least one radius."""
-    return max(float(np.abs(model.to_device(model.yarns.points)).max()), 1.0)
 
 
 def _precision(model: Model) -> float:

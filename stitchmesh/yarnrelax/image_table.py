@@ -4,7 +4,7 @@
 
 Image 0 is (0, 0). The corners of a segment need the images that its yarn reaches by going around; contacts need every
 image whose yarns can come near those of the cell: an image (a, b) is far if it shifts the box around all yarns, grown
-by the contact range, clear of itself.
+by the contact range and by what yarns may spread, clear of itself. Yarns that outgrow that box are an error.
 """
 
 from __future__ import annotations
@@ -15,13 +15,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.errors import SolverError
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model import Model
 
-CONTACT_RANGE = 4.0
-"""Distance over the largest radius within which pairs may be listed: contact and the widest margin, with room."""
+CONTACT_RANGE = 3.0
+"""Distance over the largest radius within which pairs may be listed: contact and the widest margin."""
+SPREAD = 10.0
+"""How far yarns may spread beyond the box that they start in, on each side, over the largest radius."""
 
 
 def put_images(model: Model, kind: Any) -> Any:
@@ -52,7 +55,7 @@ def near_images(yarns: YarnSet) -> NDArray[np.int64]:
     """Images whose yarns may touch those of the cell, shape (n, 2)."""
     assert yarns.lattice is not None and yarns.point_shift is not None
     corners = (yarns.points[yarns.segment_points] + yarns.point_shift).reshape(-1, 3)
-    reach = CONTACT_RANGE * float(yarns.radius.max())
+    reach = (CONTACT_RANGE + 2 * SPREAD) * float(yarns.radius.max())
     # rows of the dual basis tell how many periods a displacement spans
     dual = np.linalg.pinv(yarns.lattice.periods).T
     place = corners @ dual.T
@@ -62,3 +65,26 @@ def near_images(yarns: YarnSet) -> NDArray[np.int64]:
     images = np.stack([a.ravel(), b.ravel()], axis=1)
     size = corners.max(axis=0) - corners.min(axis=0) + reach
     return images[(np.abs(yarns.lattice.shift(images)) <= size).all(axis=1)]
+
+
+def refuse_spread(model: Model, points: NDArray[np.float64]) -> None:
+    """Check that the table still holds all images that can touch.
+
+    Args:
+        model: of yarns on a lattice.
+        points: its control points now [cm], shape (N, 3).
+
+    Raises:
+        SolverError: the yarns have spread too far; it names one that did.
+    """
+    start, allowed = model.yarns.points, 2 * SPREAD * float(model.yarns.radius.max())
+    grown = np.ptp(points, axis=0) - np.ptp(start, axis=0)
+    along = np.abs(model.yarns.lattice.periods).max(axis=0) > 0.0 if model.yarns.lattice is not None else grown > 0.0
+    if (grown[along] <= allowed).all():
+        return
+    axis = int(np.argmax(np.where(along, grown, -np.inf)))
+    yarn = int(model.yarns.point_yarn[points[:, axis].argmax()])
+    raise SolverError(
+        f"yarn {yarn}: spreads {grown[axis]:.3g} cm beyond its cell; expected at most {allowed:.3g} cm; "
+        "start from a larger cell, or from yarns nearer to rest"
+    )

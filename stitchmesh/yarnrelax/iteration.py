@@ -18,6 +18,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
 from stitchmesh.yarnrelax.convergence import Assessment, assess, rounding_force
+from stitchmesh.yarnrelax.image_table import refuse_spread
 from stitchmesh.yarnrelax.material import YarnMaterial
 from stitchmesh.yarnrelax.method import Method, Scene
 from stitchmesh.yarnrelax.methods import method_named
@@ -229,6 +230,8 @@ class Iteration:
     def list_candidates(self) -> bool:
         """Make new candidate lists and budgets; whether launches have to be recorded again."""
         self.age = 0
+        if self.model.yarns.lattice is not None:
+            refuse_spread(self.model, self.model.from_device(self.state.points))
         forces.sample(self.model, self.state)
         wp.copy(self.state.listed_points, self.state.points)
         grown = find_candidates(self.model, self.state.samples, self.candidates)

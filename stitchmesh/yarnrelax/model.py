@@ -77,6 +77,11 @@ class Model:
         return float(self.yarns.radius.mean())
 
     @cached_property
+    def size(self) -> float:
+        """Largest coordinate of the yarns as given in units, at least one."""
+        return max(float(np.abs(self.to_device(self.yarns.points)).max()), 1.0)
+
+    @cached_property
     def radius(self) -> NDArray[np.float64]:
         """Radius of each yarn in units, shape (Y,)."""
         return self.yarns.radius / self.unit
