@@ -22,6 +22,8 @@ MARKERS = {
 """Marker and colour of each knob."""
 SHORT = {"control_points_per_stitch": "control points per stitch", "quadrature_points": "quadrature points",
          "contact_samples": "contact samples", "step_fraction": "step fraction"}  # fmt: skip
+MACHINES = {"cpu": "a CPU", "cuda:0": "a GPU"}
+"""What a panel calls a device: seconds compare within a panel only."""
 
 
 def draw(rows: Sequence[Row], path: str) -> None:
@@ -73,7 +75,7 @@ def _draw_scene(panel: Any, scene: str, rows: list[Row]) -> None:
     if reference is not None:
         panel.axvline(float(reference["seconds"]), color="tab:red", linestyle=":", linewidth=1, label="reference")
     panel.set(xscale="log", yscale="log", xlabel="seconds", ylabel="rms distance to reference [yarn radii]")
-    panel.set_title(scene)
+    panel.set_title(f"{scene}, on {MACHINES.get(rows[0]['device'], rows[0]['device'])}")
     panel.set_xlim(*_decades(panel.get_xlim()))
     panel.set_ylim(*_decades(panel.get_ylim()))
     panel.grid(visible=True, which="both", alpha=0.2)

@@ -14,8 +14,9 @@ from stockinette import flat_patch, tube
 from stitchmesh.device import device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces
-from stitchmesh.yarnrelax.candidates import FIRST_CAPACITY, find_candidates, make_candidates
+from stitchmesh.yarnrelax.candidates import find_candidates, make_candidates
 from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.near_segments import FIRST_CAPACITY
 from stitchmesh.yarnrelax.neighbours import neighbour_reach
 from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import make_state
