@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stockinette import fabric_of, tube
+from stockinette import fabric_of, hopf_link, tube
 
 from stitchmesh.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
@@ -181,6 +181,23 @@ def test_an_unfinished_relaxation_says_so(knit: YarnSet, caplog: pytest.LogCaptu
     assert not result.report["converged"]
     (record,) = caplog.records
     assert "yarns are not at rest" in record.message and "max_iterations" in record.message
+
+
+def test_a_yarn_pulled_through_by_hand_is_caught_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    rings = hopf_link(1.0)
+    rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
+
+    def pull_apart(iteration: Iteration, count: int) -> None:
+        points = iteration.state.points.numpy()
+        points[rings.start[1] :] += 40.0  # radii: the second ring is somewhere else
+        iteration.state.points.assign(points)
+        iteration.list_candidates()
+
+    monkeypatch.setattr(Iteration, "run", pull_apart)
+    quality = replace(DRAFT, tolerance=1e-9, max_iterations=20)
+    named = r"yarns 0 and 1 \(stitch faces \[5\] \.\.\. and \[8\] \.\.\.\): their linking number changed"
+    with pytest.raises(SolverError, match=named):
+        relax_yarns(rings, quality=quality, device="cpu")
 
 
 def test_yarns_that_touch_at_the_start_are_named() -> None:
