@@ -16,12 +16,20 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 import stitchmesh as sm
+from stitchmesh.device import device_named
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.leaf_convergence import GradientNorms, first_converged
 from stitchmesh.yarnrelax.linking import doubled_linking
-from stitchmesh.yarnrelax.solver import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.shape import KeepShape
+from stitchmesh.yarnrelax.solver import CHECK, Relaxation, relax_yarns
 
 YARN_SUFFIXES = (".bcc", ".h5")
 
@@ -50,6 +58,36 @@ def show(name: str, quality: Quality, result: Relaxation, certificate: float, le
         print(f"{'':<28}energy {level:.6g}: {found}")
 
 
+class NotingIteration(Iteration):
+    """Iterations that note the norm of each gradient."""
+
+    norms: GradientNorms | None = None
+
+    def _record(self) -> None:
+        super()._record()
+        if self.norms is not None:
+            self.launches += self.norms.launches(self.state, self.model.record)
+            self.graph = None  # the captured one notes nothing
+
+
+def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality, device: str | None) -> int | None:
+    """Iterations of ``dynamics`` until L's convergence test (5) holds; None where it does not within the limit."""
+    material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    terms = [] if fabric is None else [KeepShape(fabric)]
+    constraints = [] if fabric is None else [KeepBorders(fabric)]
+    solver = NotingIteration.start(yarns, material, quality, device_named(device), terms, constraints)
+    solver.norms = GradientNorms(solver.model, 2 * CHECK)
+    solver._record()
+    seen = np.zeros(0)
+    for _ in range(0, quality.max_iterations, CHECK):
+        solver.run(CHECK)
+        seen = np.concatenate([seen, solver.norms.new()])
+        found = first_converged(seen)
+        if found is not None:
+            return found
+    return None
+
+
 def measure(path: str, arguments: argparse.Namespace) -> None:
     """All solvers on one scene."""
     base = quality_named(arguments.quality)
@@ -69,6 +107,8 @@ def measure(path: str, arguments: argparse.Namespace) -> None:
         certificate = 2 * (time.perf_counter() - began)
         result = relax_yarns(yarns, quality=quality, device=arguments.device, keep_shape=fabric)
         show(Path(path).name, quality, result, certificate, arguments.level)
+        if arguments.leaf and solver == "dynamics":
+            print(f"{'':<28}L's test (5) holds after {leaf_iterations(yarns, fabric, quality, arguments.device)}")
 
 
 def main() -> None:
@@ -81,6 +121,7 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float)
     parser.add_argument("--max-iterations", type=int)
     parser.add_argument("--solver", nargs="+", default=["quasistatic", "dynamics"])
+    parser.add_argument("--leaf", action="store_true", help="say when L's convergence test (5) holds, too")
     parser.add_argument("--level", type=float, nargs="*", default=[], help="energies [erg]: when were they reached?")
     parser.add_argument("--device")
     arguments = parser.parse_args()
