@@ -189,7 +189,8 @@ class _Run:
         if not self.at_rest:
             expected = self.quality.tolerance
             found = f"residual {self.last.residual:.2g} (expected {expected:g})"
-            slope = f"energy falling by {self.fall:.2g} of itself (expected {FALL * expected:g})"
+            falling = f"falling by {self.fall:.2g} of itself" if np.isfinite(self.fall) else "not level"
+            slope = f"energy {falling} (expected {FALL * expected:g})"
             where = f"{found}, {slope} after {self.iteration} iterations"
             logger.warning("yarns are not at rest: %s; %s", where, self.last.remedy)
 
