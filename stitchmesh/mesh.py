@@ -9,7 +9,7 @@ like the corners they start at, so a corner, a side and an entry of ``face_verte
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -26,12 +26,22 @@ BORDER = -1
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_FIXED_SIDES = np.array([SIDE_COUNTS.get(stitch, (-1, -1)) for stitch in sorted(Stitch)])
+"""Bottom and top sides by type code, -1 where any number will do."""
+
 
 def frozen_array(values: ArrayLike, dtype: type) -> NDArray:
     """A read-only copy, so that no caller can change a noun behind its back."""
+    if isinstance(values, np.ndarray) and values.dtype == dtype and values.base is None and not values.flags.writeable:
+        return values  # already frozen, and nobody else's view
     array: NDArray = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
+
+
+def _unmarked() -> IntArray:
+    """Marks that are all zero; they get their length when a mesh is made."""
+    return np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,8 +247,8 @@ class StitchMesh(Mesh):
     role of a side follows from its position, so no edge label can disagree with it.
 
     Raises:
-        LabelError: a face has not exactly two wale sides, an edge is wale to one face and course to the other, or
-            a stitch has the wrong number of sides.
+        LabelError: a face has not exactly two wale sides, an edge is wale to one face and course to the other, a
+            stitch has the wrong number of sides, or a mark stands where none can.
     """
 
     n_bottom: IntArray
@@ -249,6 +259,14 @@ class StitchMesh(Mesh):
     """Type code of each face (``Stitch``), shape (F,)."""
     row: IntArray
     """Row of each face, numbered in knitting order, shape (F,)."""
+    yarn: IntArray = field(default_factory=_unmarked)
+    """Which yarn each face is knitted with, numbered like colours, shape (F,); all 0 where not given."""
+    twist: IntArray = field(default_factory=_unmarked)
+    """Half turn of the loop on each top side, 1 or -1, else 0; at 1 the leg from the left is in front, shape (C,)."""
+    cable_shift: IntArray = field(default_factory=_unmarked)
+    """How many loops to the right the loop on each top side is moved before it is worked, shape (C,)."""
+    cable_layer: IntArray = field(default_factory=_unmarked)
+    """Of loops that cross, the one of the higher number lies in front, shape (C,); set on top sides."""
     stretch: FloatArray | None = None
     """Length over rest length of each edge after mesh relaxation, shape (E,); None before it."""
 
@@ -259,10 +277,22 @@ class StitchMesh(Mesh):
             if values.shape != (self.face_count,):
                 raise LabelError(f"{name}: got shape {values.shape}; expected one number for each face")
             object.__setattr__(self, name, values)
+        self._fill_marks()
         if self.stretch is not None:
             object.__setattr__(self, "stretch", frozen_array(self.stretch, np.float64))
         self._check_sides()
         self._check_stitches()
+        self._check_marks()
+
+    def _fill_marks(self) -> None:
+        counts = {"yarn": self.face_count, "twist": self.side_count,
+                  "cable_shift": self.side_count, "cable_layer": self.side_count}  # fmt: skip
+        for name, count in counts.items():
+            values = np.asarray(getattr(self, name), dtype=np.int64)
+            values = frozen_array(values if values.size else np.zeros(count), np.int64)
+            if values.shape != (count,):
+                raise LabelError(f"{name}: got shape {values.shape}; expected ({count},)")
+            object.__setattr__(self, name, values)
 
     @cached_property
     def side_role(self) -> IntArray:
@@ -322,10 +352,24 @@ class StitchMesh(Mesh):
         if self.stitch.min() < 0 or self.stitch.max() > max(Stitch):
             found = f"{self.stitch.min()} to {self.stitch.max()}"
             raise LabelError(f"stitch: got codes {found}; expected 0 to {max(Stitch)}")
-        for stitch, (bottom, top) in SIDE_COUNTS.items():
-            bad = np.flatnonzero((self.stitch == stitch) & ((self.n_bottom != bottom) | (self.n_top != top)))
-            if len(bad):
-                found = f"{self.n_bottom[bad[0]]} bottom and {self.n_top[bad[0]]} top sides"
-                raise LabelError(f"face {bad[0]}: {stitch.name} on {found}; it needs {bottom} and {top}")
+        bottom, top = _FIXED_SIDES[self.stitch].T
+        bad = np.flatnonzero((bottom >= 0) & ((self.n_bottom != bottom) | (self.n_top != top)))
+        if len(bad):
+            stitch = Stitch(int(self.stitch[bad[0]]))
+            found = f"{self.n_bottom[bad[0]]} bottom and {self.n_top[bad[0]]} top sides"
+            needed = f"{bottom[bad[0]]} and {top[bad[0]]}"
+            raise LabelError(f"face {bad[0]}: {stitch.name} on {found}; it needs {needed}")
         if self.stretch is not None and self.stretch.shape != (len(self.edge_side),):
             raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number for each edge")
+
+    def _check_marks(self) -> None:
+        for name in ("twist", "cable_shift", "cable_layer"):
+            bad = np.flatnonzero((getattr(self, name) != 0) & (self.side_role != 2))
+            if len(bad):
+                raise LabelError(f"{self.side_name(bad[0])}: has a {name}; only top sides of a face carry one")
+        bad = np.flatnonzero(np.abs(self.twist) > 1)
+        if len(bad):
+            raise LabelError(f"{self.side_name(bad[0])}: twist {self.twist[bad[0]]}; expected -1, 0 or 1")
+        bad = np.flatnonzero(self.yarn < 0)
+        if len(bad):
+            raise LabelError(f"face {first_few(bad)}: got yarn {self.yarn[bad[0]]}; yarns are numbered from 0")

@@ -104,7 +104,7 @@ def test_a_loop_length_asked_for_again_changes_nothing(banded):
     np.testing.assert_allclose(again.rest_length, once.rest_length, rtol=1e-12)  # rounding of a sum
 
 
-@pytest.mark.parametrize(("code", "stitch"), [("k", Stitch.KNIT), ("p", Stitch.PURL), ("d12k", Stitch.DECREASE_LEFT)])
+@pytest.mark.parametrize(("code", "stitch"), [("k", Stitch.KNIT), ("p", Stitch.PURL), ("d12k", Stitch.D12K)])
 def test_a_stitch_type_takes_its_factor_and_no_other_does(banded, code, stitch):
     yarns, fabric = banded
     scale = apply_rest_lengths(yarns, RestLengths(stitches={code: 1.5}), fabric=fabric).rest_length / yarns.rest_length

@@ -100,6 +100,8 @@ def _field(name: str, file: h5py.File, field: dataclasses.Field[Any], owner: typ
 
     dataset = file.get(field.name)
     if dataset is None:
+        if field.default_factory is not dataclasses.MISSING:
+            return field.default_factory()
         if field.default is dataclasses.MISSING:
             raise FileError(f"{name}: dataset {field.name!r} is missing; write the file again")
         return field.default

@@ -98,10 +98,10 @@ def stitch_for(n_bottom: int, n_top: int, left_half: bool) -> Stitch:
     """The plain stitch of a face with these sides; increases and decreases lean to the panel's middle."""
     by_sides = {
         (1, 1): Stitch.KNIT,
-        (1, 2): Stitch.KNIT_YARNOVER if left_half else Stitch.YARNOVER_KNIT,
-        (1, 3): Stitch.KNIT_YARNOVER_KNIT,
-        (2, 1): Stitch.DECREASE_RIGHT if left_half else Stitch.DECREASE_LEFT,
-        (3, 1): Stitch.DECREASE_CENTRE,
+        (1, 2): Stitch.KY if left_half else Stitch.YK,
+        (1, 3): Stitch.KYK,
+        (2, 1): Stitch.D21K if left_half else Stitch.D12K,
+        (3, 1): Stitch.D213K,
     }
     if n_top == 0:
         return Stitch.DRAW_THROUGH

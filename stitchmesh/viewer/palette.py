@@ -16,12 +16,12 @@ STITCH_COLOURS: dict[Stitch, tuple[int, int, int]] = {
     Stitch.CAST_ON: (122, 150, 104),
     Stitch.BIND_OFF: (96, 110, 148),
     Stitch.DRAW_THROUGH: (150, 120, 96),
-    Stitch.KNIT_YARNOVER: (222, 142, 74),
-    Stitch.YARNOVER_KNIT: (240, 186, 84),
-    Stitch.KNIT_YARNOVER_KNIT: (198, 96, 60),
-    Stitch.DECREASE_LEFT: (92, 140, 150),
-    Stitch.DECREASE_RIGHT: (128, 108, 158),
-    Stitch.DECREASE_CENTRE: (164, 72, 98),
+    Stitch.KY: (222, 142, 74),
+    Stitch.YK: (240, 186, 84),
+    Stitch.KYK: (198, 96, 60),
+    Stitch.D12K: (92, 140, 150),
+    Stitch.D21K: (128, 108, 158),
+    Stitch.D213K: (164, 72, 98),
 }
 """Plain stitches are pale and the shaping ones strong: increases warm, decreases cool, sRGB 0 to 255."""
 UNNAMED_STITCH = (90, 90, 90)

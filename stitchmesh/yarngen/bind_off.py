@@ -34,6 +34,7 @@ def with_bind_off(fabric: StitchMesh) -> StitchMesh:
     twin[sides], twin[first] = first, sides
     _join_neighbours(twin, first, left, right)
     count = len(sides)
+    plain = np.zeros(4 * count, dtype=np.int64)
     return StitchMesh(
         vertices=np.concatenate([fabric.vertices, _raised(fabric, border_vertices, place.reshape(2, -1))]),
         face_start=np.concatenate([fabric.face_start, fabric.face_start[-1] + 4 * np.arange(1, count + 1)]),
@@ -43,6 +44,10 @@ def with_bind_off(fabric: StitchMesh) -> StitchMesh:
         n_top=np.concatenate([fabric.n_top, np.ones(count, dtype=np.int64)]),
         stitch=np.concatenate([fabric.stitch, np.full(count, Stitch.BIND_OFF)]),
         row=np.concatenate([fabric.row, fabric.row.max() + 1 + fabric.row[fabric.side_face[sides]]]),
+        yarn=np.concatenate([fabric.yarn, fabric.yarn[fabric.side_face[sides]]]),
+        twist=np.concatenate([fabric.twist, plain]),
+        cable_shift=np.concatenate([fabric.cable_shift, plain]),
+        cable_layer=np.concatenate([fabric.cable_layer, plain]),
     )
 
 

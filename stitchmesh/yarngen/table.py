@@ -18,12 +18,12 @@ from stitchmesh.yarngen.template import Template
 FIXED: dict[Stitch, Callable[[], Template]] = {
     Stitch.KNIT: knit,
     Stitch.PURL: purl,
-    Stitch.KNIT_YARNOVER: knit_yarnover,
-    Stitch.YARNOVER_KNIT: yarnover_knit,
-    Stitch.KNIT_YARNOVER_KNIT: knit_yarnover_knit,
-    Stitch.DECREASE_LEFT: decrease_left,
-    Stitch.DECREASE_RIGHT: decrease_right,
-    Stitch.DECREASE_CENTRE: decrease_centre,
+    Stitch.KY: knit_yarnover,
+    Stitch.YK: yarnover_knit,
+    Stitch.KYK: knit_yarnover_knit,
+    Stitch.D12K: decrease_left,
+    Stitch.D21K: decrease_right,
+    Stitch.D213K: decrease_centre,
 }
 """Stitches that fix the sides of their face."""
 

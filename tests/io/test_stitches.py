@@ -28,7 +28,7 @@ def increase_on_a_decrease() -> StitchMesh:
     twin[3], twin[5] = 5, 3
     return StitchMesh(
         vertices, [0, 5, 10], face_vertex, twin, n_bottom=[2, 1], n_top=[1, 2],
-        stitch=[Stitch.DECREASE_LEFT, Stitch.KNIT_YARNOVER], row=[0, 1], stretch=np.linspace(0.9, 1.1, 9),
+        stitch=[Stitch.D12K, Stitch.KY], row=[0, 1], stretch=np.linspace(0.9, 1.1, 9),
     )  # fmt: skip
 
 

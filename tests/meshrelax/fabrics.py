@@ -67,7 +67,7 @@ def increase_fabric() -> StitchMesh:
         twin=find_twins(face_start, corners, 10),
         n_bottom=np.ones(4, dtype=int),
         n_top=np.array([3, 1, 1, 1]),
-        stitch=np.array([Stitch.KNIT_YARNOVER_KNIT, Stitch.KNIT, Stitch.KNIT, Stitch.KNIT]),
+        stitch=np.array([Stitch.KYK, Stitch.KNIT, Stitch.KNIT, Stitch.KNIT]),
         row=np.array([0, 1, 1, 1]),
     )
 

@@ -112,7 +112,7 @@ def loops(shape: Template) -> tuple[list[Part], list[Part]]:
     return [p for p in shape.parts if p.is_head], [p for p in shape.parts if not p.is_head]
 
 
-@pytest.mark.parametrize("stitch", [Stitch.KNIT, Stitch.DECREASE_LEFT, Stitch.DECREASE_RIGHT, Stitch.DECREASE_CENTRE])
+@pytest.mark.parametrize("stitch", [Stitch.KNIT, Stitch.D12K, Stitch.D21K, Stitch.D213K])
 def test_a_knitted_loop_comes_through_every_loop_from_behind(stitch):
     """Each foot passes behind a head's leg, then its leg passes in front of the head's top: through it once."""
     heads, feet = loops(template(stitch, *SIDE_COUNTS[stitch]))
@@ -130,7 +130,7 @@ def test_a_purled_loop_comes_through_from_the_front():
     assert left_signs[0] == 1, "the foot, which comes first along the part, lies in front"
 
 
-@pytest.mark.parametrize("stitch", [Stitch.DECREASE_LEFT, Stitch.DECREASE_RIGHT, Stitch.DECREASE_CENTRE])
+@pytest.mark.parametrize("stitch", [Stitch.D12K, Stitch.D21K, Stitch.D213K])
 def test_loops_knitted_together_lie_in_layers_and_are_not_linked(stitch):
     heads, _ = loops(template(stitch, *SIDE_COUNTS[stitch]))
     for first, second in itertools.combinations(heads, 2):
@@ -139,13 +139,13 @@ def test_loops_knitted_together_lie_in_layers_and_are_not_linked(stitch):
 
 
 def test_the_left_loop_is_in_front_in_d12_and_behind_in_d21():
-    for stitch, sign in ((Stitch.DECREASE_LEFT, 1), (Stitch.DECREASE_RIGHT, -1)):
+    for stitch, sign in ((Stitch.D12K, 1), (Stitch.D21K, -1)):
         heads, _ = loops(template(stitch, 2, 1))
         left, right = sorted(heads, key=lambda part: part.start.place)
         assert set(crossings_between(left, right)) == {sign}
 
 
-@pytest.mark.parametrize("stitch", [Stitch.KNIT_YARNOVER, Stitch.YARNOVER_KNIT, Stitch.KNIT_YARNOVER_KNIT])
+@pytest.mark.parametrize("stitch", [Stitch.KY, Stitch.YK, Stitch.KYK])
 def test_the_yarn_of_an_increase_hooks_around_the_head(stitch):
     """Between a knitted loop and a yarn-over the yarn goes down in front of the head and up behind it."""
     heads, own = loops(template(stitch, *SIDE_COUNTS[stitch]))
