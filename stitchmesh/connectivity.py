@@ -117,8 +117,13 @@ def _flips_that_agree(
     return flips
 
 
-def check_vertex_fans(face_vertex: IntArray, twin: IntArray, side_next: IntArray, vertex_count: int) -> None:
+def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:
     """Every vertex's faces must form one fan.
+
+    Args:
+        corner_vertex: vertex of each corner, shape (n,).
+        neighbour: next corner around the same vertex, -1 across a border, shape (n,).
+        vertex_count: number of vertices.
 
     Raises:
         MeshError: two fans of faces touch in a single vertex.
@@ -126,13 +131,12 @@ def check_vertex_fans(face_vertex: IntArray, twin: IntArray, side_next: IntArray
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    inner = np.flatnonzero(twin >= 0)
-    # the corner at the start of a side and the corner at the end of its twin are neighbours in the fan
-    link = coo_array(
-        (np.ones(len(inner)), (inner, side_next[twin[inner]])), shape=(len(twin), len(twin))
-    )
-    fan = connected_components(link.tocsr(), directed=False)[1]
-    pairs = np.unique(face_vertex * len(twin) + fan)
-    bad = np.flatnonzero(np.bincount(pairs // len(twin), minlength=vertex_count) > 1)
+    count = len(corner_vertex)
+    inner = np.flatnonzero(neighbour >= 0)
+    link = coo_array((np.ones(len(inner)), (inner, neighbour[inner])), shape=(count, count))
+    fans, fan = connected_components(link.tocsr(), directed=False)
+    of_fan = np.empty(fans, dtype=np.int64)
+    of_fan[fan] = corner_vertex
+    bad = np.flatnonzero(np.bincount(of_fan, minlength=vertex_count) > 1)
     if len(bad):
         raise MeshError(f"vertex {first_few(bad)}: separate parts of the surface touch in it; split the vertex")

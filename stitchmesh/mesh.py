@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stitchmesh.connectivity import check_vertex_fans, find_twins
+from stitchmesh.connectivity import check_fans, find_twins
 from stitchmesh.errors import LabelError, MeshError, first_few
 from stitchmesh.lattice import Lattice
 from stitchmesh.stitch import SIDE_COUNTS, Stitch
@@ -37,6 +37,13 @@ def frozen_array(values: ArrayLike, dtype: type) -> NDArray:
     array: NDArray = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
+
+
+def ranges(start: IntArray, rows: IntArray) -> IntArray:
+    """Places of all entries of some compressed rows, row by row."""
+    counts = start[rows + 1] - start[rows]
+    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(start[rows], counts) + place
 
 
 def _unmarked() -> IntArray:
@@ -73,9 +80,10 @@ class Mesh:
         if self.corner_image is not None:
             object.__setattr__(self, "corner_image", frozen_array(self.corner_image, np.int64))
         self._check_arrays()
-        self._check_twins()
-        self._check_faces()
-        check_vertex_fans(self.face_vertex, self.twin, self.side_next, len(self.vertices))
+        self.check_polygons(np.arange(self.face_count))
+        self.check_vertices_used()
+        across = self.side_next[np.where(self.twin == BORDER, 0, self.twin)]
+        check_fans(self.face_vertex, np.where(self.twin == BORDER, BORDER, across), len(self.vertices))
 
     @classmethod
     def from_polygons(cls, vertices: ArrayLike, faces: Sequence[Sequence[int]]) -> Mesh:
@@ -128,19 +136,23 @@ class Mesh:
         """Edge of each side, shape (C,); twins share an edge, numbered by the first of their sides."""
         sides = np.arange(self.side_count)
         first = np.where(self.twin == BORDER, sides, np.minimum(sides, self.twin))
-        return np.unique(first, return_inverse=True)[1]
+        return (np.cumsum(first == sides) - 1)[first]
 
     @cached_property
     def edge_side(self) -> IntArray:
         """First side of each edge, shape (E,)."""
-        return np.unique(self.side_edge, return_index=True)[1]
+        sides = np.arange(self.side_count)
+        return np.flatnonzero((self.twin == BORDER) | (sides < self.twin))
 
     @cached_property
     def corner_position(self) -> FloatArray:
         """Position of each corner [cm], lattice image included, shape (C, 3)."""
-        position = self.vertices[self.face_vertex]
+        return self._position_of(np.arange(self.side_count))
+
+    def _position_of(self, corners: IntArray) -> FloatArray:
+        position = self.vertices[self.face_vertex[corners]]
         if self.lattice is not None and self.corner_image is not None:
-            position = position + self.lattice.shift(self.corner_image)
+            position = position + self.lattice.shift(self.corner_image[corners])
         return position
 
     @cached_property
@@ -187,6 +199,10 @@ class Mesh:
             side = int(self.side_next[self.twin[side]])
         return side
 
+    def sides_of(self, faces: IntArray) -> IntArray:
+        """All sides of some faces, face by face."""
+        return ranges(self.face_start, faces)
+
     def side_name(self, side: int) -> str:
         """How messages name a side: its face and its two vertices."""
         start, end = self.face_vertex[side], self.face_vertex[self.side_next[side]]
@@ -212,10 +228,19 @@ class Mesh:
         if self.corner_image is not None and self.corner_image.shape != (self.side_count, 2):
             raise MeshError(f"corner_image: got shape {self.corner_image.shape}; expected ({self.side_count}, 2)")
 
-    def _check_twins(self) -> None:
+    def check_polygons(self, faces: IntArray) -> None:
+        """Check that some faces have an area and that their twins are mutual.
+
+        Raises:
+            MeshError: as for the class.
+        """
+        self._check_twins(self.sides_of(faces))
+        self._check_areas(faces)
+
+    def _check_twins(self, sides: IntArray) -> None:
         if self.twin.shape != self.face_vertex.shape:
             raise MeshError(f"twin: got {len(self.twin)} entries; expected one for each of {self.side_count} sides")
-        inner = np.flatnonzero(self.twin != BORDER)
+        inner = sides[self.twin[sides] != BORDER]
         across = self.twin[inner]
         bad = inner[(across < 0) | (across >= self.side_count) | (across == inner)]
         if not len(bad):
@@ -225,12 +250,24 @@ class Mesh:
         if len(bad):
             raise MeshError(f"{self.side_name(bad[0])}: its twin {self.twin[bad[0]]} is not the same edge reversed")
 
-    def _check_faces(self) -> None:
-        area = np.linalg.norm(self.face_vector_area, axis=1)
-        scale = np.maximum.reduceat(self.side_length, self.face_start[:-1]) ** 2
-        bad = np.flatnonzero(area <= 1e-12 * scale)  # rounding of a cross product of that size
+    def _check_areas(self, faces: IntArray) -> None:
+        sides, size = self.sides_of(faces), np.diff(self.face_start)[faces]
+        first = np.cumsum(size) - size
+        position, after = self._position_of(sides), self._position_of(self.side_next[sides])
+        origin = np.repeat(position[first], size, axis=0)
+        spans = np.add.reduceat(np.cross(position - origin, after - origin), first, axis=0)
+        area = 0.5 * np.linalg.norm(spans, axis=1)
+        scale = np.maximum.reduceat(np.sum((after - position) ** 2, axis=1), first)
+        bad = faces[area <= 1e-12 * scale]  # rounding of a cross product of that size
         if len(bad):
             raise MeshError(f"face {first_few(bad)}: area is zero; remove it or move its vertices apart")
+
+    def check_vertices_used(self) -> None:
+        """Check that every vertex belongs to a face.
+
+        Raises:
+            MeshError: as for the class.
+        """
         used = np.zeros(len(self.vertices), dtype=bool)
         used[self.face_vertex] = True
         if not used.all():
@@ -280,9 +317,9 @@ class StitchMesh(Mesh):
         self._fill_marks()
         if self.stretch is not None:
             object.__setattr__(self, "stretch", frozen_array(self.stretch, np.float64))
-        self._check_sides()
-        self._check_stitches()
-        self._check_marks()
+        self.check_stitch_faces(np.arange(self.face_count))
+        if self.stretch is not None and self.stretch.shape != (len(self.edge_side),):
+            raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number for each edge")
 
     def _fill_marks(self) -> None:
         counts = {"yarn": self.face_count, "twist": self.side_count,
@@ -297,9 +334,12 @@ class StitchMesh(Mesh):
     @cached_property
     def side_role(self) -> IntArray:
         """Role of each side: 0 bottom, 1 right wale, 2 top, 3 left wale, shape (C,)."""
-        place = self.side_place
-        bottom, top = self.n_bottom[self.side_face], self.n_top[self.side_face]
-        return np.select([place < bottom, place == bottom, place <= bottom + top], [0, 1, 2], 3)
+        return self._role_of(np.arange(self.side_count))
+
+    def _role_of(self, sides: IntArray) -> IntArray:
+        face = self.side_face[sides]
+        above = sides - self.face_start[face] - self.n_bottom[face]  # 0 on the right wale side
+        return (above >= 0) + 1 * (above > 0) + (above > self.n_top[face])
 
     @cached_property
     def side_place(self) -> IntArray:
@@ -335,41 +375,49 @@ class StitchMesh(Mesh):
         total = np.add.reduceat(self.stretch[self.side_edge], self.face_start[:-1])
         return total / np.diff(self.face_start)
 
-    def _check_sides(self) -> None:
-        sizes = np.diff(self.face_start)
-        bad = np.flatnonzero((self.n_bottom < 0) | (self.n_top < 0) | (self.n_bottom + self.n_top + 2 != sizes))
+    def check_stitch_faces(self, faces: IntArray) -> None:
+        """Check that some faces are legal stitch faces that fit their neighbours.
+
+        Raises:
+            LabelError: as for the class.
+        """
+        sides = self.sides_of(faces)
+        self._check_sides(faces, sides)
+        self._check_stitches(faces)
+        self._check_marks(faces, sides)
+
+    def _check_sides(self, faces: IntArray, sides: IntArray) -> None:
+        sizes, bottom, top = np.diff(self.face_start)[faces], self.n_bottom[faces], self.n_top[faces]
+        bad = np.flatnonzero((bottom < 0) | (top < 0) | (bottom + top + 2 != sizes))
         if len(bad):
-            face = bad[0]
-            found = f"{self.n_bottom[face]} bottom and {self.n_top[face]} top sides of {sizes[face]}"
-            raise LabelError(f"face {face}: got {found}; a stitch face needs exactly 2 wale sides beside them")
-        across = np.where(self.twin == BORDER, np.arange(self.side_count), self.twin)
-        bad = np.flatnonzero(self.is_wale != self.is_wale[across])
+            found = f"{bottom[bad[0]]} bottom and {top[bad[0]]} top sides of {sizes[bad[0]]}"
+            raise LabelError(f"face {faces[bad[0]]}: got {found}; a stitch face needs exactly 2 wale sides beside them")
+        across = np.where(self.twin[sides] == BORDER, sides, self.twin[sides])
+        bad = sides[self._role_of(sides) % 2 != self._role_of(across) % 2]
         if len(bad):
             other = self.side_face[self.twin[bad[0]]]
             raise LabelError(f"{self.side_name(bad[0])}: wale to one face and course to face {other}")
 
-    def _check_stitches(self) -> None:
-        if self.stitch.min() < 0 or self.stitch.max() > max(Stitch):
-            found = f"{self.stitch.min()} to {self.stitch.max()}"
-            raise LabelError(f"stitch: got codes {found}; expected 0 to {max(Stitch)}")
-        bottom, top = _FIXED_SIDES[self.stitch].T
-        bad = np.flatnonzero((bottom >= 0) & ((self.n_bottom != bottom) | (self.n_top != top)))
+    def _check_stitches(self, faces: IntArray) -> None:
+        stitch = self.stitch[faces]
+        if stitch.min() < 0 or stitch.max() > max(Stitch):
+            raise LabelError(f"stitch: got codes {stitch.min()} to {stitch.max()}; expected 0 to {max(Stitch)}")
+        bottom, top = _FIXED_SIDES[stitch].T
+        bad = np.flatnonzero((bottom >= 0) & ((self.n_bottom[faces] != bottom) | (self.n_top[faces] != top)))
         if len(bad):
-            stitch = Stitch(int(self.stitch[bad[0]]))
-            found = f"{self.n_bottom[bad[0]]} bottom and {self.n_top[bad[0]]} top sides"
-            needed = f"{bottom[bad[0]]} and {top[bad[0]]}"
-            raise LabelError(f"face {bad[0]}: {stitch.name} on {found}; it needs {needed}")
-        if self.stretch is not None and self.stretch.shape != (len(self.edge_side),):
-            raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number for each edge")
+            face, name = faces[bad[0]], Stitch(int(stitch[bad[0]])).name
+            found = f"{self.n_bottom[face]} bottom and {self.n_top[face]} top sides"
+            raise LabelError(f"face {face}: {name} on {found}; it needs {bottom[bad[0]]} and {top[bad[0]]}")
 
-    def _check_marks(self) -> None:
+    def _check_marks(self, faces: IntArray, sides: IntArray) -> None:
         for name in ("twist", "cable_shift", "cable_layer"):
-            bad = np.flatnonzero((getattr(self, name) != 0) & (self.side_role != 2))
+            marked = sides[getattr(self, name)[sides] != 0]
+            bad = marked[self._role_of(marked) != 2]
             if len(bad):
                 raise LabelError(f"{self.side_name(bad[0])}: has a {name}; only top sides of a face carry one")
-        bad = np.flatnonzero(np.abs(self.twist) > 1)
+        bad = sides[np.abs(self.twist[sides]) > 1]
         if len(bad):
             raise LabelError(f"{self.side_name(bad[0])}: twist {self.twist[bad[0]]}; expected -1, 0 or 1")
-        bad = np.flatnonzero(self.yarn < 0)
+        bad = faces[self.yarn[faces] < 0]
         if len(bad):
             raise LabelError(f"face {first_few(bad)}: got yarn {self.yarn[bad[0]]}; yarns are numbered from 0")
