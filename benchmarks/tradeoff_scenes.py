@@ -69,6 +69,7 @@ def tube(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
     lattice = Lattice([[scale * FAR * stitches * STITCH_WIDTH, 0.0, 0.0], [0.0, height, 0.0]])
 
     def make(points_per_stitch: int) -> YarnSet:
+        """Rings of the formula's loops, one above the other."""
         flat = formula_row(pattern, stitches, points_per_stitch)
         around = stitches * STITCH_WIDTH / (2 * np.pi)
         angle, out = flat[:, 0] / around, around + flat[:, 2]
@@ -96,6 +97,7 @@ def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
     lattice = Lattice(scale * np.array([[stitches * STITCH_WIDTH, 0.0, 0.0], [0.0, rows * ROW_HEIGHT, 0.0]]))
 
     def make(points_per_stitch: int) -> YarnSet:
+        """Rows of the formula's loops that go on beyond the cell."""
         row = formula_row(pattern, stitches, points_per_stitch)
         trend = np.arange(len(row))[:, None] / len(row) * [stitches * STITCH_WIDTH, 0.0, 0.0]
         row = _control_points(row - trend) + trend  # a spline whose control points lie on a line follows it

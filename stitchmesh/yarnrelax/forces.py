@@ -12,7 +12,7 @@ import warp as wp
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.contact import contact_energies, contact_forces
 from stitchmesh.yarnrelax.gather import gather_forces
-from stitchmesh.yarnrelax.internal import internal_energies, internal_forces, place_and_pull
+from stitchmesh.yarnrelax.internal import internal_energies, place_and_pull
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.samples import place_samples
@@ -60,13 +60,13 @@ def each_term(
     """Leave the force of one term after the other in ``state.point_force``; the samples must be placed."""
     k_len, k_length, k_bend = _internal_stiffnesses(model)
     zero = model.number(0.0)
-    kernel = internal_forces(model.quadrature_points)
+    kernel = place_and_pull(model.quadrature_points)
     _clear_forces(state)
     parts = {"stretch": (k_len, zero, zero), "length": (zero, k_length, zero), "bend": (zero, zero, k_bend)}
     for name, stiffnesses in parts.items():
         if any(float(value) > 0.0 for value in stiffnesses):
             inputs = [model.constants, *stiffnesses, state.points]
-            model.launch(kernel, model.segment_count, inputs, [state.segment_pull])
+            model.launch(kernel, model.segment_count, inputs, [state.samples, state.segment_pull, state.segment_block])
             gather(model, state, point_stiffness, model.launch)
             yield name
     state.segment_pull.zero_()

@@ -47,6 +47,16 @@ from stitchmesh.yarnrelax.term import Run, Term, TermChoice
 wp.set_module_options({"enable_backward": False})
 
 
+@wp.func
+def slip_of_pair(
+    model: Any, law: Any, tangent: Any, samples: Any, p: int, entry: int, anchor: Any, force: Any
+) -> tuple[Any, Any]:
+    """How far a pair has slipped from its anchor, and the part of it that friction resists, weighted by the law."""
+    slip = vector_from(model.images, samples, samples[p], entry, force) - anchor
+    q = sample_number(model.images, entry)
+    return slip, resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
+
+
 @wp.kernel(module="unique")
 def friction_forces(
     # model
@@ -64,16 +74,12 @@ def friction_forces(
 ) -> None:
     """Add the friction on each sample and the row sum of its stiffness."""
     p = wp.tid()
-    here = samples[p]
-    push = type(here)()
+    push = type(samples[p])()
     for c in range(contact_count[p]):
-        entry = contact_entry[p, c]
         force = press[p, c]
-        slip = vector_from(model.images, samples, here, entry, force) - anchor[p, c]
-        q = sample_number(model.images, entry)
-        resisted = resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
+        slip, resisted = slip_of_pair(model, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
         stiff = wp.length(force) * slip_slope(slip_measure(slip, resisted), law[3])
-        push += type(here)(-resisted[0] * stiff, -resisted[1] * stiff, -resisted[2] * stiff, stiff)
+        push += type(push)(-resisted[0] * stiff, -resisted[1] * stiff, -resisted[2] * stiff, stiff)
     sample_force[p] += push * law[0]
 
 
@@ -94,14 +100,10 @@ def friction_energies(
 ) -> None:
     """Half of each pair's energy [erg], at both of its samples."""
     p = wp.tid()
-    here = samples[p]
     energy = law[0] - law[0]
     for c in range(contact_count[p]):
-        entry = contact_entry[p, c]
         force = press[p, c]
-        slip = vector_from(model.images, samples, here, entry, force) - anchor[p, c]
-        q = sample_number(model.images, entry)
-        resisted = resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
+        slip, resisted = slip_of_pair(model, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
         energy += wp.length(force) * slip_energy(slip_measure(slip, resisted), law[3])
     sample_energy[p] = energy * law[0] * type(energy)(0.5)
 

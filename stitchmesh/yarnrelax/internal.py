@@ -91,35 +91,6 @@ def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def internal_forces(quadrature_points: int) -> wp.Kernel:
-    """The kernel of the pulls alone."""
-    pulls = segment_pulls(quadrature_points)
-
-    @wp.kernel(module="unique")
-    def internal_forces(
-        # model
-        model: Any,
-        k_len: Any,
-        k_length: Any,
-        k_bend: Any,
-        # state in
-        points: wp.array[Any],
-        # state out
-        segment_pull: wp.array2d[Any],
-    ) -> None:
-        """Pull on the legs of each segment [erg / unit]."""
-        s = wp.tid()
-        q0, q1, q2, q3 = segment_corners(model, points, s)
-        rest_length = model.segment_rest_length[s]
-        pull0, pull1, pull2 = pulls(model, k_len, k_length, k_bend, rest_length, q1 - q0, q2 - q1, q3 - q2)
-        segment_pull[0, s] = pull0
-        segment_pull[1, s] = pull1
-        segment_pull[2, s] = pull2
-
-    return internal_forces
-
-
-@functools.cache
 def place_and_pull(quadrature_points: int) -> wp.Kernel:
     """The kernel that places contact samples and finds the pulls: both need a segment's control points, read once."""
     pulls = segment_pulls(quadrature_points)

@@ -41,7 +41,8 @@ from stitchmesh.yarnrelax.term import Run
 
 wp.set_module_options({"enable_backward": False})
 
-MEMORY = wp.constant(6)
+# Loops over these numbers stand as literals below: Warp unrolls a loop only where its bound is one.
+MEMORY = 6
 """Pairs that are kept."""
 SLOTS = wp.constant(7)
 """Places for pairs: the oldest stays valid while the newest is on trial."""
@@ -52,11 +53,13 @@ SMOOTHING = wp.constant(4)
 LEAST_SCALE, LARGEST_SCALE = wp.constant(wp.float64(0.05)), wp.constant(wp.float64(4.0))
 """Bounds of g."""
 
+PRODUCTS = 25
+"""Products with the memory: three with each slot, and four of the newest pair."""
 NUMBERS = 8
 """Numbers of the memory: newest slot, pairs, iterations so far, whether the last move was a plain one, scale of moves,
 g, whether all wait for new candidate lists or the next assessment, and the iterations done by then."""
 
-Products = wp.types.vector(length=25, dtype=wp.float64)
+Products = wp.types.vector(length=PRODUCTS, dtype=wp.float64)
 Slots = wp.types.vector(length=7, dtype=wp.float64)
 Table = wp.types.matrix(shape=(7, 7), dtype=wp.float64)
 
@@ -292,7 +295,7 @@ class QuasiNewton(Method):
         self.numbers = _doubles(model, NUMBERS)
         self.curvature = _doubles(model, (7, 7))
         self.fall, self.rise = _doubles(model, 7), _doubles(model, 7)
-        self.products, self.product = _doubles(model, (25, self.walk.strands)), _doubles(model, 25)
+        self.products, self.product = _doubles(model, (PRODUCTS, self.walk.strands)), _doubles(model, PRODUCTS)
         self.restart(1.0)
 
     def launches(self, scene: Scene, run: Run) -> list[Any]:
