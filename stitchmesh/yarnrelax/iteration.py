@@ -13,6 +13,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
+from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
@@ -75,8 +76,9 @@ class Iteration:
         device: wp.Device,
         terms: Sequence[TermChoice] = (),
         constraints: Sequence[ConstraintChoice] = (),
+        points: FloatArray | None = None,
     ) -> Iteration:
-        """Send yarns to the device and get ready to iterate."""
+        """Send yarns to the device and get ready to iterate; from ``points`` [cm] where given, not the yarns' own."""
         model = put_model(
             yarns,
             material,
@@ -89,7 +91,7 @@ class Iteration:
         further = sum((term.stiffness() for term in chosen), start=np.zeros(model.point_count))
         stiffness = further + internal_stiffness(model)
         method = method_named(quality.solver)(model, further)
-        state = make_state(model, outer=bool(chosen), blocks=method.needs_blocks)
+        state = make_state(model, points, outer=bool(chosen), blocks=method.needs_blocks)
         iteration = cls(
             model,
             state,
@@ -152,7 +154,7 @@ class Iteration:
             SolverError: it has been tried often enough.
         """
         if self.caution < SMALLEST_CAUTION:
-            raise SolverError(f"{self.blame()}: its energy grows at the smallest steps; move the yarns apart")
+            raise SolverError(f"{self.blame()}: its energy grows at the smallest steps; move the yarns, or control points in one place, apart")
         wp.copy(self.state.points, self.good_points)
         self.caution /= 2
         self.method.restart(self.caution)

@@ -14,10 +14,10 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.device import device_named
-from stitchmesh.errors import SolverError
+from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
-from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.borders import KeepBorders
@@ -58,6 +58,7 @@ class Relaxation:
 def relax_yarns(
     yarns: YarnSet,
     *,
+    start: YarnSet | None = None,
     material: YarnMaterial | None = None,
     quality: str | Quality = "standard",
     device: str | None = None,
@@ -75,7 +76,9 @@ def relax_yarns(
     resumed ends in the same bits as if it had never been stopped, and counts its iterations and seconds from the start.
 
     Args:
-        yarns: the yarns, on a lattice or not, no two of them touching by more than half their thickness.
+        yarns: the yarns, on a lattice or not, no two of them touching by more than half their thickness; shape and
+            borders are kept as they lie here.
+        start: the same yarns, linked in the same way, in another place to start from: relaxed before an edit, say.
         material: stiffnesses; the material ``stitchmesh`` scaled to the yarns' radius where not given.
         quality: a preset or a ``Quality``.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
@@ -89,8 +92,8 @@ def relax_yarns(
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
-        ParameterError: an unknown device or quality, or a fabric, a term or a constraint that does not fit the yarns,
-            or a checkpoint of another relaxation.
+        ParameterError: an unknown device or quality, or a fabric, a start, a term or a constraint that does not fit the
+            yarns, or a checkpoint of another relaxation.
         SolverError: the relaxation cannot go on, or a yarn passed through another; it names yarn and stitch face.
     """
     began = time.perf_counter()
@@ -99,7 +102,8 @@ def relax_yarns(
         material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     if keep_shape is not None:
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
-    solver = Iteration.start(yarns, material, quality, device_named(device), terms, constraints)
+    points = None if start is None else _points_of(start, yarns)
+    solver = Iteration.start(yarns, material, quality, device_named(device), terms, constraints, points)
     linking = doubled_linking(yarns, device=device)
     given: dict[str, str] = {}
     if checkpoint is not None or resume is not None:
@@ -115,6 +119,15 @@ def relax_yarns(
     relaxed = solver.good_yarns()
     _refuse_pull_through(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
     return Relaxation(relaxed, _report(run, relaxed), run.history)
+
+
+def _points_of(start: YarnSet, yarns: YarnSet) -> FloatArray:
+    """Control points to start from [cm]."""
+    if not (np.array_equal(start.start, yarns.start) and np.array_equal(start.closed, yarns.closed)):
+        found = f"{start.yarn_count} yarns of {len(start.points)} control points"
+        expected = f"{yarns.yarn_count} of {len(yarns.points)}, closed where they are"
+        raise ParameterError(f"start: got {found}; expected the same yarns, {expected}")
+    return start.points
 
 
 def _report(run: _Run, relaxed: YarnSet) -> dict[str, Any]:
@@ -176,7 +189,7 @@ class _Run:
         if not self.history:
             self.last = self.solver.assess()
             if not self.last.finite:
-                raise SolverError(f"{self.solver.blame()}: not finite at the start; move the yarns apart")
+                raise SolverError(f"{self.solver.blame()}: not finite at the start; move the yarns, or control points in one place, apart")
             self._note()
         self._descend()
         # what lags behind, such as the normal forces of friction, follows until that changes nothing any more

@@ -9,6 +9,7 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model import Model
 
 
@@ -40,9 +41,11 @@ class State:
     """Row sum of stiffness at each control point [erg / unit^2], shape (N,)."""
 
 
-def make_state(model: Model, *, outer: bool = False, blocks: bool = False) -> State:
-    """A state where the yarns were given; with room for outer forces and for blocks of stiffness if asked for."""
-    points = model.upload(model.to_device(model.yarns.points), 3)
+def make_state(
+    model: Model, start: FloatArray | None = None, *, outer: bool = False, blocks: bool = False
+) -> State:
+    """A state at ``start`` [cm], or where the yarns were given; with room for outer forces and blocks if asked for."""
+    points = model.upload(model.to_device(model.yarns.points if start is None else start), 3)
     n = model.point_count
     return State(
         points=points,
