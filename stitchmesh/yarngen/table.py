@@ -1,31 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The template table: how the yarn runs in each kind of stitch. A new stitch is a new line here."""
+"""The template table: how the yarn runs in each kind of stitch.
+
+A stitch is drawn, or it is the mirror image of one that is, or that one turned over, or both.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache, lru_cache
 
+from stitchmesh import stitch as symmetry
 from stitchmesh.errors import YarnError
-from stitchmesh.stitch import SIDE_COUNTS, Stitch
-from stitchmesh.yarngen.decreases import decrease_centre, decrease_left, decrease_right
+from stitchmesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
+from stitchmesh.yarngen.drawings import as_template, drawings
 from stitchmesh.yarngen.edges import cast_on, draw_through
-from stitchmesh.yarngen.increases import knit_yarnover, knit_yarnover_knit, yarnover_knit
-from stitchmesh.yarngen.plain import knit, purl
-from stitchmesh.yarngen.template import Template
-
-FIXED: dict[Stitch, Callable[[], Template]] = {
-    Stitch.KNIT: knit,
-    Stitch.PURL: purl,
-    Stitch.KY: knit_yarnover,
-    Stitch.YK: yarnover_knit,
-    Stitch.KYK: knit_yarnover_knit,
-    Stitch.D12K: decrease_left,
-    Stitch.D21K: decrease_right,
-    Stitch.D213K: decrease_centre,
-}
-"""Stitches that fix the sides of their face."""
+from stitchmesh.yarngen.plain import knit
+from stitchmesh.yarngen.template import Template, mirrored, turned_over
+from stitchmesh.yarngen.twists import twisted
 
 ANY_SIDES: dict[Stitch, Callable[[int, int], Template]] = {
     Stitch.CAST_ON: cast_on,
@@ -35,18 +27,38 @@ ANY_SIDES: dict[Stitch, Callable[[int, int], Template]] = {
 """Stitches drawn for the sides that their face has."""
 
 
-@lru_cache(maxsize=256)
-def template(stitch: Stitch, n_bottom: int, n_top: int) -> Template:
+@lru_cache(maxsize=1024)
+def template(stitch: Stitch, n_bottom: int, n_top: int, twists: tuple[int, ...] = ()) -> Template:
     """The yarn of a stitch on a face with these sides.
+
+    Args:
+        stitch: its type.
+        n_bottom: bottom sides of the face.
+        n_top: top sides of the face.
+        twists: half turns of the loops on top, from left to right; none where shorter. Cast-on loops are twisted by
+            nature, by 1 where not marked; what holds the last loops has none on top and leaves it unheeded.
 
     Raises:
         YarnError: the stitch has no template, or not on such a face.
     """
+    if stitch == Stitch.CAST_ON:
+        return cast_on(n_bottom, n_top, twists)
     if stitch in ANY_SIDES:
         return ANY_SIDES[stitch](n_bottom, n_top)
-    if stitch not in FIXED or SIDE_COUNTS[stitch] != (n_bottom, n_top):
+    if stitch not in VOCABULARY or SIDE_COUNTS[stitch] != (n_bottom, n_top):
         raise YarnError(
             f"stitch {stitch.name} on {n_bottom} bottom and {n_top} top sides: has no yarn; tessellate the mesh first, "
             "or choose a stitch that fits the face"
         )
-    return FIXED[stitch]()
+    return twisted(_untwisted()[stitch], twists)
+
+
+@cache
+def _untwisted() -> dict[Stitch, Template]:
+    """The template of every stitch whose face has fixed sides."""
+    table = {Stitch.KNIT: knit()} | {CODES[code]: as_template(code, parts) for code, parts in drawings().items()}
+    for stitch, shape in list(table.items()):
+        table.setdefault(symmetry.mirrored(stitch), mirrored(shape))
+    for stitch, shape in list(table.items()):
+        table.setdefault(symmetry.turned_over(stitch), turned_over(shape))
+    return table

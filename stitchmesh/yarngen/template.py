@@ -11,7 +11,7 @@ three quarters along, wale sides a ninth of the way up, where a foot passes from
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -46,7 +46,7 @@ class Part:
     curve: FloatArray
     """Dense points (x, y, height) from crossing to crossing, shape (n, 3)."""
     is_head: bool
-    """Whether it is the head of the lower row's loop rather than yarn of the face's own row."""
+    """Whether it is yarn of the loop below, its head or a leg that is slipped, rather than of the face's own row."""
 
     @cached_property
     def _arc(self) -> FloatArray:
@@ -60,7 +60,23 @@ class Part:
 
     def evenly(self, count: int) -> FloatArray:
         """``count`` points at even arc length, half a step from the ends, shape (count, 3)."""
-        places = (np.arange(count) + 0.5) / count * self.length
+        return self._at((np.arange(count) + 0.5) / count * self.length)
+
+    def leg(self, crossing: Crossing, length: float, count: int) -> FloatArray:
+        """The last stretch towards one of its ends: ``count`` points at even arc length, shape (count, 3)."""
+        places = np.linspace(self.length - length, self.length, count)
+        return self._at(places if crossing == self.end else self.length - places)
+
+    def with_leg(self, crossing: Crossing, length: float, leg: FloatArray, to: Crossing) -> Part:
+        """The part whose last stretch towards ``crossing`` is replaced by one that leads elsewhere."""
+        if crossing == self.end:
+            kept = self.curve[self._arc < self.length - length]
+            return replace(self, end=to, curve=np.concatenate([kept, leg]))
+        kept = self.curve[self._arc > length]
+        return replace(self, start=to, curve=np.concatenate([leg[::-1], kept]))
+
+    def _at(self, places: FloatArray) -> FloatArray:
+        """Points at these arc lengths [stitch widths], shape (n, 3)."""
         return np.stack([np.interp(places, self._arc, axis) for axis in self.curve.T], axis=1)
 
 
@@ -129,10 +145,15 @@ def drawn(
     inner = [(x, v * STITCH_HEIGHT, h) for x, v, h in waypoints]
     ends = crossing_point(n_bottom, n_top, start), crossing_point(n_bottom, n_top, end)
     points = np.array([ends[0], *inner, ends[1]])
-    chord = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1) ** 0.5  # centripetal: no loops between waypoints
-    places = np.concatenate([[0.0], np.cumsum(chord)])
+    places = spline_places(points)
     curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], DENSE))
     return Part(start, end, curve, is_head)
+
+
+def spline_places(points: FloatArray) -> FloatArray:
+    """Centripetal parameters of a spline through (x, y, height) points, which makes no loops between them."""
+    chord = np.linalg.norm(np.diff(points * [1.0, 1.0, RADIUS_OVER_WIDTH], axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(chord**0.5)])
 
 
 def mirrored(template: Template) -> Template:
@@ -141,17 +162,19 @@ def mirrored(template: Template) -> Template:
     widest = max(nb, nt)
     parts = []
     for part in reversed(template.parts):
-        curve = part.curve[::-1] * [-1.0, 1.0, 1.0] + [widest, 0.0, 0.0]
-        ends = _mirror_crossing(part.end, nb, nt), _mirror_crossing(part.start, nb, nt)
+        ends = _mirror_crossing(part.start, nb, nt), _mirror_crossing(part.end, nb, nt)
+        curve = part.curve * [-1.0, 1.0, 1.0] + [widest, 0.0, 0.0]
+        if not (part.is_head and part.end.place > nb):  # the legs of a slipped loop still run upwards
+            ends, curve = ends[::-1], curve[::-1]
         parts.append(Part(*ends, curve, part.is_head))
     return Template(nb, nt, tuple(parts))
 
 
 def _mirror_crossing(crossing: Crossing, nb: int, nt: int) -> Crossing:
     if crossing.place == nb:
-        return left_wale(nb, nt)
+        return Crossing(left_wale(nb, nt).place, crossing.slot)
     if crossing.place == nb + nt + 1:
-        return right_wale(nb)
+        return Crossing(right_wale(nb).place, crossing.slot)
     if crossing.place < nb:
         return Crossing(nb - 1 - crossing.place, 1 - crossing.slot)
     return Crossing(2 * nb + nt + 1 - crossing.place, 1 - crossing.slot)

@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture of every stitch in plain knitting, a sheet of all of them, and the table of docs/stitches.md.
+
+    python benchmarks/stitch_pictures.py            # everything
+    python benchmarks/stitch_pictures.py kpk d123k  # these pictures only
+
+The yarn of the stitch's own row is red; the loops that it is worked on are blue, green and yellow from the left.
+Distances are the smallest between the axes of yarns as ``generate_yarns`` draws them, in yarn radii: touching yarns
+are 2 apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from stitchmesh.curves import curves_of_segments
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.stitch import CODES, VOCABULARY, Stitch
+from stitchmesh.tube import tubes_around
+from stitchmesh.viewer.camera import camera_at
+from stitchmesh.viewer.lettering import INK
+from stitchmesh.viewer.stage import add_tubes, look, picture, shade_hollows
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.surrounding import surrounded
+from stitchmesh.yarngen.table import template
+from stitchmesh.yarngen.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+PICTURES = DOCS / "stitches"
+SIZE, COLUMNS, GAP, LETTERING = 200, 8, 4, 16
+"""Pixels of a picture, pictures in a row of the sheet, pixels between them, and pixels for the code below."""
+BELOW = 0
+"""Row below the stitch."""
+JPEG_QUALITY = 82
+REST, OWN = (198, 188, 170), (150, 40, 34)
+WORKED = ((44, 78, 130), (58, 110, 66), (176, 130, 40))
+"""Colours of the loops worked, from left to right, sRGB; the lights brighten them."""
+NARROWEST, BESIDE = 1.6, 0.4
+"""Least width of a stitch in the picture, and how much is seen beside it [stitch widths]."""
+WITHIN = 3 * RADIUS_OVER_WIDTH
+"""How near yarns are looked for [stitch widths]."""
+
+
+def colours_of(fabric: StitchMesh, centre: int, yarns: YarnSet) -> np.ndarray:
+    """Colour of each control point, shape (n, 3)."""
+    made = VOCABULARY[Stitch(fabric.stitch[centre])].made
+    n_bottom, n_top = int(fabric.n_bottom[centre]), int(fabric.n_top[centre])
+    first = fabric.face_start[centre]
+    colours = np.tile(REST, (len(yarns.points), 1))
+
+    def paint(face: int, part_numbers: list[int], row: int, colour: tuple[int, int, int]) -> None:
+        # rows tell the stitch's loops from those above, whose bind-off is told of the same faces
+        colours[(yarns.face == face) & np.isin(yarns.part, part_numbers) & (yarns.row == row)] = colour
+
+    for loop in range(n_bottom):
+        below = fabric.side_face[fabric.twin[first + loop]]
+        paint(below, _parts(fabric, below, is_head=False), BELOW, WORKED[loop])
+    for loop, kind in enumerate(made):
+        above = fabric.side_face[fabric.twin[first + n_bottom + n_top - loop]]
+        row, colour = (BELOW, WORKED[0]) if kind == "s" else (BELOW + 1, OWN)
+        paint(above, _parts(fabric, above, is_head=True), row, colour)
+    paint(centre, _parts(fabric, centre, is_head=False), BELOW + 1, OWN)
+    for number, part in enumerate(template(Stitch(fabric.stitch[centre]), n_bottom, n_top).parts):
+        if part.is_head:
+            paint(centre, [number], BELOW, WORKED[part.start.place])
+    return colours.astype(np.uint8)
+
+
+def _parts(fabric: StitchMesh, face: int, *, is_head: bool) -> list[int]:
+    """Numbers of a face's parts that are heads, or that are not."""
+    shape = template(Stitch(fabric.stitch[face]), int(fabric.n_bottom[face]), int(fabric.n_top[face]))
+    return [number for number, part in enumerate(shape.parts) if part.is_head == is_head]
+
+
+def take_picture(stitch: Stitch) -> None:
+    """Draw one stitch and its surrounding."""
+    path = PICTURES / f"{VOCABULARY[stitch].code}.png"
+    fabric, centre = surrounded(stitch)
+    yarns = generate_yarns(fabric, yarn_radius=RADIUS_OVER_WIDTH)
+    curves = curves_of_segments(yarns, np.arange(len(yarns.segment_points)), 4)
+    tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=14)
+    colours = colours_of(fabric, centre, yarns)[curves.control_point][tubes.ring]
+    widest = max(VOCABULARY[stitch].n_bottom, VOCABULARY[stitch].n_top, 1)
+    focus, height = np.array([widest / 2, STITCH_HEIGHT / 2, 0.0]), max(widest, NARROWEST) + BESIDE
+    with picture(path, (SIZE, SIZE)) as plotter:
+        add_tubes(plotter, tubes, colours)
+        look(plotter, camera_at(focus, np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), height))
+        shade_hollows(plotter, 3 * RADIUS_OVER_WIDTH)
+    Image.open(path).convert("RGB").save(path.with_suffix(".jpg"), quality=JPEG_QUALITY, optimize=True)
+    path.unlink()
+
+
+def sheet() -> None:
+    """All pictures on one, with their codes."""
+    rows = -(-len(VOCABULARY) // COLUMNS)
+    whole = Image.new("RGB", (COLUMNS * (SIZE + GAP) - GAP, rows * (SIZE + LETTERING)), "white")
+    draw = ImageDraw.Draw(whole)
+    for number, making in enumerate(VOCABULARY.values()):
+        x, y = number % COLUMNS * (SIZE + GAP), number // COLUMNS * (SIZE + LETTERING)
+        whole.paste(Image.open(PICTURES / f"{making.code}.jpg"), (x, y))
+        draw.text((x + SIZE // 2, y + SIZE + 1), making.code, fill=INK, anchor="mt")
+    whole.save(PICTURES / "all.jpg", quality=JPEG_QUALITY, optimize=True)
+
+
+def distance(stitch: Stitch, twists: tuple[int, ...]) -> float:
+    """Smallest distance in knit and purl surroundings [radii]."""
+    found = []
+    for plain in (Stitch.KNIT, Stitch.PURL):
+        yarns = generate_yarns(surrounded(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
+        found.append(smallest_distance(yarns, WITHIN)[0])
+    return min(found) / RADIUS_OVER_WIDTH
+
+
+def table() -> str:
+    """A line for each stitch."""
+    lines = [
+        "| | code | loops below, from the front | loops above | what a knitter does | distance | twisted |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for stitch, making in VOCABULARY.items():
+        turns = [each for each in itertools.product((-1, 0, 1), repeat=making.n_top) if any(each)]
+        plain, turned = distance(stitch, ()), min(distance(stitch, each) for each in turns)
+        order = ", ".join(map(str, making.order)) or "none"
+        lines.append(
+            f"| ![{making.code}](stitches/{making.code}.jpg) | `{making.code}` | {order} | `{making.made}` "
+            f"| {making.instruction} | {plain:.2f} | {turned:.2f} |"
+        )
+    return "\n".join(lines)
+
+
+HEADING = """<!--
+SPDX-FileCopyrightText: StitchMesh contributors
+SPDX-License-Identifier: Apache-2.0
+-->
+
+# Stitches
+
+Made by `python benchmarks/stitch_pictures.py`, which measures the distances and takes the pictures.
+
+A code says what is made on the loops below, seen from the right side, from left to right: `k` knit, `p` purl and `y`
+yarn-over make a loop, `s` slips one. Before a decrease stands `d` with the loops that it is worked through, numbered
+from the left and listed from front to back. A loop on top may be twisted, clockwise or counter-clockwise: its legs
+change places below the top side, at `+1` with the leg that comes from the left in front.
+
+In the pictures the yarn of the stitch's own row is red, and the loops that it is worked on are blue, green and yellow
+from the left. What is around is knit.
+
+*Distance* is the smallest between the axes of yarns when yarn is generated for the stitch among knit stitches and
+among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns are 2 apart. Relaxation moves them
+apart. *Twisted* is the smallest over all ways to twist the loops on top.
+
+![All stitches](stitches/all.jpg)
+
+## How the drawings came about
+
+Stitches that are mirror images of one another, or one another turned over, share a drawing. A rough one, right in its
+topology (`assets/stitches/rough.json`), is refined by `assets/stitches/refine.py`: its yarns repel one another and
+those of plain stitches around them, twisted and not, in steps that let no yarn pass through yarn. `tests/yarngen`
+counts the crossings of every stitch with every twist.
+
+Yuksel et al. 2012 show some stitches only in drawings (figures 4 and 5). We read them so:
+
+- `x` (figure 4): the loop below is slipped, and the row's yarn passes behind its two legs, back in front of them and
+  on behind them: one full turn around both.
+- `s` (figure 5) is our `b`: the loop below is slipped, and the row's yarn passes straight behind both legs. `f` is
+  `b` turned over.
+- `sk` (figure 5): the loop below goes on upwards, to the left, and the row's yarn comes through it from behind and
+  makes a new loop, to the right; the face has one bottom side and two top sides. `sp` and the mirror images follow.
+- `sy` has no figure: the loop below goes on to the left, and the row's yarn passes behind both its legs and makes a
+  yarn-over to the right.
+- A yarn-over of an increase lies outside the loop below: behind it where the loop beside it is knit, in front where
+  that is purled. Between a knit and a purl loop the yarn goes through the loop below and once around its top.
+
+## All stitches
+
+"""
+
+
+def main() -> None:
+    """Take pictures, and without codes write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("codes", nargs="*", help="of the stitches to draw; all if none")
+    given = parser.parse_args()
+    for code in given.codes or CODES:
+        take_picture(CODES[code])
+    if not given.codes:
+        sheet()
+        (DOCS / "stitches.md").write_text(HEADING + table() + "\n")
+
+
+if __name__ == "__main__":
+    main()
