@@ -37,6 +37,10 @@ class TessellationError(StitchMeshError):
     """A labeled mesh cannot be divided into legal stitch faces with the counts asked for."""
 
 
+class PatternError(StitchMeshError):
+    """A knitting pattern cannot be read, or its stitches do not fit together."""
+
+
 class YarnError(StitchMeshError):
     """A set of yarns is malformed, or a stitch mesh cannot be turned into yarns."""
 

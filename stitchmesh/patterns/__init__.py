@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Knitting patterns: rows of stitches, the text language and the colour charts they are written in, a library."""
+
+from stitchmesh.patterns.apply import apply_pattern, pattern_changes
+from stitchmesh.patterns.colour_chart import chart_palette, read_colour_chart, write_colour_chart
+from stitchmesh.patterns.library import pattern_names, read_pattern
+from stitchmesh.patterns.parse import parse_pattern
+from stitchmesh.patterns.pattern import SECTIONS, Cell, Loop, Pattern, Row
+from stitchmesh.patterns.swatch_mesh import pattern_mesh
+from stitchmesh.patterns.writing import format_pattern
+
+__all__ = [
+    "SECTIONS",
+    "Cell",
+    "Loop",
+    "Pattern",
+    "Row",
+    "apply_pattern",
+    "chart_palette",
+    "format_pattern",
+    "parse_pattern",
+    "pattern_changes",
+    "pattern_mesh",
+    "pattern_names",
+    "read_colour_chart",
+    "read_pattern",
+    "write_colour_chart",
+]

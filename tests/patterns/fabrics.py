@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Fabrics to be patterned, and what is looked at in them."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+
+from stitchmesh.connectivity import find_twins
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patterns import Cell, Loop, Pattern, Row
+from stitchmesh.patterns.swatch_mesh import plain_piece
+from stitchmesh.stitch import CODES, Stitch
+
+
+def pattern(*rows: str, left: int = 0, right: int = 0, below: dict[int, tuple[Loop, ...]] | None = None) -> Pattern:
+    """A pattern from the codes of its rows, bottom first, borders of so many cells; ``below`` are loops by row."""
+    held = below or {}
+    cells = [tuple(Cell(CODES[code]) for code in row.split()) for row in rows]
+    return Pattern("tried", "", tuple(Row(row, held.get(index, ()), left, right) for index, row in enumerate(cells)))
+
+
+def flat(columns: int, rows: int) -> StitchMesh:
+    """Knit stitches of 1 cm on a cast-on row."""
+    return plain_piece(columns, rows, 1.0, 1.0)
+
+
+def tube(around: int, rows: int) -> StitchMesh:
+    """The same in the round."""
+    piece = plain_piece(around, rows, 1.0, 1.0)
+    angle = 2.0 * np.pi * np.arange(around) / around
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * around / (2.0 * np.pi)
+    points = np.concatenate([np.tile(ring, (rows + 1, 1)), np.repeat(np.arange(rows + 1.0), around)[:, None]], axis=1)
+    level, place = np.divmod(piece.face_vertex, around + 1)
+    corners = level * around + place % around
+    return StitchMesh(
+        vertices=points,
+        face_start=piece.face_start,
+        face_vertex=corners,
+        twin=find_twins(piece.face_start, corners, len(points)),
+        n_bottom=piece.n_bottom,
+        n_top=piece.n_top,
+        stitch=piece.stitch,
+        row=piece.row,
+    )
+
+
+def codes(fabric: StitchMesh) -> list[str]:
+    """One sign a stitch, row by row from below: c cast on, k, p, or + for another; for fabrics in order of rows."""
+    signs = {Stitch.CAST_ON: "c", Stitch.KNIT: "k", Stitch.PURL: "p"}
+    rows = [np.flatnonzero(fabric.row == row) for row in range(fabric.row.max() + 1)]
+    return ["".join(signs.get(Stitch(int(stitch)), "+") for stitch in fabric.stitch[row]) for row in rows]
+
+
+def checked(fabric: StitchMesh) -> StitchMesh:
+    """The same stitch mesh, all of it checked anew."""
+    return StitchMesh(**{part.name: getattr(fabric, part.name) for part in fields(StitchMesh)})
+
+
+def differing(one: StitchMesh, other: StitchMesh) -> list[str]:
+    """Names of the arrays that differ."""
+    names = [part.name for part in fields(StitchMesh)]
+    return [name for name in names if not np.array_equal(getattr(one, name), getattr(other, name))]

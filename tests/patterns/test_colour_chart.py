@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Colour charts: pixels and stitches say the same, and what is no chart is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from stitchmesh.errors import FileError, ParameterError, PatternError
+from stitchmesh.patterns import chart_palette, parse_pattern, read_colour_chart, read_pattern, write_colour_chart
+
+RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+TEXT = "chart colours:\n012\n110"
+
+
+def yarns(pattern):
+    return [[cell.yarn for cell in row.cells] for row in pattern.rows]
+
+
+@pytest.mark.parametrize("name", ["peerie", "checks", "lice"])
+def test_round_trip(tmp_path, name):
+    pattern = read_pattern(name)
+    palette = np.array([[250, 240, 230], [10, 20, 130]])
+    write_colour_chart(tmp_path / "c.png", pattern, palette)
+    assert read_colour_chart(tmp_path / "c.png").rows == pattern.rows
+    assert read_colour_chart(tmp_path / "c.png", palette[::-1]).rows != pattern.rows
+    np.testing.assert_array_equal(chart_palette(tmp_path / "c.png")[:2], palette)
+
+
+def test_one_pixel_a_stitch_and_the_lowest_is_row_one(tmp_path):
+    write_colour_chart(tmp_path / "c.png", parse_pattern(TEXT), [RED, GREEN, BLUE])
+    with Image.open(tmp_path / "c.png") as image:
+        pixels = np.asarray(image.convert("RGB"))
+    assert pixels.tolist() == [[list(RED), list(GREEN), list(BLUE)], [list(GREEN), list(GREEN), list(RED)]]
+    assert read_pattern(tmp_path / "c.png").rows == parse_pattern(TEXT).rows
+
+
+def test_colours_without_a_palette_are_numbered_by_first_use(tmp_path):
+    image = np.array([[RED, GREEN, BLUE], [GREEN, GREEN, RED]], dtype=np.uint8)
+    Image.fromarray(image).save(tmp_path / "c.png")
+    assert yarns(read_colour_chart(tmp_path / "c.png")) == [[0, 0, 1], [1, 0, 2]]
+    assert chart_palette(tmp_path / "c.png").tolist() == [list(GREEN), list(RED), list(BLUE)]
+    assert yarns(read_colour_chart(tmp_path / "c.png", [RED, GREEN, BLUE])) == [[1, 1, 0], [0, 1, 2]]
+
+
+def test_a_colour_that_no_yarn_has_is_named_at_its_place(tmp_path):
+    write_colour_chart(tmp_path / "c.png", parse_pattern(TEXT), [RED, GREEN, BLUE])
+    with pytest.raises(PatternError, match="row 2, stitch 3 from the left: got colour #0000ff; expected one of the 2"):
+        read_colour_chart(tmp_path / "c.png", [RED, GREEN])
+
+
+def test_bad_images_are_refused(tmp_path):
+    path = tmp_path / "c.png"
+    path.write_bytes(b"no picture")
+    with pytest.raises(FileError, match="is not a whole PNG"):
+        read_colour_chart(path)
+    write_colour_chart(path, parse_pattern(TEXT), [RED, GREEN, BLUE])
+    path.write_bytes(path.read_bytes()[:-30])
+    with pytest.raises(FileError, match="is not a whole PNG"):
+        read_colour_chart(path)
+    Image.fromarray(np.zeros((2, 2, 4), dtype=np.uint8)).save(path)
+    with pytest.raises(FileError, match="transparent pixels"):
+        read_colour_chart(path)
+    Image.new("1", (3000, 2000)).save(path)
+    with pytest.raises(FileError, match="3000 x 2000 pixels"):
+        read_colour_chart(path)
+    shades = np.stack(np.meshgrid(np.arange(20), np.arange(20), [0]), axis=-1)[:, :, 0].astype(np.uint8)
+    Image.fromarray(shades).save(path)
+    with pytest.raises(PatternError, match="got 400 colours; expected 256 at most"):
+        read_colour_chart(path)
+    with pytest.raises(FileError, match=r"expected one of \.png"):
+        read_colour_chart(tmp_path / "c.jpg")
+    with pytest.raises(FileError, match="there is no such file"):
+        read_colour_chart(tmp_path / "d.png")
+
+
+@pytest.mark.parametrize(
+    ("palette", "found"),
+    [([RED], "got 1 colours for yarns 0 to 2"), ([1, 2, 3], r"got shape \(3,\)"), ("red", "expected rows of red"),
+     ([RED, GREEN, (0, 0, 256)], "beyond 0 to 255"), ([RED, GREEN, (0, 0, np.nan)], "beyond 0 to 255")],
+)  # fmt: skip
+def test_bad_palettes_are_refused(tmp_path, palette, found):
+    with pytest.raises(ParameterError, match=found):
+        write_colour_chart(tmp_path / "c.png", parse_pattern(TEXT), palette)
+
+
+@pytest.mark.parametrize("row", ["k p", "k | k | k", "k+1", "ktbl", "lt", "k2tog"])
+def test_only_plain_knit_stitches_make_a_colour_chart(tmp_path, row):
+    with pytest.raises(PatternError, match="row 1: holds more than plain knit stitches"):
+        write_colour_chart(tmp_path / "c.png", parse_pattern(f"row 1 RS: {row}"), [RED])

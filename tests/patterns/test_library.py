@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The library: every pattern reads, closes and is what knitters call by its name; and bad paths are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stitchmesh
+from stitchmesh.errors import FileError, ParameterError, PatternError
+from stitchmesh.patterns import Pattern, format_pattern, parse_pattern, pattern_names, read_pattern
+from stitchmesh.stitch import Stitch, from_wrong_side
+from tests.gallery import ROOT
+
+PATTERNS = ROOT / "assets" / "patterns"
+DOCUMENT = (ROOT / "docs" / "patterns.md").read_text()
+TURNS_WITHOUT_CHANGE = ("garter", "seed", "moss", "rib1x1", "rib2x2", "rib3x3")
+
+
+def stitches(name: str) -> np.ndarray:
+    """Stitches of a pattern of equal rows, from the lower left."""
+    return np.array([[cell.stitch for cell in row.cells] for row in read_pattern(name).rows])
+
+
+def turned(cells: np.ndarray) -> np.ndarray:
+    """The same fabric seen from the wrong side."""
+    return np.vectorize(lambda stitch: int(from_wrong_side(Stitch(stitch))))(cells[:, ::-1])
+
+
+def is_shift_of(cells: np.ndarray, other: np.ndarray) -> bool:
+    rows, columns = cells.shape
+    return any(
+        np.array_equal(np.roll(cells, (row, column), axis=(0, 1)), other)
+        for row in range(rows)
+        for column in range(columns)
+    )
+
+
+def test_the_library_is_the_folder_and_the_document():
+    assert set(pattern_names()) == {path.stem for path in PATTERNS.iterdir()}
+    missing = [name for name in pattern_names() if f"`{name}`" not in DOCUMENT]
+    assert not missing
+
+
+@pytest.mark.parametrize("name", pattern_names())
+def test_every_pattern_repeats_and_comes_back_from_its_text(name):
+    pattern = read_pattern(name)
+    assert pattern.closes
+    assert pattern.source
+    assert parse_pattern(format_pattern(pattern)) == pattern
+    assert read_pattern(PATTERNS / f"{name}.knit") == pattern
+
+
+@pytest.mark.parametrize("name", TURNS_WITHOUT_CHANGE)
+def test_reversible_fabrics_look_the_same_from_behind(name):
+    assert is_shift_of(turned(stitches(name)), stitches(name))
+
+
+def test_one_sided_fabrics_do_not():
+    assert np.array_equal(turned(stitches("stockinette")), stitches("reverse-stockinette"))
+    assert not is_shift_of(turned(stitches("stockinette")), stitches("stockinette"))
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"),
+    [("king-charles-brocade", (12, 12)), ("seersucker", (8, 4)), ("pie-crust-basketweave", (8, 8)),
+     ("double-basket", (18, 18)), ("cartridge-belt-rib", (2, 4)), ("slip-stitch-honeycomb", (4, 2)),
+     ("diagonal-rib", (8, 8)), ("parallelogram", (16, 12))],
+)  # fmt: skip
+def test_charts_of_leaf_have_their_sizes(name, shape):
+    assert stitches(name).shape == shape
+
+
+@pytest.mark.parametrize("name", ["king-charles-brocade", "double-basket", "pie-crust-basketweave"])
+def test_symmetric_charts_are_their_mirror_images(name):
+    assert is_shift_of(stitches(name)[:, ::-1], stitches(name))
+    assert is_shift_of(stitches(name)[::-1], stitches(name))
+
+
+def test_a_diagonal_moves_by_one_stitch_a_row():
+    cells = stitches("diagonal-rib")
+    for below, above in zip(cells, np.roll(cells, -1, axis=0), strict=True):
+        assert np.array_equal(np.roll(below, 1), above)
+
+
+def test_ridged_feather_has_a_purl_ridge_and_made_loops_between_gathers():
+    pattern = read_pattern("ridged-feather")
+    assert pattern.width == 11
+    made = "".join({Stitch.YK: "yk", Stitch.YKY: "yky"}.get(cell.stitch, "d") for cell in pattern.rows[0].cells)
+    assert made == "ddykykykydd"
+    assert {cell.stitch for cell in pattern.rows[3].cells} == {Stitch.PURL}
+
+
+def test_public_names():
+    assert stitchmesh.read_pattern("rib2x2").width == 4
+    assert isinstance(stitchmesh.parse_pattern("row 1 RS: k"), stitchmesh.Pattern)
+    assert stitchmesh.Pattern is Pattern
+
+
+@pytest.mark.parametrize(("name", "hint"), [("rib2x", "did you mean rib2x2"), ("xyz", "a file needs its suffix")])
+def test_an_unknown_name_is_refused(name, hint):
+    with pytest.raises(ParameterError, match=f"pattern '{name}': is not in the library of .*{hint}"):
+        read_pattern(name)
+
+
+def test_bad_files_are_refused(tmp_path):
+    with pytest.raises(FileError, match=r"a\.knit: there is no such file"):
+        read_pattern(tmp_path / "a.knit")
+    with pytest.raises(FileError, match="is a folder"):
+        read_pattern(tmp_path)
+    (tmp_path / "b.knit").write_bytes(b"")
+    with pytest.raises(FileError, match="the file is empty"):
+        read_pattern(tmp_path / "b.knit")
+    (tmp_path / "c.knit").write_bytes(b"row 1 RS: k\0\1")
+    with pytest.raises(FileError, match="holds binary data"):
+        read_pattern(tmp_path / "c.knit")
+    (tmp_path / "d.knit").write_text("row 1 RS: k\nrow 2 WS: q\n")
+    with pytest.raises(PatternError, match=r"d\.knit: line 2, column 11: got 'q'; expected a stitch"):
+        read_pattern(tmp_path / "d.knit")
+
+
+def test_line_ends_and_marks_of_other_systems(tmp_path):
+    (tmp_path / "e.knit").write_bytes(b"\xef\xbb\xbfrow 1 RS: k\r\nrow 2 WS: p\r\n")
+    assert read_pattern(tmp_path / "e.knit").rows == read_pattern("stockinette").rows

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Patterns on the command line."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.io import read_stitches, write_mesh, write_stitches
+from stitchmesh.patterns import apply_pattern, read_pattern
+from stitchmesh.stitch import Stitch
+from tests.gallery import tube as coarse_tube
+from tests.patterns.fabrics import differing, tube
+
+
+def refused(capsys, *words: object) -> str:
+    """Run a command that must fail; its one line."""
+    assert cli.main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
+    return printed.err
+
+
+@pytest.fixture
+def fabric(tmp_path):
+    path = tmp_path / "fabric.h5"
+    write_stitches(path, tube(18, 6))
+    return path
+
+
+def test_a_pattern_is_laid_on_a_file(tmp_path, fabric, capsys):
+    made = tmp_path / "made.h5"
+    assert cli.main(["pattern", str(fabric), "rib2x2", "-o", str(made), "--remainder", "stretch"]) == 0
+    expected = apply_pattern(read_stitches(fabric), read_pattern("rib2x2"), remainder="stretch")
+    assert differing(read_stitches(made), expected) == []
+    changed = (expected.stitch == Stitch.PURL).sum()
+    assert capsys.readouterr().out == f"2 x 2 rib: {changed} of 108 stitches changed\n"
+
+
+def test_a_pattern_is_laid_around_a_face(tmp_path, fabric):
+    made = tmp_path / "made.h5"
+    assert cli.main(["pattern", str(fabric), "feather-and-fan", "-o", str(made), "--face", "40"]) == 0
+    expected = apply_pattern(read_stitches(fabric), read_pattern("feather-and-fan"), face=40)
+    assert differing(read_stitches(made), expected) == []
+
+
+def test_knit_takes_a_pattern(tmp_path):
+    mesh, folder = tmp_path / "tube.obj", tmp_path / "out"
+    write_mesh(mesh, coarse_tube(8, 1, radius=2.0, height=3.0))
+    words = ["knit", str(mesh), "-o", str(folder), "--stitch-width", "1", "--pattern", "rib1x1", "--no-picture"]
+    assert cli.main([*words, "--quality", "draft", "--device", "cpu", "--max-iterations", "20"]) == 0
+    stitches = read_stitches(folder / "stitches.h5").stitch
+    report = json.loads((folder / "report.json").read_text())["pattern"]
+    assert report["name"] == "1 x 1 rib" and report["seconds"] > 0.0
+    assert report["faces"] == np.count_nonzero(stitches == Stitch.PURL) > 0
+
+
+def test_bad_words_are_refused_before_any_work(tmp_path, fabric, capsys):
+    made = tmp_path / "made.h5"
+    assert "did you mean rib3x3 or rib2x2" in refused(capsys, "pattern", fabric, "rib2x3", "-o", made)
+    assert "remainder 'crop'" in refused(capsys, "pattern", fabric, "rib2x2", "-o", made, "--remainder", "crop")
+    assert "face 999: is gone" in refused(capsys, "pattern", fabric, "rib2x2", "-o", made, "--face", 999)
+    knit = ["knit", tmp_path / "missing.obj", "-o", tmp_path / "out"]
+    assert "did you mean rib3x3 or rib2x2" in refused(capsys, *knit, "--pattern", "rib2x3")
+    assert "remainder 'crop'" in refused(capsys, *knit, "--pattern-remainder", "crop")
+    assert not made.exists() and not (tmp_path / "out").exists()
