@@ -1,32 +1,44 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitch meshes from and to HDF5, without loss: explicit twins, stitch types, rows and stretch included."""
+"""Stitch meshes from and to HDF5, without loss: explicit twins, stitch types, rows and stretch included.
+
+Also from and to ``.smobj``, and to ``.k``, the instructions of a knitting machine.
+"""
 
 from __future__ import annotations
 
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_noun, write_noun
+from stitchmesh.io.knitout import write_knitout
+from stitchmesh.io.smobj import read_smobj, write_smobj
 from stitchmesh.mesh import StitchMesh
 
 FORMAT = "stitchmesh stitches"
-SUFFIXES = (".h5",)
+READABLE = (".h5", ".smobj")
+WRITABLE = (*READABLE, ".k")
+"""Suffixes of stitch meshes."""
 
 
 def write_stitches(path: FilePath, fabric: StitchMesh) -> None:
-    """Write a stitch mesh, labeled or tessellated.
+    """Write a stitch mesh, labeled or tessellated: ``.h5``, ``.smobj``, or ``.k`` for a knitting machine.
 
     Raises:
-        FileError: the suffix is not ``.h5``, or the file cannot be written.
+        ParameterError: a knitting machine cannot make the fabric; the message lists the stitches.
+        FileError: the suffix is none of these, or the file cannot be written.
     """
-    suffix_of(path, SUFFIXES)
-    write_noun(path, fabric, FORMAT)
+    suffix = suffix_of(path, WRITABLE)
+    if suffix == ".h5":
+        write_noun(path, fabric, FORMAT)
+    else:
+        {".smobj": write_smobj, ".k": write_knitout}[suffix](path, fabric)
 
 
 def read_stitches(path: FilePath) -> StitchMesh:
-    """Read what ``write_stitches`` wrote.
+    """Read what ``write_stitches`` wrote, ``.h5`` or ``.smobj``.
 
     Raises:
         FileError: the file cannot be read, holds something else, is damaged, or is not a valid stitch mesh.
     """
-    suffix_of(path, SUFFIXES)
+    if suffix_of(path, READABLE) == ".smobj":
+        return read_smobj(path)
     return read_noun(path, StitchMesh, FORMAT)

@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Programs for knitting machines: knitout files, ``.k``. They are written, not read."""
+
+from __future__ import annotations
+
+from stitchmesh.io.atomic import write_text
+from stitchmesh.io.contents import FilePath
+from stitchmesh.knitting_machine import machine_program
+from stitchmesh.mesh import StitchMesh
+
+
+def write_knitout(path: FilePath, fabric: StitchMesh) -> None:
+    """Write the program that knits a fabric on a V-bed machine.
+
+    Raises:
+        ParameterError: a machine cannot make some of it; the message lists the stitches.
+        LabelError: its cable marks contradict each other.
+        FileError: the file cannot be written.
+    """
+    write_text(path, machine_program(fabric))

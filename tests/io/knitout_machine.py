@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A V-bed machine that knits what a knitout file says and writes down how its loops hang together.
+
+Each needle holds its loops in their order from the front to the back. A front needle reaches backwards, so what comes
+to it lies behind what is there; a back needle reaches forwards. What no machine could do is an error: a carrier that
+is not in action or stands on the wrong side, a transfer between needles that do not face each other, knitting on an
+empty needle, a loop dropped or left behind.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+MOST_RACK = 4
+
+
+class MachineError(AssertionError):
+    """The program asks for what a machine cannot do."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """One operation with yarn."""
+
+    operation: str
+    direction: str
+    bed: str
+    needle: int
+    carrier: str
+    note: str
+    through: tuple[int, ...]
+    """Loops that the new one is drawn through, or that a miss passes, from front to back."""
+    loop: int
+    """Number of the loop made, -1 for a miss."""
+
+
+@dataclass
+class Machine:
+    """Beds and carriers."""
+
+    carriers: list[str] = field(default_factory=list)
+    needles: dict[tuple[str, int], list[int]] = field(default_factory=lambda: defaultdict(list))
+    rack: int = 0
+    position: dict[str, float | None] = field(default_factory=dict)
+    hooked: str | None = None
+    hooked_at: int | None = None
+    """The first needle of the yarn that the hook holds; those on its right are blocked."""
+    made: list[Made] = field(default_factory=list)
+    in_front: dict[tuple[int, int], int] = field(default_factory=dict)
+    """Of two loops that passed each other on different beds, the one that lay in front when they last did."""
+    left: dict[tuple[int, int], int] = field(default_factory=dict)
+    """Of two loops that were on different beds, the one on the left when they last were."""
+    dropped: list[int] = field(default_factory=list)
+    loops: int = 0
+
+    def run(self, text: str) -> Machine:
+        """Knit a whole file."""
+        lines = text.split("\n")
+        if lines[0] != ";!knitout-2":
+            raise MachineError(f"magic: {lines[0]!r}")
+        for line in lines[1:]:
+            if line.startswith(";;Carriers: "):
+                self.carriers = line.removeprefix(";;Carriers: ").split()
+            operation, _, note = line.partition(";")
+            if operation.split():
+                self._do(operation.split(), note.strip())
+        if not self.carriers:
+            raise MachineError("no ;;Carriers: header")
+        left = [needle for needle, loops in self.needles.items() if loops]
+        if left or self.position:
+            raise MachineError(f"left behind: loops on {left}, carriers {list(self.position)}")
+        return self
+
+    def _do(self, words: list[str], note: str) -> None:
+        name, *rest = words
+        actions = {
+            "in": self._in,
+            "inhook": self._inhook,
+            "releasehook": self._releasehook,
+            "outhook": self._outhook,
+            "rack": self._rack_to,
+            "xfer": self._transfer,
+            "drop": self._drop,
+        }
+        if name in actions:
+            actions[name](*rest)
+        elif name in ("knit", "tuck", "miss"):
+            self._stitch(name, *rest, note=note)
+        else:
+            raise MachineError(f"unknown operation {name}")
+
+    def _in(self, carrier: str) -> None:
+        if carrier not in self.carriers or carrier in self.position:
+            raise MachineError(f"in {carrier}: unknown, or in action")
+        self.position[carrier] = None
+
+    def _inhook(self, carrier: str) -> None:
+        if self.hooked is not None:
+            raise MachineError(f"inhook {carrier}: the hook holds {self.hooked}")
+        self._in(carrier)
+        self.hooked, self.hooked_at = carrier, None
+
+    def _releasehook(self, carrier: str) -> None:
+        if self.hooked != carrier or self.position[carrier] is None:
+            raise MachineError(f"releasehook {carrier}: the hook holds {self.hooked}, or it has not knitted yet")
+        self.hooked = self.hooked_at = None
+
+    def _outhook(self, carrier: str) -> None:
+        if carrier not in self.position or self.hooked is not None:
+            raise MachineError(f"outhook {carrier}: not in action, or the hook holds {self.hooked}")
+        del self.position[carrier]
+
+    def _rack_to(self, text: str) -> None:
+        after = int(text)
+        if abs(after) > MOST_RACK:
+            raise MachineError(f"rack {after}")
+        self._note_order()
+        self.rack = after
+        self._note_order()
+
+    def _note_order(self) -> None:
+        """Which of two loops on different beds lies on the left; face to face they are as they were."""
+        loops = [(bed, needle, loop) for (bed, needle), held in self.needles.items() for loop in held]
+        for at, ahead in [(needle, loop) for bed, needle, loop in loops if bed == "f"]:
+            for across, behind in [(needle + self.rack, loop) for bed, needle, loop in loops if bed == "b"]:
+                if at == across:
+                    continue
+                pair = min(ahead, behind), max(ahead, behind)
+                left = ahead if at < across else behind
+                if self.left.setdefault(pair, left) != left:
+                    self.left[pair], self.in_front[pair] = left, ahead
+
+    def _transfer(self, source: str, target: str) -> None:
+        (bed, needle), (other, to) = _needle(source), _needle(target)
+        front, back = (needle, to) if bed == "f" else (to, needle)
+        if bed == other or front != back + self.rack:
+            raise MachineError(f"xfer {source} {target} at rack {self.rack}: the needles do not face each other")
+        moved = self.needles[bed, needle]
+        if not moved:
+            raise MachineError(f"xfer {source} {target}: the needle is empty")
+        self.needles[bed, needle] = []
+        self._put(other, to, moved)
+
+    def _put(self, bed: str, needle: int, loops: list[int]) -> None:
+        there = self.needles[bed, needle]
+        self.needles[bed, needle] = [*there, *loops] if bed == "f" else [*loops, *there]
+
+    def _drop(self, target: str) -> None:
+        loops = self.needles.pop(_needle(target), [])
+        if len(loops) != 1 or self.position:
+            raise MachineError(f"drop {target}: holds {loops} while carriers {list(self.position)} are in action")
+        self.dropped += loops
+
+    def _stitch(self, name: str, direction: str, target: str, carrier: str, *, note: str) -> None:
+        bed, needle = _needle(target)
+        if carrier not in self.position:
+            raise MachineError(f"{name} {target}: carrier {carrier} is not in action")
+        at, sign = self.position[carrier], 1 if direction == "+" else -1
+        if at is not None and (at - needle) * sign > 0:
+            raise MachineError(f"{name} {direction} {target}: carrier {carrier} stands at {at}")
+        if self.rack:
+            raise MachineError(f"{name} {target} at rack {self.rack}")
+        if self.hooked == carrier and self.hooked_at is None:
+            self.hooked_at = needle
+            if direction == "+":
+                raise MachineError(f"{name} + {target}: the hook leads a yarn leftwards")
+        if self.hooked_at is not None and needle > self.hooked_at:
+            raise MachineError(f"{name} {target}: blocked by the hook at {self.hooked_at}")
+        self.position[carrier] = needle + 0.5 * sign
+        through, loop = tuple(self.needles[bed, needle]), -1
+        if name == "knit":
+            if not through:
+                raise MachineError(f"knit {target}: the needle is empty")
+            self.needles[bed, needle] = []
+        if name != "miss":
+            loop, self.loops = self.loops, self.loops + 1
+            self._put(bed, needle, [loop])
+        self.made.append(Made(name, direction, bed, needle, carrier, note, () if name == "tuck" else through, loop))
+
+
+def _needle(text: str) -> tuple[str, int]:
+    return text[0], int(text[1:])

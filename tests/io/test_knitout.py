@@ -1,0 +1,272 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Programs for knitting machines: a simulated machine makes the loops of the mesh, each through the right ones."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.editing.spiral import spiral
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.instructions.pieces import find_pieces
+from stitchmesh.io import read_mesh, write_stitches
+from stitchmesh.knitting_machine import machine_program
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.stitch import VOCABULARY, Stitch
+from stitchmesh.tessellate import tessellate
+from tests.gallery import ROOT
+from tests.io.knitout_machine import Machine, MachineError, Made
+from tests.io.stitch_charts import chart_fabric
+
+
+class Checked:
+    """A program, knitted, against its mesh."""
+
+    def __init__(self, fabric: StitchMesh) -> None:
+        self.fabric = fabric
+        self.machine = Machine().run(machine_program(fabric))
+        self.by_loop: dict[tuple[int, int], Made] = {}
+        for made in self.machine.made:
+            name = re.fullmatch(r"face (\d+) loop (\d+)", made.note)
+            if name:
+                key = int(name[1]), int(name[2]) - 1
+                assert key not in self.by_loop
+                self.by_loop[key] = made
+        self.is_tube = find_pieces(fabric)[0].in_rounds
+
+    def top(self, face: int, loop: int) -> int:
+        """The top side of a face's loop, counted from the left."""
+        return int(self.fabric.left_wale[face]) - 1 - loop
+
+    def outside(self, made: Made) -> str:
+        """The bed that is the outside of the fabric at a stitch."""
+        return "b" if self.is_tube and made.needle % 2 else "f"
+
+    def loop_at(self, side: int) -> int:
+        """Number of the loop that lies at a top side when the next row works it: cables crossed, slips followed."""
+        groups = self.moved_to().get(side, side)
+        face = int(self.fabric.side_face[groups])
+        place = int(self.fabric.left_wale[face]) - 1 - groups
+        if self.letter(face, place) == "s":
+            return self.loop_at(int(self.fabric.twin[self.fabric.face_start[face]]))
+        return self.by_loop[face, place].loop
+
+    def moved_to(self) -> dict[int, int]:
+        """The top side whose loop a cable brings to each; tests cross loops of neighbouring faces only."""
+        moved = {}
+        for side in np.flatnonzero(self.fabric.cable_shift):
+            face = int(self.fabric.side_face[side]) + int(self.fabric.cable_shift[side])
+            moved[self.top(face, 0)] = int(side)
+        return moved
+
+    def letter(self, face: int, place: int) -> str:
+        stitch = Stitch(int(self.fabric.stitch[face]))
+        return "y" if stitch == Stitch.CAST_ON else VOCABULARY[stitch].made[place]
+
+    def check(self) -> None:
+        """Every loop is made as its letter says, through the loops below, in their order."""
+        fabric = self.fabric
+        for face in range(fabric.face_count):
+            for place in range(int(fabric.n_top[face])):
+                self.check_loop(face, place, self.by_loop[face, place])
+        assert len(self.by_loop) == int(fabric.n_top.sum())
+        ends = [self.loop_at(int(side)) for side in self.last_sides()]
+        chain = {loop for made in self.machine.made if made.note == "bind off" for loop in made.through}
+        assert set(ends) <= chain
+
+    def last_sides(self) -> np.ndarray:
+        fabric = self.fabric
+        drawn = (fabric.twin != BORDER) & (fabric.stitch[fabric.side_face[fabric.twin]] == Stitch.DRAW_THROUGH)
+        return np.flatnonzero((fabric.side_role == 2) & ((fabric.twin == BORDER) | drawn))
+
+    def check_loop(self, face: int, place: int, made: Made) -> None:
+        letter, outside = self.letter(face, place), self.outside(made)
+        assert made.carrier == str(self.fabric.yarn[face] + 1)
+        assert made.operation == {"k": "knit", "p": "knit", "y": "tuck", "s": "miss"}[letter]
+        inside = "b" if outside == "f" else "f"
+        front = self.fabric.stitch[face] == Stitch.SLIP_FRONT
+        assert made.bed == (inside if letter == "p" or front else outside)
+        if letter == "y":
+            return
+        below = self.fabric.twin[self.fabric.face_start[face] : self.fabric.right_wale[face]].tolist()
+        order = VOCABULARY[Stitch(int(self.fabric.stitch[face]))].order
+        expected = [self.loop_at(below[loop - 1]) for loop in order]
+        assert list(made.through) == (expected if outside == "f" else expected[::-1]), f"face {face}"
+
+
+FLAT = {
+    "plain": ["co co co co co"] + ["k k k k k"] * 4,
+    "rib": ["co co co co"] + ["k p k p", "p p k k"] * 2,
+    "lace": ["co co co co co co", "k d12k y y d21k k", "k k p k k k", "d21k y k k y d12k", "k k k k k k"],
+    "slips": ["co co co co", "k b f k", "k k k k", "p f b p"],
+    "tuck": ["co co co", "k sy k", "k d12k k", "ys k k", "d21k k k"],
+    "increases": ["co co co", "ky k yk", "k k k k k", "py k yky k yp", "k k k k k k k k k", "k ypy k k k k k k k"],
+    "cast on more": ["co co", "new k k new", "k k k k", "k new k k k"],
+    "all decreases in two": ["co co co co co co co co", "d12k d21k d12p d21p", "d21p d12p"],
+    "three plain": [" ".join(["co"] * 18), "d123k d132k d213k d231k d312k d321k"],
+    "three purl": [" ".join(["co"] * 18), "d321p d312p d231p d213p d132p d123p"],
+    "in turn": ["co co co co co", "d213k k k", "yk k ky", "d12k d21p k", "ky k k", "k p d12p"],
+    "one wale": ["co", "k", "p", "k"],
+}
+
+
+@pytest.mark.parametrize("rows", FLAT.values(), ids=FLAT)
+def test_flat_pieces(rows):
+    Checked(chart_fabric(rows)).check()
+
+
+TUBES = {
+    "plain": ["co co co co co co"] + ["k k k k k k"] * 3,
+    "odd number": ["co co co co co"] + ["k k p k p"] * 3,
+    "rib and slips": ["co co co co co co", "k p b f p k", "p k k k f b", "k k k k k k"],
+    "narrowing": [" ".join(["co"] * 16), "k d12k d21k k d213k k d12p k k k k", "k d321k k p d21k k k k"],
+    "widening": ["co co co co", "ky k yk k", "k ky k k yk k", "ky k k k k k k yky"],
+    "on one side": [" ".join(["co"] * 14), 4 * "d21k " + 6 * "k ", "d21k d21k k k k k k k", "k p k k p k k k"],
+    "halved": [" ".join(["co"] * 24), " ".join(["d12k"] * 12), " ".join(["d21k"] * 6), "k k k k k k"],
+    "lace": [" ".join(["co"] * 9), "d12k y k d12k y k y d21k k", "k k k k k k k k k", "k y d21k k y d21k d12k y k"],
+    "drawn together": ["co co co co co co", "k k k k k k", "dt dt dt dt dt dt"],
+}
+
+
+@pytest.mark.parametrize("rows", TUBES.values(), ids=TUBES)
+def test_tubes(rows):
+    Checked(chart_fabric(rows, ring=True)).check()
+
+
+def test_several_yarns():
+    """Each yarn is knitted where it stands, from rows that use one and rows that use two, flat and round."""
+    rows, yarns = ["co co co co"] + ["k k p k"] * 5, ["0000", "0000", "1111", "0101", "2200", "0000"]
+    Checked(chart_fabric(rows, yarns=yarns)).check()
+    Checked(chart_fabric(rows, yarns=yarns, ring=True)).check()
+
+
+def crossed(fabric: StitchMesh, first: int, destination: list[int], layers: list[int]) -> StitchMesh:
+    """The fabric with a cable on the loops of faces from ``first`` on."""
+    shift, layer = np.zeros((2, fabric.side_count), dtype=np.int64)
+    for place, (to, front) in enumerate(zip(destination, layers, strict=True)):
+        side = fabric.left_wale[first + place] - 1
+        shift[side], layer[side] = to - place, front
+    return dataclasses.replace(fabric, cable_shift=shift, cable_layer=layer)
+
+
+@pytest.mark.parametrize("ring", [False, True])
+@pytest.mark.parametrize("layers", [[0, 0, 1, 1], [1, 1, 0, 0]])
+def test_cables_lie_in_front_as_they_are_marked(ring, layers):
+    plain = chart_fabric([" ".join(["co"] * 12), *[" ".join(["k"] * 12)] * 3], ring=ring)
+    fabric = crossed(plain, 13, [2, 3, 0, 1], layers)  # in a tube among the first six wales: on the front bed
+    checked = Checked(fabric)
+    checked.check()
+    loops = [checked.by_loop[13 + place, 0].loop for place in range(4)]
+    for left in loops[:2]:
+        for right in loops[2:]:
+            expected = left if layers[0] else right
+            assert checked.machine.in_front[min(left, right), max(left, right)] == expected
+
+
+def test_a_cable_behind_is_seen_from_outside():
+    """On the back half of a tube, what lies in front seen from outside is nearer the back bed."""
+    plain = chart_fabric([" ".join(["co"] * 12), *[" ".join(["k"] * 12)] * 3], ring=True)
+    checked = Checked(crossed(plain, 19, [1, 0], [1, 0]))
+    checked.check()
+    left, right = (checked.by_loop[face, 0].loop for face in (19, 20))
+    assert checked.machine.in_front[min(left, right), max(left, right)] == right  # nearer the front bed: inside
+
+
+@pytest.mark.parametrize(("name", "width"), [("hat", 1.6), ("sock", 2.0), ("poncho", 6.0), ("swatch", 2.0)])
+def test_garments(name, width):
+    Checked(tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)).check()
+
+
+def test_a_spiral_is_knitted_in_rounds():
+    rows = ["co co co co co co", "k k p k k k", "k d12k k ky k", "k k k k k k"]
+    Checked(spiral(chart_fabric(rows, ring=True))).check()
+
+
+def test_one_error_lists_all_that_cannot_be_made():
+    fabric = chart_fabric(["co co co co", "kp k x kyk", "k k k k k k k", "kp k k k k k k"])
+    twist = np.zeros(fabric.side_count, dtype=np.int64)
+    twist[fabric.left_wale[9] - 1] = -1
+    fabric = dataclasses.replace(fabric, twist=twist, yarn=np.full(fabric.face_count, 10))
+    expected = (
+        r"^knitting machine: cannot make 2 kp \(face 4, 15\); 1 x \(face 6\); 1 kyk \(face 7\); "
+        r"1 twisted loops \(face 9\); 11 yarns, at most 10; change these, or knit them by hand$"
+    )
+    with pytest.raises(ParameterError, match=expected):
+        machine_program(fabric)
+
+
+@pytest.mark.parametrize(("name", "width"), [("glove", 2.0), ("sweater", 6.0)])
+def test_branches_are_refused(name, width):
+    fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)
+    with pytest.raises(ParameterError, match="pieces that go on from loops of others"):
+        machine_program(fabric)
+
+
+def test_wide_cables_are_refused():
+    plain = chart_fabric([" ".join(["co"] * 8), *[" ".join(["k"] * 8)] * 2])
+    with pytest.raises(ParameterError, match=r"1 cables \(face 8\)"):
+        machine_program(crossed(plain, 8, [3, 4, 5, 0, 1, 2], [0, 0, 0, 1, 1, 1]))
+
+
+def test_the_file_is_knitout(tmp_path):
+    fabric = chart_fabric(FLAT["lace"])
+    write_stitches(tmp_path / "lace.k", fabric)
+    lines = (tmp_path / "lace.k").read_bytes().decode().split("\n")
+    assert lines[:2] == [";!knitout-2", ";;Carriers: 1 2 3 4 5 6 7 8 9 10"]
+    assert lines[-1] == "" and lines[-2].startswith("drop ")
+
+
+def test_convert_writes_programs_and_refuses_what_is_none(tmp_path, capsys):
+    good, bad = str(tmp_path / "good.h5"), str(tmp_path / "bad.h5")
+    write_stitches(good, chart_fabric(FLAT["rib"]))
+    write_stitches(bad, chart_fabric(["co co", "kp x"]))
+    assert cli.main(["convert", good, str(tmp_path / "good.k")]) == 0
+    Machine().run((tmp_path / "good.k").read_text())
+    assert cli.main(["convert", bad, str(tmp_path / "bad.k")]) == 2
+    printed = capsys.readouterr().err
+    assert "cannot make 1 kp (face 2); 1 x (face 3)" in printed and printed.count("\n") == 1
+    assert not (tmp_path / "bad.k").exists()
+
+
+def test_programs_are_not_read(tmp_path):
+    from stitchmesh.io import read_stitches
+
+    (tmp_path / "a.k").write_text(";!knitout-2\n")
+    with pytest.raises(FileError, match=r"unknown format '.k'; expected one of .h5 .smobj"):
+        read_stitches(tmp_path / "a.k")
+
+
+START = ";!knitout-2\n;;Carriers: 1 2\ninhook 1\ntuck - f1 1\ntuck - f0 1\nreleasehook 1\n"
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        ("knitout\n", "magic"),
+        (START + "outhook 1\n", "left behind"),
+        (START + "knit + f0 2\n", "not in action"),
+        (START + "knit + f-1 1\n", "stands at"),
+        (START + "knit + f2 1\n", "needle is empty"),
+        (START + "rack 1\nxfer f1 b1\n", "do not face"),
+        (START + "xfer f3 b3\n", "needle is empty"),
+        (START + "rack 5\n", "rack 5"),
+        (START + "rack 1\nknit + f0 1\n", "at rack 1"),
+        (START + "inhook 1\n", "in action"),
+        (START + "drop f0\n", "are in action"),
+        (START + "outhook 1\ndrop f0\n", "left behind"),
+        (START + "jump\n", "unknown operation"),
+        (START + "inhook 2\nouthook 1\n", "hook holds 2"),
+        (START + "inhook 2\nknit + f0 2\n", "leads a yarn leftwards"),
+        (START + "inhook 2\nknit - f0 2\nknit - f1 1\n", "stands at"),
+        (START + "inhook 2\nknit - f0 2\nknit + f1 1\n", "blocked by the hook at 0"),
+    ],
+)
+def test_the_simulated_machine_refuses_what_a_machine_cannot_do(program, message):
+    with pytest.raises(MachineError, match=message):
+        Machine().run(program)

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The text format of stitch meshes: our own come back whole, those of others where they are ours to read."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.errors import FileError
+from stitchmesh.io import read_mesh, read_stitches, write_stitches
+from stitchmesh.io.any_file import read_any
+from stitchmesh.io.smobj import FACE_NAMES
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
+from stitchmesh.tessellate import tessellate
+from tests.gallery import ROOT
+from tests.io.test_stitches import increase_on_a_decrease, one_stitch_torus
+from tests.meshrelax.fabrics import grid_fabric, tube_points
+
+EXACT = [field.name for field in dataclasses.fields(StitchMesh) if field.name not in ("lattice", "stretch")]
+
+
+def marked() -> StitchMesh:
+    """A tube with a cable, twisted loops, two yarns and rows that are not in the order of the faces."""
+    plain = grid_fabric(tube_points(6, 3, 2.0, 3.0), wrap=True)
+    shift, layer, twist = np.zeros((3, plain.side_count), dtype=np.int64)
+    for face, places, front in [(6, 1, 0), (7, 1, 0), (8, -2, 1)]:
+        shift[4 * face + 2], layer[4 * face + 2] = places, front
+    twist[[2, 6]] = 1, -1
+    return dataclasses.replace(
+        plain, yarn=plain.row % 2, row=plain.row + 4, twist=twist, cable_shift=shift, cable_layer=layer
+    )
+
+
+def hat() -> StitchMesh:
+    """A garment of few stitches, with increases and decreases."""
+    return tessellate(label(read_mesh(ROOT / "assets" / "meshes" / "hat.obj")), stitch_width=2.0)
+
+
+def all_stitches() -> StitchMesh:
+    """One face of each kind, apart from each other; positions that no short decimal has."""
+    counts = [SIDE_COUNTS.get(stitch, (1, 2)) for stitch in Stitch]
+    counts[Stitch.DRAW_THROUGH] = (2, 0)
+    corners: list[np.ndarray] = []
+    for number, (n_bottom, n_top) in enumerate(counts):
+        angle = 2.0 * np.pi * np.arange(n_bottom + n_top + 2) / (n_bottom + n_top + 2)
+        corners.append(np.stack([3.0 * number + np.cos(angle), np.sin(angle), np.pi * angle], axis=1))
+    start = np.concatenate([[0], np.cumsum([len(face) for face in corners])])
+    return StitchMesh(
+        np.concatenate(corners), start, np.arange(start[-1]), np.full(start[-1], BORDER),
+        n_bottom=[below for below, _ in counts], n_top=[above for _, above in counts],
+        stitch=list(Stitch), row=np.arange(len(Stitch)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("make", [increase_on_a_decrease, one_stitch_torus, marked, all_stitches, hat])
+def test_round_trip_is_the_identity(tmp_path, make):
+    """All but the stretch, to the last bit."""
+    fabric = make()
+    write_stitches(tmp_path / "s.smobj", fabric)
+    again = read_any(tmp_path / "s.smobj")
+    assert type(again) is StitchMesh
+    for name in EXACT:
+        np.testing.assert_array_equal(getattr(again, name), getattr(fabric, name), err_msg=name)
+    if fabric.lattice is not None:
+        np.testing.assert_array_equal(again.lattice.periods, fabric.lattice.periods)
+
+
+def test_every_stitch_has_a_face_name_of_its_own():
+    assert set(FACE_NAMES) == set(Stitch)
+    assert len(set(FACE_NAMES.values())) == len(Stitch)
+
+
+def test_the_documentation_names_the_faces():
+    """Names that do not follow the rule for increases and decreases stand in the table."""
+    table = (ROOT / "docs" / "formats.md").read_text()
+    for stitch, name in FACE_NAMES.items():
+        code = VOCABULARY[stitch].code if stitch in VOCABULARY else ""
+        by_rule = name in (f"make-{code}+", f"decrease-{code[1:]}+")
+        assert by_rule or f"`{name}`" in table
+
+
+def test_both_ways_on_the_command_line(tmp_path):
+    first, text, last = (str(tmp_path / name) for name in ("a.h5", "b.smobj", "c.h5"))
+    fabric = marked()
+    write_stitches(first, fabric)
+    assert cli.main(["convert", first, text]) == 0
+    assert cli.main(["convert", text, last]) == 0
+    for name in EXACT:
+        np.testing.assert_array_equal(getattr(read_stitches(last), name), getattr(fabric, name), err_msg=name)
+
+
+FOREIGN = """\
+L knit- -lX -yX +lX +yX # its row runs to the left
+L knit-to-right -l1 +y1 +l1 -y1
+L decrease-left+ -lX -lX +yX +lX -yX
+L edge) x x x +y1 -y1
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+v 1.5 0 0
+v 2.5 0 0
+v 2.5 1 0
+v 1.5 1 0
+v 0 1.5 0
+v 1.25 1.5 0
+v 2.5 1.5 0
+v 2.5 2.5 0
+v 0 2.5 0
+f 1 2 3 4
+T 1
+N 7
+f 5/1 6/2 7/2 8/4
+T 2
+N 8
+f 9 10 11 12 13
+T 3
+N 0
+e 1/2 2/-4
+e 1/-3 3/1
+e 2/3 3/-2
+U 1 1.0
+"""
+"""As other programs write: two stitches below a decrease, no vertex shared, one gap between each two faces."""
+
+
+def read_text(tmp_path: Path, text: str) -> StitchMesh:
+    path = tmp_path / "foreign.smobj"
+    path.write_text(text)
+    return read_stitches(path)
+
+
+def test_faces_of_others_are_joined_by_their_connections(tmp_path):
+    fabric = read_text(tmp_path, FOREIGN)
+    assert fabric.stitch.tolist() == [Stitch.KNIT, Stitch.KNIT, Stitch.D21K]
+    assert fabric.row.tolist() == [0, 0, 1]
+    assert len(fabric.vertices) == 8  # 13 written: two pairs and one three in a row are one each
+    # the vertex between all three faces lies at the mean of (1, 1), (1.5, 1) and (1.25, 1.5)
+    np.testing.assert_allclose(fabric.vertices[fabric.face_vertex[2]], [1.25, 3.5 / 3.0, 0.0], atol=1e-15)
+    assert fabric.twin.tolist() == [-1, 7, 8, -1, -1, -1, 9, 1, 2, 6, -1, -1, -1]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("T 1\n", "T 4\n", r"line 4: no stitch of ours has the face name edge\)"),
+        ("T 1\n", "T 5\n", "line 19: kind 5 does not exist; 4 L lines come before"),
+        ("T 2\n", "", "line 23: the face of line 21 has no T line"),
+        ("T 3\nN 0\n", "", "line 24: the face of line 24 has no T line"),
+        ("T 3\n", "T 1\n", "line 24: got 5 corners; its kind has 4 sides"),
+        ("T 3\n", "T 3\nT 3\n", "line 26: a T line without a face"),
+        ("T 2\n", "T two\n", "line 22: got 'T two'; expected 'T' and a number"),
+        ("-lX -lX +yX +lX -yX", "-lX +yX -lX +lX -yX", r"line 3: decrease-left\+: got sides -lX \+yX -lX"),
+        ("-lX -lX +yX +lX -yX", "-lX -lX +yX +lX +lX", "expected loops in"),
+        ("-lX -lX +yX +lX -yX", "-lX -lX +yX +lX +yX", "expected loops in"),
+        ("L knit-to-right -l1 +y1 +l1 -y1", "L knit-to-right -l1 +y1", "line 2: got .L knit-to-right -l1 .y1"),
+        ("v 1 1 0", "v 1 nan 0", "line 7: got 'v 1 nan 0'; coordinates must be finite"),
+        ("v 1 1 0", "v 1 1", "line 7: got 'v 1 1'; expected 'v x y z'"),
+        ("f 1 2 3 4", "f 1 2 3 14", "line 18: vertex 14 does not exist; 13 vertices come before"),
+        ("f 1 2 3 4", "f 1 2", "line 18: got a face of 2 corners"),
+        ("f 1 2 3 4", "f 1 2 3 x", "line 18: got 'f 1 2 3 x'; expected 'f' and vertex numbers"),
+        ("e 1/2 2/-4", "e 1/2 2/4", "line 27: joins two sides that run the same way"),
+        ("e 1/2 2/-4", "e 1/-2 2/-4", "line 27: joins two sides that run the same way"),
+        ("e 1/2 2/-4", "e 1/2 4/-4", "line 27: face 4 does not exist; the file has 3"),
+        ("e 1/2 2/-4", "e 1/2 2/-5", "line 27: side 5 of face 2 does not exist; it has 4 sides"),
+        ("e 1/2 2/-4", "e 1/2", "line 27: got 'e 1/2'; expected 'e face/side face/-side'"),
+        ("e 1/-3 3/1", "e 1/-2 3/1", "line 28: side 2 of face 1 is joined twice"),
+        ("e 1/2 2/-4", "e 1/2 2/-3", "line 29: side 3 of face 2 is joined twice"),
+        ("e 1/-3 3/1", "e 1/-4 3/1", "wale to one face and course to face 2"),
+        ("U 1 1.0", "Q 1 1.0", "line 30: unknown element 'Q'"),
+        ("U 1 1.0", "#stitchmesh row 3", "line 30: got #stitchmesh 'row 3'; expected counts"),
+        ("U 1 1.0", "#stitchmesh face 0 0 9 1 0 0", "line 24: side 9 has marks but does not exist"),
+        ("U 1 1.0", "#stitchmesh face 0 0 4 2 0 0", "twist 2; expected -1, 0 or 1"),
+    ],
+)
+def test_each_bad_line_gets_its_message(tmp_path, old, new, message):
+    assert old in FOREIGN
+    with pytest.raises(FileError, match=message) as caught:
+        read_text(tmp_path, FOREIGN.replace(old, new, 1))
+    assert "\n" not in str(caught.value) and str(caught.value).startswith(str(tmp_path))
+
+
+def test_a_file_cut_short_is_refused(tmp_path):
+    write_stitches(tmp_path / "s.smobj", marked())
+    lines = (tmp_path / "s.smobj").read_text().splitlines(keepends=True)
+    for kept in range(1, len(lines), 5):
+        with pytest.raises(FileError):
+            read_text(tmp_path, "".join(lines[:kept]))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "is a folder"),
+        (b"", "the file is empty"),
+        (b"\x89HDF\0\0", "holds binary data"),
+        (b"solid cube\n", "line 1: unknown element 'solid'"),
+        (b"# nothing\n", "got no faces"),
+    ],
+)
+def test_other_files_are_told_apart_on_the_command_line(tmp_path, capsys, content, message):
+    path = tmp_path / "s.smobj"
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content)
+    assert cli.main(["convert", str(path), str(tmp_path / "s.h5")]) == 2
+    printed = capsys.readouterr().err
+    assert message in printed and printed.count("\n") == 1
+    assert not (tmp_path / "s.h5").exists()
