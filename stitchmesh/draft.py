@@ -89,9 +89,9 @@ class Draft:
         fabric = self._fabric
         removed = np.array(sorted(self._removed), dtype=np.int64)
         gone = self._vertices_left(removed)
-        vertices = _numbers(len(fabric.vertices), gone, len(self._positions))
-        faces = _numbers(fabric.face_count, removed, len(self._faces))
-        after = np.concatenate([_after(len(fabric.vertices), gone, vertices), vertices])
+        vertices = free_numbers(len(fabric.vertices), gone, len(self._positions))
+        faces = free_numbers(fabric.face_count, removed, len(self._faces))
+        after = np.concatenate([numbers_after(len(fabric.vertices), gone, vertices), vertices])
         corners = [int(after[corner]) for face in self._faces for corner in face.corners]
         return Patch(
             removed_faces=removed,
@@ -101,7 +101,7 @@ class Draft:
             positions=np.array(self._positions, dtype=np.float64).reshape(-1, 3),
             face_size=np.array([len(face.corners) for face in self._faces], dtype=np.int64),
             corners=np.array(corners, dtype=np.int64),
-            twin=self._twins(faces, _after(fabric.face_count, removed, faces)),
+            twin=self._twins(faces, numbers_after(fabric.face_count, removed, faces)),
             faces={name: np.array([getattr(face, name) for face in self._faces], dtype=np.int64) for name in PER_FACE},
             sides={
                 name: np.array([mark for face in self._faces for mark in face.at_sides(name)], dtype=np.int64)
@@ -151,13 +151,13 @@ class Draft:
         return np.where(sides == BORDER, UNKNOWN_STRETCH, stretch_at(self._fabric, sides))
 
 
-def _numbers(count: int, removed: IntArray, added: int) -> IntArray:
+def free_numbers(count: int, removed: IntArray, added: int) -> IntArray:
     """Numbers of things put in: those that become free, and then on from the last; ascending."""
     more = np.arange(count, count + max(added - len(removed), 0))
     return np.concatenate([removed[:added], more]).astype(np.int64)
 
 
-def _after(count: int, removed: IntArray, added: IntArray) -> IntArray:
+def numbers_after(count: int, removed: IntArray, added: IntArray) -> IntArray:
     """Number after of each old thing; -1 where it is taken out."""
     stays = np.ones(count, dtype=bool)
     stays[removed] = False

@@ -24,6 +24,10 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
+from stitchmesh.patch import apply_change
+from stitchmesh.patterns import Pattern
+from stitchmesh.patterns.apply import changed_face_count, pattern_changes
+from stitchmesh.patterns.columns import Remainder
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.tessellate import tessellate
@@ -82,6 +86,10 @@ class KnitOptions:
     """Course edges that rows start from."""
     flip: Sequence[int] = ()
     """Faces whose rows are turned over."""
+    pattern: Pattern | None = None
+    """What the stitches are worked in, if not all knit."""
+    pattern_remainder: Remainder = "centre"
+    """What is done with stitches that whole tiles of the pattern leave over, as in ``apply_pattern``."""
     relaxation: RelaxOptions = field(default_factory=RelaxOptions)
     """How the yarns are relaxed."""
 
@@ -212,12 +220,30 @@ def _stitches(
     fabric = tessellate(labeled, stitch_width=options.stitch_width)
     checked_radius(fabric, options.yarn_radius)  # before the long work, not after it
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
+    if options.pattern is not None:
+        progress("pattern", 0.0, options.pattern.name)
+        fabric, faces = with_pattern(fabric, options.pattern, options.pattern_remainder)
+        report["pattern"] = {"name": options.pattern.name, "faces": faces, "seconds": clock.lap()}
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
         fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
     )
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     return relaxed
+
+
+def with_pattern(
+    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, *, face: int | None = None
+) -> tuple[StitchMesh, int]:
+    """A fabric in a pattern, and how many faces the pattern made others.
+
+    Raises:
+        StitchMeshError: as for ``apply_pattern``.
+    """
+    changes = pattern_changes(fabric, pattern, face=face, remainder=remainder)
+    for change in changes:
+        fabric = apply_change(fabric, change)
+    return fabric, changed_face_count(changes)
 
 
 def stitch_counts(fabric: StitchMesh) -> dict[str, int]:
@@ -257,6 +283,7 @@ def relaxing_progress(
     start: list[tuple[int, float]] = []
 
     def tell(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
+        """Report one assessment."""
         if not start and residual > tolerance and math.isfinite(residual):
             start.append((iteration, residual))
         done = 0.0

@@ -22,6 +22,7 @@ from stitchmesh.pipeline import Progress as Report
 STAGES = {
     "label": "labeling rows",
     "tessellate": "tessellating",
+    "pattern": "laying the pattern",
     "meshrelax": "evening out stitches",
     "yarngen": "generating yarns",
     "yarnrelax": "relaxing yarns",

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A pattern as a flat piece of fabric: a cast-on row, and tiles beside and above one another between the borders."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.connectivity import find_twins
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patterns.apply import apply_pattern
+from stitchmesh.patterns.pattern import Pattern
+from stitchmesh.stitch import Stitch
+
+
+def pattern_mesh(
+    pattern: Pattern, columns: int = 1, rows: int = 1, *, stitch_width: float, stitch_height: float
+) -> StitchMesh:
+    """A flat piece in a pattern, in the plane z = 0 with its right side up, the lower left corner at the origin.
+
+    Args:
+        pattern: what ``read_pattern`` returned.
+        columns: tiles beside one another, between the borders.
+        rows: repeats above one another, on a cast-on row.
+        stitch_width: wale spacing of the cast-on row [cm]; rows of more or fewer loops have the same width.
+        stitch_height: course spacing [cm].
+
+    Raises:
+        ParameterError: a number is not positive, or the pattern does not close.
+    """
+    for name, number in (("columns", columns), ("rows", rows)):
+        if number < 1:
+            raise ParameterError(f"{name}: got {number}; expected at least 1")
+    for name, size in (("stitch width", stitch_width), ("stitch height", stitch_height)):
+        if not (np.isfinite(size) and size > 0.0):
+            raise ParameterError(f"{name}: got {size} cm; expected a positive number")
+    left, width, right = pattern.rows[0].bottoms
+    plain = plain_piece(left + columns * width + right, 1 + rows * pattern.height, stitch_width, stitch_height)
+    return apply_pattern(plain, pattern, remainder="refuse")
+
+
+def plain_piece(columns: int, rows: int, stitch_width: float, stitch_height: float) -> StitchMesh:
+    """A flat rectangle of knit stitches on a cast-on row, which is the first of its rows [cm]."""
+    x, y = np.meshgrid(stitch_width * np.arange(columns + 1), stitch_height * np.arange(rows + 1))
+    row, column = (index.ravel() for index in np.indices((rows, columns)))
+    lower = row * (columns + 1) + column
+    corners = np.stack([lower, lower + 1, lower + columns + 2, lower + columns + 1], axis=1).ravel()
+    face_start = 4 * np.arange(len(row) + 1)
+    ones = np.ones(len(row), dtype=np.int64)
+    return StitchMesh(
+        vertices=np.stack([x, y, np.zeros_like(x)], axis=2).reshape(-1, 3),
+        face_start=face_start,
+        face_vertex=corners,
+        twin=find_twins(face_start, corners, x.size),
+        n_bottom=ones,
+        n_top=ones,
+        stitch=np.where(row == 0, Stitch.CAST_ON, Stitch.KNIT),
+        row=row,
+    )
