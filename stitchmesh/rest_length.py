@@ -8,9 +8,9 @@ The rest length l of a segment becomes
 
 (Leaf et al. 2018, section 6.1, for slip stitches and for warp and weft). Where a loop length is asked for (Yuksel et
 al. 2012, section 6.3), a = loop length / yarn in the stitch, so that every plain stitch holds that length before the
-factors; else a = 1. Plain stitches are the knits and purls inside the fabric. All other yarn that stitches made, in
-increases and decreases, in row ends with their turns, in cast-on and bind-off, takes the median of the plain
-stitches' a, and so keeps its share. Yarn that no stitch made keeps the length it has.
+factors; else a = 1. Plain stitches are the knits and purls inside the fabric that cross no others. All other yarn
+that stitches made, in increases and decreases, in cables, in row ends with their turns, in cast-on and bind-off, takes
+the median of the plain stitches' a, and so keeps its share. Yarn that no stitch made keeps the length it has.
 
 A segment runs from about its second control point to about its third, and belongs to the stitch and to the row of
 the second. The yarn in a plain stitch is its own foot and legs and the head that they are drawn through: one loop.
@@ -185,8 +185,8 @@ def _loop_length_scale(yarns: YarnSet, fabric: StitchMesh, loop_length: float) -
 
 
 def _is_plain(fabric: StitchMesh) -> NDArray[np.bool_]:
-    """Whether each face is a knit or purl between stitches of the same wale direction on all sides, shape (F,)."""
-    odd = (fabric.twin == BORDER) | fabric.mismatched
+    """Whether each face is a knit or purl between stitches of the same wale direction, in no cable, shape (F,)."""
+    odd = (fabric.twin == BORDER) | fabric.mismatched | (fabric.cable_shift != 0)
     odd_sides = np.bincount(fabric.side_face[odd], minlength=fabric.face_count)
     return np.isin(fabric.stitch, [Stitch.KNIT, Stitch.PURL]) & (odd_sides == 0)
 

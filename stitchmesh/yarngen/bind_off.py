@@ -7,21 +7,31 @@ Like the cable faces of Yuksel et al. 2012 it exists only while yarn is generate
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from stitchmesh.courses import find_courses
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.stitch import Stitch
 
-BIND_OFF_HEIGHT = 0.8
+DRAWN_HEIGHT = 0.8
 """Height of a bind-off face over the mean height of the stitches below it; the drawn yarn needs no more."""
+FEW_LOOPS = 16
+"""Loops of a border ring up to which a chain has no room: knitters break the yarn and draw it through them."""
 NARROWING = 0.2
 """Part by which a bind-off face may narrow before its row stands up."""
 STAND_UP = 6.0
 """How fast it stands up with what is beyond that."""
 
 
-def with_bind_off(fabric: StitchMesh) -> StitchMesh:
-    """The stitch mesh with one more row above each border that has top sides; the given faces keep their numbers."""
+def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMesh:
+    """The stitch mesh with one more row above each border that has top sides; the given faces keep their numbers.
+
+    Args:
+        fabric: stitch faces.
+        height: of the faces added, over the mean height of the stitches below; small rings have ``DRAWN_HEIGHT``.
+    """
     sides = np.flatnonzero((fabric.side_role == 2) & (fabric.twin == BORDER))
     if len(sides) == 0:
         return fabric
@@ -35,8 +45,8 @@ def with_bind_off(fabric: StitchMesh) -> StitchMesh:
     _join_neighbours(twin, first, left, right)
     count = len(sides)
     plain = np.zeros(4 * count, dtype=np.int64)
-    return StitchMesh(
-        vertices=np.concatenate([fabric.vertices, _raised(fabric, border_vertices, place.reshape(2, -1))]),
+    whole = StitchMesh(
+        vertices=np.concatenate([fabric.vertices, _raised(fabric, border_vertices, place.reshape(2, -1), height)]),
         face_start=np.concatenate([fabric.face_start, fabric.face_start[-1] + 4 * np.arange(1, count + 1)]),
         face_vertex=np.concatenate([fabric.face_vertex, quads.ravel()]),
         twin=twin,
@@ -49,6 +59,23 @@ def with_bind_off(fabric: StitchMesh) -> StitchMesh:
         cable_shift=np.concatenate([fabric.cable_shift, plain]),
         cable_layer=np.concatenate([fabric.cable_layer, plain]),
     )
+    return whole if (fabric.yarn == fabric.yarn[0]).all() else _bound_off_in_one_yarn(whole, fabric.face_count)
+
+
+def _bound_off_in_one_yarn(whole: StitchMesh, first: int) -> StitchMesh:
+    """Each bind-off row, from face ``first`` on, in the yarn that most of it stands on; the lower one if in doubt."""
+    yarn = whole.yarn.copy()
+    for course in find_courses(whole):
+        faces = [face for face in course.faces if face >= first]
+        if faces:
+            yarn[faces] = np.bincount(yarn[faces]).argmax()
+    return replace(whole, yarn=yarn)
+
+
+def small_rings(fabric: StitchMesh) -> list[IntArray]:
+    """Top sides of each border ring of so few loops that they are always drawn together, as a crown or a fingertip."""
+    loops = fabric.boundary_loops
+    return [loop for loop in loops if len(loop) <= FEW_LOOPS and (fabric.side_role[loop] == 2).all()]
 
 
 def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: IntArray) -> None:
@@ -60,23 +87,41 @@ def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: Int
             twin[side + 1], twin[neighbour + 3] = neighbour + 3, side + 1
 
 
-def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray) -> FloatArray:
+def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: float) -> FloatArray:
     """Border vertices moved on along the wales that end there [cm], ``sides`` by their places, shape (2, S).
 
     Where the border is a small ring, a crown say, wales run together; there the row stands up along the normal.
     """
-    base, up = fabric.vertices[vertices], BIND_OFF_HEIGHT * _mean_wale(fabric)[vertices]
+    few = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
+    shares = np.where(np.isin(vertices, np.concatenate(few)) if few else False, DRAWN_HEIGHT, share)
+    base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
     height = np.linalg.norm(up, axis=1, keepdims=True)
     width = np.linalg.norm(np.diff(base[sides], axis=0)[0], axis=1)
     narrowed = 1.0 - np.linalg.norm(np.diff((base + up)[sides], axis=0)[0], axis=1) / width
     lean = np.zeros(len(vertices))
     np.maximum.at(lean, sides, np.broadcast_to(STAND_UP * np.clip(narrowed - NARROWING, 0.0, None), sides.shape))
     up = up + lean[:, None] * height * fabric.vertex_normal[vertices]
-    return base + up * height / np.linalg.norm(up, axis=1, keepdims=True)
+    raised = base + up * height / np.linalg.norm(up, axis=1, keepdims=True)
+    for foot, head in _steps(fabric):
+        wale = fabric.vertices[head] - fabric.vertices[foot]
+        raised[np.searchsorted(vertices, foot)] = fabric.vertices[foot] + max(share, 1.0) * wale
+    return raised
+
+
+def _steps(fabric: StitchMesh) -> list[tuple[int, int]]:
+    """Foot and head of steps one row high between two top borders, where a bind-off face stands beside a stitch."""
+    steps = []
+    wales = np.flatnonzero(fabric.is_wale & (fabric.twin == BORDER))
+    before = {fabric.next_border_side(int(side)): int(side) for loop in fabric.boundary_loops for side in loop}
+    for side in wales.tolist():
+        if fabric.side_role[before[side]] == 2 and fabric.side_role[fabric.next_border_side(side)] == 2:
+            ends = fabric.face_vertex[[side, fabric.side_next[side]]].tolist()
+            steps.append((ends[0], ends[1]) if fabric.side_role[side] == 1 else (ends[1], ends[0]))
+    return steps
 
 
 def _mean_wale(fabric: StitchMesh) -> FloatArray:
-    """Mean of the wale edges that end in each vertex, upwards [cm], shape (V, 3)."""
+    """Mean of the wale edges that end in each vertex, else of the faces around it, upwards [cm], shape (V, 3)."""
     ends = np.where(fabric.side_role == 1, fabric.side_next, np.arange(fabric.side_count))
     starts = np.where(fabric.side_role == 1, np.arange(fabric.side_count), fabric.side_next)
     wales = np.flatnonzero(fabric.is_wale)
@@ -84,4 +129,9 @@ def _mean_wale(fabric: StitchMesh) -> FloatArray:
     total, count = np.zeros_like(fabric.vertices), np.zeros(len(fabric.vertices))
     np.add.at(total, fabric.face_vertex[ends[wales]], up)
     np.add.at(count, fabric.face_vertex[ends[wales]], 1.0)
+    within = np.flatnonzero(count[fabric.face_vertex] == 0)  # corners between loops of one face: its own wales count
+    rise = np.zeros((fabric.face_count, 3))
+    np.add.at(rise, fabric.side_face[wales], up)
+    np.add.at(total, fabric.face_vertex[within], rise[fabric.side_face[within]])
+    np.add.at(count, fabric.face_vertex[within], 2.0)
     return total / np.maximum(count, 1.0)[:, None]

@@ -14,7 +14,8 @@ import numpy as np
 
 from stitchmesh.mean_value import mean_value_weights
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.stitch import VOCABULARY, Stitch
+from stitchmesh.yarngen.edge_templates import Edge, edge_template
 from stitchmesh.yarngen.plain import knit
 from stitchmesh.yarngen.table import template
 from stitchmesh.yarngen.template import Template
@@ -43,32 +44,55 @@ class PlacedParts:
     """Which crossing of that side, counted along it, shape (P, 2)."""
 
 
-def place_parts(fabric: StitchMesh, radius: float, points_per_stitch: int) -> PlacedParts:
+def points_per_width(points_per_stitch: int) -> float:
+    """Points along a stitch width of yarn, where a plain loop has so many."""
+    return points_per_stitch / sum(part.length for part in knit().parts)
+
+
+def place_parts(
+    fabric: StitchMesh, radius: float, points_per_stitch: int, *, corner_position: FloatArray | None = None,
+    edge: IntArray | None = None,
+) -> PlacedParts:  # fmt: skip
     """The yarn parts of all faces.
 
     Args:
         fabric: stitch faces.
         radius: yarn radius [cm].
         points_per_stitch: points along one plain loop; other parts get their share by length.
+        corner_position: where the corners of the faces are [cm], shape (C, 3), if not where the fabric has them.
+        edge: how faces of the first and last rows are drawn (``Edge``), shape (F,); as their stitch says if not given.
 
     Raises:
         YarnError: a face's stitch has no yarn template.
     """
-    kinds = np.stack([fabric.stitch, fabric.n_bottom, fabric.n_top], axis=1)
+    edge = np.full(fabric.face_count, Edge.BY_STITCH) if edge is None else edge
+    kinds = np.stack([edge, fabric.stitch, fabric.n_bottom, fabric.n_top, *_twists(fabric).T], axis=1)
     unique, kind = np.unique(kinds, axis=0, return_inverse=True)
-    density = points_per_stitch / sum(part.length for part in knit().parts)
+    position = fabric.corner_position if corner_position is None else corner_position
+    density = points_per_width(points_per_stitch)
     groups = []
-    for number, (stitch, n_bottom, n_top) in enumerate(unique.tolist()):
+    for number, (drawn, stitch, n_bottom, n_top, *twists) in enumerate(unique.tolist()):
         faces = np.flatnonzero(kind == number)
-        groups += _place(fabric, faces, template(Stitch(stitch), n_bottom, n_top), radius, density)
+        sides = n_bottom, n_top, tuple(twists[:n_top])
+        shape = template(Stitch(stitch), *sides) if drawn == Edge.BY_STITCH else edge_template(Edge(drawn), *sides)
+        groups += _place(fabric, faces, shape, position, radius, density)
     return _joined(groups)
 
 
-def _place(fabric: StitchMesh, faces: IntArray, shape: Template, radius: float, density: float) -> list[PlacedParts]:
+def _twists(fabric: StitchMesh) -> IntArray:
+    """Half turns of each face's loops on top from left to right, zero where there is none, shape (F, most tops)."""
+    loop = np.arange(fabric.n_top.max())
+    side = (fabric.face_start[:-1] + fabric.n_bottom + fabric.n_top)[:, None] - loop  # top sides run right to left
+    return np.where(loop < fabric.n_top[:, None], fabric.twist[side], 0)
+
+
+def _place(
+    fabric: StitchMesh, faces: IntArray, shape: Template, corner_position: FloatArray, radius: float, density: float
+) -> list[PlacedParts]:
     """The parts of all faces of one kind, one group for each part of the template."""
     first = fabric.face_start[:-1][faces]
     corners = first[:, None] + np.arange(len(shape.polygon))
-    position, normal = fabric.corner_position[corners], fabric.vertex_normal[fabric.face_vertex[corners]]
+    position, normal = corner_position[corners], fabric.vertex_normal[fabric.face_vertex[corners]]
     groups = []
     for index, part in enumerate(shape.parts):
         flat = part.evenly(max(FEWEST_POINTS, round(density * part.length)))
@@ -93,9 +117,26 @@ def _place(fabric: StitchMesh, faces: IntArray, shape: Template, radius: float, 
 
 
 def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:
-    """Row of the face across each bottom side; the face's own row at a border."""
-    across = np.where(fabric.twin[sides] < 0, sides, fabric.twin[sides])
+    """Row in which the loop on each bottom side was made, slipped stitches passed by; the face's own at a border."""
+    slipped_from = _slipped_from(fabric)
+    for _ in range(fabric.face_count):  # slipped all the way around a ring of rows, a loop has no beginning
+        across = np.where(fabric.twin[sides] < 0, sides, fabric.twin[sides])
+        slipped = slipped_from[across] >= 0
+        if not slipped.any():
+            break
+        sides = np.where(slipped, slipped_from[across], sides)
     return fabric.row[fabric.side_face[across]]
+
+
+def _slipped_from(fabric: StitchMesh) -> IntArray:
+    """For the top side of each slipped loop the bottom side that it comes from, else -1, shape (C,)."""
+    result = np.full(fabric.side_count, -1)
+    for stitch, making in VOCABULARY.items():
+        for loop, made in enumerate(making.made):
+            if made == "s":  # such a stitch has one bottom side, its face's first
+                first = fabric.face_start[:-1][fabric.stitch == stitch]
+                result[first + making.n_bottom + making.n_top - loop] = first
+    return result
 
 
 def _joined(groups: list[PlacedParts]) -> PlacedParts:

@@ -5,19 +5,20 @@
 Rows are knitted to and fro: along each stretch of row ends, those of neighbouring rows are joined in pairs, the
 first two on the right border, the second and third on the left, so that a flat piece is one yarn. Where two
 stretches begin in one border vertex, at the foot of a slit or beside a bound-off edge, the yarn goes on across it;
-likewise where two end in one, at the head of a slit or on a shoulder. A row end without a partner is tied: its
-tail hangs on the wrong side.
+likewise where two end in one, at the head of a slit or on a shoulder. Only rows of the same yarn are joined; where
+rows are knitted with several yarns, each is. A row end without a partner is tied: its tail hangs on the wrong side.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
+from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.template import FOOT_PLACE, RADIUS_OVER_WIDTH
 
 TURN_REACH = 0.45
@@ -26,36 +27,89 @@ SHORTEST_REACH = 0.05
 """The same where another border is so near, at the end of a slit, that turns would meet half way."""
 TAIL = ((0.2, 0.15), (0.25, 0.5), (0.25, 0.85), (0.25, 1.2))
 """Points of a tail, beyond the border and behind the fabric, over the stitch width: ends hang on the wrong side."""
+ABREAST = 0.2
+"""How far up and down the wale side tails hang that begin side by side, over its length."""
 
 
-@dataclass(frozen=True)
-class RowEnds:
-    """Row ends at wale borders."""
+@dataclass(frozen=True, eq=False)
+class Strand:
+    """One of the yarns of a row, from its last stitch to the row's end."""
 
-    partner: dict[int, int]
-    """Side that each joined side is joined to, both ways."""
-    turn: dict[int, FloatArray]
-    """Points on the way from a joined side to its partner [cm], shape (n, 3); none where they lie side by side."""
-    tail: dict[int, FloatArray]
-    """Points of the tail at each tied side [cm], away from it, shape (n, 3)."""
+    crossing: int
+    """Where it leaves its last stitch."""
+    points: FloatArray
+    """Points on the way to the border [cm], shape (n, 3)."""
+    behind: float
+    """How far behind the border it turns to the next row [cm]."""
+    tail: FloatArray
+    """Points of its tail where it is not joined [cm], shape (n, 3)."""
 
 
-def finish_row_ends(fabric: StitchMesh) -> RowEnds:
-    """Join or tie all row ends of a fabric."""
-    ends = RowEnds({}, {}, {})
+Strands = dict[int, dict[int, Strand]]
+"""By the border side at which their row ends, and by the number of their yarn."""
+Pair = tuple[int, int, FloatArray]
+"""Two border sides and the points of the turn between them [cm], shape (n, 3)."""
+
+
+def finish_row_ends(fabric: StitchMesh, strands: Strands | None = None) -> Bridges:
+    """Join or tie all row ends of a fabric.
+
+    Args:
+        fabric: the stitch mesh.
+        strands: yarns of the row ends that more than one comes to.
+    """
+    ends = Bridges()
     runs = [run for loop in fabric.boundary_loops for run in _runs(fabric, loop.tolist())]
-    reach = _reaches(fabric, runs)
-    for first, second in [*_meetings(fabric, 3, 1), *_meetings(fabric, 1, 1), *_meetings(fabric, 3, 3)]:
-        if first not in ends.partner and second not in ends.partner:
-            _join(ends, first, second, np.zeros((0, 3)))
-    for run in runs:
-        _pair(fabric, run, reach, ends)
-    for first, second in _meetings(fabric, 1, 3):
-        if first not in ends.partner and second not in ends.partner:
-            _join(ends, first, second, _turn(fabric, first, second, min(reach[first], reach[second])))
-    for side in (side for run in runs for side in run if side not in ends.partner):
-        ends.tail[side] = _tail(fabric, side)
+    arrive = {side: _strand(fabric, side) for run in runs for side in run} | (strands or {})
+    for first, second, turn in _pairs(fabric, runs):
+        for yarn in arrive[first].keys() & arrive[second].keys():
+            _join(fabric, ends, (arrive[first][yarn], arrive[second][yarn]), first, turn)
+        if len(turn) == 0:
+            _part_tails(fabric, arrive, first, second)
+    for each in arrive.values():
+        for strand in each.values():
+            if not ends.holds(strand.crossing):
+                ends.tie(strand.crossing, strand.tail)
     return ends
+
+
+def _part_tails(fabric: StitchMesh, arrive: Strands, first: int, second: int) -> None:
+    """Hang the tails of two row ends that lie side by side past one another, that of the lower number lower."""
+    yarns = fabric.yarn[fabric.side_face[[first, second]]].tolist()
+    for side, yarn in zip((first, second), yarns, strict=True):
+        tail = tail_points(fabric, side, ABREAST if yarn == max(yarns) else -ABREAST)
+        arrive[side] |= {yarn: replace(arrive[side][yarn], tail=tail)}
+
+
+def _strand(fabric: StitchMesh, side: int) -> dict[int, Strand]:
+    """The yarn of the stitch at a row's end."""
+    yarn = int(fabric.yarn[fabric.side_face[side]])
+    return {yarn: Strand(crossing_number(side), np.zeros((0, 3)), 0.0, tail_points(fabric, side))}
+
+
+def _join(fabric: StitchMesh, ends: Bridges, strands: tuple[Strand, Strand], side: int, turn: FloatArray) -> None:
+    first, second = strands
+    turn = turn - max(first.behind, second.behind) * fabric.vertex_normal[fabric.face_vertex[side]]
+    ends.join(first.crossing, second.crossing, np.concatenate([first.points, turn, second.points[::-1]]))
+
+
+def _pairs(fabric: StitchMesh, runs: list[list[int]]) -> list[Pair]:
+    """Row ends that belong together, whatever their yarns; each stands in one pair at most."""
+    reach, pairs = _reaches(fabric, runs), []
+    taken: set[int] = set()
+    for first, second in [*_meetings(fabric, 3, 1), *_meetings(fabric, 1, 1), *_meetings(fabric, 3, 3)]:
+        if not taken & {first, second}:
+            pairs.append((first, second, np.zeros((0, 3))))
+            taken |= {first, second}
+    for run in runs:
+        for low, high in _neighbours(fabric, run, taken):
+            pairs.append((low, high, _turn(fabric, low, high, min(reach[low], reach[high]))))
+            taken |= {low, high}
+    for first, second in _meetings(fabric, 1, 3):
+        if not taken & {first, second}:
+            pairs.append((first, second, _turn(fabric, first, second, min(reach[first], reach[second]))))
+            taken |= {first, second}
+    return pairs
 
 
 def _meetings(fabric: StitchMesh, role: int, next_role: int) -> list[tuple[int, int]]:
@@ -68,11 +122,6 @@ def _meetings(fabric: StitchMesh, role: int, next_role: int) -> list[tuple[int, 
 def _stacked(fabric: StitchMesh, side: int, following: int) -> bool:
     """Whether the faces of two sides that follow each other on a border stand on one another."""
     return bool(fabric.twin[fabric.side_next[side]] == fabric.side_previous[following])
-
-
-def _join(ends: RowEnds, first: int, second: int, turn: FloatArray) -> None:
-    ends.partner[first], ends.partner[second] = second, first
-    ends.turn[first], ends.turn[second] = turn, turn[::-1]
 
 
 def _reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:
@@ -99,18 +148,19 @@ def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
     return [run if fabric.side_role[run[0]] == 1 else run[::-1] for run in runs if fabric.is_wale[run[0]]]
 
 
-def _pair(fabric: StitchMesh, run: list[int], reach: dict[int, float], ends: RowEnds) -> None:
-    """Join neighbouring row ends in pairs, from below; on a left border that starts free, the first stays alone."""
-    free = [side for side in run if side not in ends.partner]
+def _neighbours(fabric: StitchMesh, run: list[int], taken: set[int]) -> list[tuple[int, int]]:
+    """Neighbouring row ends in pairs, from below; on a left border that starts free, the first stays alone."""
+    free = [side for side in run if side not in taken]
     alone = int(fabric.side_role[run[0]] == 3 and len(free) == len(run))
-    for low, high in zip(free[alone::2], free[alone + 1 :: 2], strict=False):
-        _join(ends, low, high, _turn(fabric, low, high, min(reach[low], reach[high])))
+    return list(zip(free[alone::2], free[alone + 1 :: 2], strict=False))
 
 
-def _tail(fabric: StitchMesh, side: int) -> FloatArray:
-    """Points of the tail of a tied row end."""
+def tail_points(fabric: StitchMesh, side: int, rise: float = 0.0) -> FloatArray:
+    """Points of the tail of a tied row end, raised by a share of its wale side."""
     behind = -_stitch_width(fabric, side) * fabric.vertex_normal[fabric.face_vertex[side]]
-    return np.array([_beyond(fabric, side, out) + depth * behind for out, depth in TAIL])
+    wale = fabric.corner_position[fabric.side_next[side]] - fabric.corner_position[side]
+    up = rise * (wale if fabric.side_role[side] == 1 else -wale)
+    return np.array([_beyond(fabric, side, out) + up + depth * behind for out, depth in TAIL])
 
 
 def _turn(fabric: StitchMesh, low: int, high: int, reach: float) -> FloatArray:

@@ -4,7 +4,7 @@
 
 Ends are numbered 2p for the start of part p and 2p + 1 for its end. Across a wale side the one crossing meets its
 like; across a course side, which the two faces run along in opposite directions, crossing 0 meets crossing 1. That
-is all that mismatched wale directions need (Yuksel et al. 2012, section 4.4).
+is all that mismatched wale directions need (Yuksel et al. 2012, section 4.4). Bridges lead elsewhere.
 """
 
 from __future__ import annotations
@@ -13,32 +13,31 @@ import numpy as np
 
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.yarngen.bridges import SLOTS, Bridges
 from stitchmesh.yarngen.embedding import PlacedParts
 
 TIED = -1
 """Partner of a part end that is tied."""
-SLOTS = 2
-"""Crossings of a course side; a wale side has one."""
 
 
-def link_ends(fabric: StitchMesh, parts: PlacedParts, partner: dict[int, int]) -> IntArray:
+def link_ends(fabric: StitchMesh, parts: PlacedParts, bridges: Bridges) -> IntArray:
     """The end that each part end meets, ``TIED`` where none, shape (2 P,).
 
     Args:
         fabric: the stitch mesh, bind-off row included.
         parts: its yarn parts.
-        partner: wale sides on the border that are joined to each other.
+        bridges: where yarn goes elsewhere than across a side.
 
     Raises:
         YarnError: two parts claim one crossing, or a loop is not held by the face across.
     """
-    crossing = (parts.end_side * SLOTS + parts.end_slot).ravel()
+    crossing = end_crossings(parts)
     if len(np.unique(crossing)) != len(crossing):
         twice = np.flatnonzero(np.bincount(crossing) > 1)[0] // SLOTS
         raise YarnError(f"face {fabric.side_face[twice]}: two yarn parts cross side {twice} in one place")
     end_at = np.full(fabric.side_count * SLOTS, TIED)
     end_at[crossing] = np.arange(len(crossing))
-    across = _crossing_across(fabric, partner)[crossing]
+    across = _crossing_across(fabric, bridges)[crossing]
     link = np.where(across == TIED, TIED, end_at[across])
     loose = np.flatnonzero((link == TIED) & ((across != TIED) | ~fabric.is_wale[crossing // SLOTS]))
     if len(loose):
@@ -50,7 +49,13 @@ def link_ends(fabric: StitchMesh, parts: PlacedParts, partner: dict[int, int]) -
     return link
 
 
-def _crossing_across(fabric: StitchMesh, partner: dict[int, int]) -> IntArray:
+def end_crossings(parts: PlacedParts) -> IntArray:
+    """The crossing at which each part end lies, shape (2 P,)."""
+    crossings: IntArray = (parts.end_side * SLOTS + parts.end_slot).ravel()
+    return crossings
+
+
+def _crossing_across(fabric: StitchMesh, bridges: Bridges) -> IntArray:
     """The crossing that each crossing of a side meets, shape (C * SLOTS,)."""
     sides = np.repeat(np.arange(fabric.side_count), SLOTS)
     slots = np.tile(np.arange(SLOTS), fabric.side_count)
@@ -60,8 +65,8 @@ def _crossing_across(fabric: StitchMesh, partner: dict[int, int]) -> IntArray:
     # a head over a bottom border is closed by itself: its two crossings meet
     alone = (twin == BORDER) & ~fabric.is_wale[sides]
     across[alone] = sides[alone] * SLOTS + 1 - slots[alone]
-    for side, other in partner.items():
-        across[side * SLOTS] = other * SLOTS
+    across[list(bridges.ways)] = [way.to for way in bridges.ways.values()]
+    across[list(bridges.tails)] = TIED
     return across
 
 

@@ -45,7 +45,7 @@ def fabric_of(name: str) -> StitchMesh:
 def test_every_part_belongs_to_exactly_one_yarn(name):
     whole = with_bind_off(fabric_of(name))
     parts = place_parts(whole, 0.05, 12)
-    link = link_ends(whole, parts, finish_row_ends(whole).partner)
+    link = link_ends(whole, parts, finish_row_ends(whole))
     joined = np.flatnonzero(link != TIED)
     assert (link[link[joined]] == joined).all(), "links are mutual"
     entries = [entry // 2 for yarn, _ in trace(link) for entry in yarn]

@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cables as yarn: the loops of a group cross between two rows (Yuksel et al. 2012, section 4.5).
+
+Yuksel et al. put a cable face between the rows, with no wale sides. Here the rows move apart where such a face would
+lie: the inner corners of the faces below move down along their wales, those of the faces above up, and the group's
+ends stay. Each of a loop's two legs runs from its crossing below to its crossing above, the layers at heights of
+their own. A place in the gap is (course, share): how many sides from the group's left end, and how far from the row
+below to the row above.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.cables import CableGroup
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.yarngen.bridges import Bridges, crossing_number
+from stitchmesh.yarngen.embedding import FEWEST_POINTS
+from stitchmesh.yarngen.template import DENSE
+
+OPENING = 0.42
+"""How far corners move, over the height of their face."""
+OPENING_TWICE = 0.27
+"""The same where the face opens below and above: about half its height is left for its own yarn."""
+LAYER_GAP = 2.5
+"""Height between two layers, in yarn radii; touching yarns are 2 apart, and some cross just before they are there."""
+STEP = 1.3
+"""Height between legs of one layer that run side by side, in yarn radii."""
+RISE = 0.55
+"""Stitch widths that a leg moves sideways while it comes to its layer, on a straight way, and while it leaves it."""
+BEND = 1.8
+"""How much more steeply legs leave a row than they cross: 1 would be a straight way, 2 about a smooth step."""
+EASE = 2 / 3
+"""Rest length of crossing legs over the length that is drawn: a crossing loop holds little more yarn than others, and
+so it draws the stitches on both sides together. With half, wide crossings start so strained that their yarns collide.
+"""
+
+
+def opened_corners(fabric: StitchMesh, groups: list[CableGroup]) -> FloatArray:
+    """Corner positions with room for the crossings [cm], shape (C, 3)."""
+    if not groups:
+        return fabric.corner_position
+    below = [side for group in groups for side in group.sides[:-1].tolist()]
+    corners = np.unique([corner for side in below for corner in _corners_right_of(fabric, side)])
+    position = fabric.corner_position.copy()
+    position[corners] += _opening(fabric, corners)[:, None] * _across_face(fabric, corners)
+    return position
+
+
+def cross_loops(
+    fabric: StitchMesh, groups: list[CableGroup], corner_position: FloatArray, radius: float, density: float,
+    bridges: Bridges,
+) -> None:  # fmt: skip
+    """Lead the legs of each group's loops to their places in the row above.
+
+    Args:
+        fabric: stitch faces, bind-off row included.
+        groups: loops that cross.
+        corner_position: corners with room for the crossings [cm], shape (C, 3).
+        radius: yarn radius [cm].
+        density: points per stitch width.
+        bridges: to which the legs are added.
+    """
+    for group in groups:
+        gap = _gap(fabric, group, corner_position)
+        legs = _legs(group, gap, radius)
+        points_per_length = density / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
+        below, above = group.sides.tolist(), fabric.twin[group.sides][group.destination].tolist()
+        for loop, leg in np.ndindex(legs.shape[:2]):
+            # along its top side a loop's right leg comes first, along the bottom side above the left one
+            start, end = crossing_number(below[loop], 1 - leg), crossing_number(above[loop], leg)
+            bridges.join(start, end, _evenly(legs[loop, leg], points_per_length), ease=EASE)
+
+
+def _corners_right_of(fabric: StitchMesh, side: int) -> list[int]:
+    """Corners, below and above the course line, of all faces that meet at the right end of a top side."""
+    below, above = [side], [int(fabric.twin[side]) + 1]
+    while fabric.side_role[below[-1] - 1] == 1:
+        below.append(int(fabric.twin[below[-1] - 1]))
+    while fabric.side_role[above[-1]] == 1:
+        across = int(fabric.twin[above[-1]])
+        if across == BORDER or fabric.side_role[across] != 3:
+            break
+        above.append(int(fabric.side_next[across]))
+    return below + above
+
+
+def _opening(fabric: StitchMesh, corners: IntArray) -> FloatArray:
+    """How far corners move, over the height of their face; alike where faces of one row meet, shape (n,)."""
+    face, is_top = fabric.side_face[corners], fabric.side_place[corners] > fabric.n_bottom[fabric.side_face[corners]]
+    twice = np.isin(face, face[is_top]) & np.isin(face, face[~is_top])
+    meeting, place = np.unique(2 * fabric.face_vertex[corners] + is_top, return_inverse=True)
+    opening = np.full(len(meeting), OPENING)
+    opening[place[twice]] = OPENING_TWICE
+    return opening[place]
+
+
+def _across_face(fabric: StitchMesh, corners: IntArray) -> FloatArray:
+    """From corners of a top course down to the bottom course of their face, and the other way [cm], shape (n, 3)."""
+    face = fabric.side_face[corners]
+    position, place = fabric.corner_position, fabric.side_place[corners]
+    n_bottom, n_top = fabric.n_bottom[face], fabric.n_top[face]
+    right, left, first = fabric.right_wale[face], fabric.left_wale[face], fabric.face_start[face]
+    is_top = place > n_bottom
+    sides = np.where(is_top, n_top, n_bottom)
+    from_left = np.where(is_top, n_bottom + n_top + 1 - place, place)
+    share = np.where(sides > 0, from_left / np.maximum(sides, 1), 0.5)[:, None]
+    up = share * (position[right + 1] - position[right]) + (1.0 - share) * (position[left] - position[first])
+    across: FloatArray = np.where(is_top, -1.0, 1.0)[:, None] * up
+    return across
+
+
+@dataclass(frozen=True, eq=False)
+class _Gap:
+    """Room between two rows; ends of each side from left to right."""
+
+    below: FloatArray
+    """Ends of the top sides of the row below [cm], shape (n, 2, 3)."""
+    above: FloatArray
+    """Ends of the bottom sides of the row above [cm], shape (n, 2, 3)."""
+    normal: FloatArray
+    """Normals at these ends, shape (n, 2, 3)."""
+
+    def points(self, course: FloatArray, share: FloatArray, height: FloatArray) -> FloatArray:
+        """Positions of places in the gap at heights [cm], shape (m, 3)."""
+        side = np.clip(course.astype(int), 0, len(self.below) - 1)
+        along, up = (course - side)[:, None], share[:, None]
+        ends = (1.0 - up)[:, None] * self.below[side] + up[:, None] * self.above[side]
+        normal = (1.0 - along) * self.normal[side, 0] + along * self.normal[side, 1]
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        points: FloatArray = (1.0 - along) * ends[:, 0] + along * ends[:, 1] + height[:, None] * normal
+        return points
+
+
+def _gap(fabric: StitchMesh, group: CableGroup, corner_position: FloatArray) -> _Gap:
+    below, above = group.sides, fabric.twin[group.sides]
+    left_to_right = np.stack([fabric.side_next[below], below], axis=1)
+    return _Gap(
+        below=corner_position[left_to_right],
+        above=corner_position[np.stack([above, fabric.side_next[above]], axis=1)],
+        normal=fabric.vertex_normal[fabric.face_vertex[left_to_right]],
+    )
+
+
+def _leg_heights(group: CableGroup) -> FloatArray:
+    """Height at which each loop's left and right leg cross, in yarn radii, shape (n, 2).
+
+    Legs that move far run flat and near to one another: so neighbours in one layer take turns at levels of their own,
+    the more the farther they move.
+    """
+    heights = np.zeros((len(group.sides), 2))
+    floor = 0.0
+    for layer in np.unique(group.layer):
+        loops = np.flatnonzero(group.layer == layer)
+        farthest = int(np.abs(group.destination - np.arange(len(group.sides)))[loops].max())
+        levels = 1 + farthest // 2
+        heights[loops] = floor + STEP * (np.arange(2 * len(loops)) % levels).reshape(-1, 2)
+        floor += STEP * (levels - 1) + LAYER_GAP
+    return heights - 0.5 * (floor - LAYER_GAP)
+
+
+def _legs(group: CableGroup, gap: _Gap, radius: float) -> FloatArray:
+    """Dense courses of each loop's left and right leg [cm], shape (n, 2, DENSE, 3)."""
+    moved = (group.destination - np.arange(len(group.sides)))[:, None, None]
+    first = np.arange(len(group.sides))[:, None, None] + np.array([[0.25], [0.75]])
+    share = np.linspace(0.0, 1.0, DENSE)
+    leaving, coming = share**BEND, (1.0 - share) ** BEND
+    course = first + moved * leaving / (leaving + coming)
+    risen = np.clip(np.minimum(share, 1.0 - share) * np.maximum(np.abs(moved), 1) / RISE, 0.0, 1.0)
+    height = radius * _leg_heights(group)[:, :, None] * np.sin(0.5 * np.pi * risen)
+    shares = np.broadcast_to(share, course.shape)
+    points: FloatArray = gap.points(course.ravel(), shares.ravel(), height.ravel()).reshape(*course.shape, 3)
+    return points
+
+
+def _evenly(curve: FloatArray, points_per_length: float) -> FloatArray:
+    """Points of a curve at even distances, half a step from its ends [cm], shape (n, 3)."""
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    count = max(FEWEST_POINTS, round(points_per_length * arc[-1]))
+    places = (np.arange(count) + 0.5) / count * arc[-1]
+    return np.stack([np.interp(places, arc, axis) for axis in curve.T], axis=1)

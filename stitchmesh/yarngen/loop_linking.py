@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Do loops hold one another as their stitches say? Linking numbers with a probe.
+
+Loops and the links between them (``loops``), closed to rings (``closings``), have linking numbers: whole numbers that
+change only where yarn passes through yarn, or through a closing. They are compared with what the stitches name
+(``passes``), for each pair whose boxes meet; others are not linked. A link and a loop that it runs into meet in a cut
+and have none; yarn drawn through loops is told from these alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.spatial import cKDTree
+
+from stitchmesh.errors import YarnError
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.bridges import SLOTS
+from stitchmesh.yarngen.closings import as_polygons, close_arcs
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
+from stitchmesh.yarngen.loops import Arc, Arcs, find_arcs
+from stitchmesh.yarngen.passes import expected_passes, is_drawn, slipped_legs
+from stitchmesh.yarngen.polygon_linking import Polygons, linking_numbers
+
+WHOLE = 1e-6
+"""How far a linking number may be from a whole number."""
+REASONS = "a stitch is drawn wrongly, or yarn passed through yarn"
+
+
+@dataclass(frozen=True, eq=False)
+class LoopLinking:
+    """How yarn passes through loops, signed as in ``passes``."""
+
+    passes: csr_array
+    """How often each link passes through each loop, shape (links, loops)."""
+    turns: NDArray[Any]
+    """How often the link that passes each leg of a slipped loop goes around it, shape (legs,)."""
+
+
+def expected_linking(arcs: Arcs) -> LoopLinking:
+    """What the stitches name."""
+    return LoopLinking(expected_passes(arcs), slipped_legs(arcs).turns)
+
+
+def loop_linking(arcs: Arcs, yarns: YarnSet) -> LoopLinking:
+    """What the yarns do.
+
+    Args:
+        arcs: loops and links of the yarns.
+        yarns: those yarns, as generated, or relaxed since.
+    """
+    legs = slipped_legs(arcs)
+    probes = close_arcs(arcs, yarns, legs)
+    points = probes.positions(yarns)
+    curves, tested = probes.links, np.flatnonzero([len(curve) > 0 for curve in probes.links])
+    links, loops = as_polygons(points, [curves[k] for k in tested]), as_polygons(points, probes.loops)
+    pairs = _near(links, loops)
+    pairs = pairs[_can_be_told(arcs, tested[pairs[:, 0]], pairs[:, 1])]
+    values = linking_numbers(loops, links, pairs[:, ::-1])
+    shape = len(arcs.links), len(arcs.loops)
+    passes = coo_array((values, (tested[pairs[:, 0]], pairs[:, 1])), shape=shape).tocsr()
+    if len(legs.link) == 0:
+        return LoopLinking(passes, np.zeros(0))
+    each = np.arange(len(legs.link))
+    legs_closed, passing = as_polygons(points, probes.legs), as_polygons(points, [curves[k] for k in legs.link])
+    return LoopLinking(passes, linking_numbers(legs_closed, passing, np.stack([each, each], axis=1)))
+
+
+def check_loops(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FINISH) -> None:
+    """Check that each loop holds, and is held by, exactly the loops that its stitch names.
+
+    Args:
+        fabric: the stitch mesh.
+        yarns: the yarns generated from it, relaxed or not.
+        finish: how its first and last rows were finished.
+
+    Raises:
+        YarnError: the yarns were not generated from this stitch mesh, or a loop passes through another more or less
+            often than its stitch says; it names both.
+    """
+    arcs = find_arcs(fabric, yarns, finish)
+    expected, found = expected_linking(arcs), loop_linking(arcs, yarns)
+    difference = (found.passes - expected.passes).tocoo()
+    wrong = np.flatnonzero(np.abs(difference.data) > WHOLE)
+    if len(wrong):
+        link, loop = int(difference.row[wrong[0]]), int(difference.col[wrong[0]])
+        raise YarnError(
+            f"{_link_name(arcs, link)}: passes {found.passes[link, loop]:g} times through {_loop_name(arcs, loop)}, "
+            f"expected {expected.passes[link, loop]:g} ({len(wrong)} such places); {REASONS}"
+        )
+    wrong = np.flatnonzero(np.abs(found.turns - expected.turns) > WHOLE)
+    if len(wrong):
+        face = arcs.pieces.course.face_below[arcs.pieces.face[slipped_legs(arcs).piece[wrong[0]]]]
+        raise YarnError(
+            f"face {face}: yarn goes {found.turns[wrong[0]]:g} times around a leg of its slipped loop, expected "
+            f"{expected.turns[wrong[0]]} ({len(wrong)} such places); {REASONS}"
+        )
+
+
+def _near(first: Polygons, second: Polygons) -> IntArray:
+    """Pairs of polygons whose boxes meet, shape (n, 2)."""
+    (low, high), (other_low, other_high) = first.bounds(), second.bounds()
+    reach, other_reach = (np.linalg.norm(b - a, axis=1) / 2 for a, b in ((low, high), (other_low, other_high)))
+    tree = cKDTree((other_low + other_high) / 2)
+    found = tree.query_ball_point((low + high) / 2, reach + other_reach.max(), return_sorted=True)
+    pairs = np.array([(i, j) for i, near in enumerate(found) for j in near], dtype=np.int64).reshape(-1, 2)
+    i, j = pairs.T
+    return pairs[((low[i] <= other_high[j]) & (other_low[j] <= high[i])).all(axis=1)]
+
+
+def _can_be_told(arcs: Arcs, links: IntArray, loops: IntArray) -> np.ndarray:
+    """Whether a link does not run into a loop, nor is drawn through others beside it, for each pair."""
+    cuts = np.array([(link.first, link.last) for link in arcs.links])[links]
+    hangs = np.array([link.hangs for link in arcs.links])[links]
+    others = np.array([(loop.first, loop.last) for loop in arcs.loops])[loops]
+    meets: np.ndarray = ((cuts[:, :, None] == others[:, None, :]) & hangs[:, :, None]).any(axis=(1, 2))
+    faces = [int(arcs.pieces.face[link.pieces[0]]) if is_drawn(arcs, link) else BORDER for link in arcs.links]
+    held = np.array([{int(arcs.pieces.face[piece]) for piece in loop.pieces} for loop in arcs.loops])
+    return ~meets & np.array([faces[k] == BORDER or faces[k] in held[j] for k, j in zip(links, loops, strict=True)])
+
+
+def _loop_name(arcs: Arcs, number: int) -> str:
+    """A loop by the top side that it was made on."""
+    loop = arcs.loops[number]
+    cuts = {loop.first, loop.last}
+    for link in arcs.links:
+        for crossing, point in zip(link.ends, (link.first, link.last), strict=True):
+            if point in cuts:
+                return _named(arcs, crossing)
+    return f"the ring that starts in face {arcs.pieces.course.face_below[arcs.pieces.face[loop.pieces[0]]]}"
+
+
+def _link_name(arcs: Arcs, number: int) -> str:
+    """A link by the loops that it joins."""
+    link: Arc = arcs.links[number]
+    names = [_named(arcs, crossing) for crossing, hangs in zip(link.ends, link.hangs, strict=True) if hangs]
+    face = arcs.pieces.course.face_below[arcs.pieces.face[link.pieces[0]]]
+    return f"face {face}: its yarn at {' and '.join(names)}" if names else f"face {face}: the yarn drawn through it"
+
+
+def _named(arcs: Arcs, crossing: int) -> str:
+    side = crossing // SLOTS
+    face = int(arcs.whole.side_face[side])
+    place = int(arcs.whole.n_bottom[face] + arcs.whole.n_top[face] - arcs.whole.side_place[side])
+    return f"loop {place + 1} of face {arcs.pieces.course.face_below[face]}"

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which control points of a yarn set came from which part of a stitch, in the order of the yarn.
+
+A yarn set keeps stitch face and part of each control point (``YarnSet.face``, ``YarnSet.part``), wherever they have
+moved since. Bind-off faces count as the face below them and bridges as the part beside them, so the course of the
+yarns is found again from their stitch mesh and laid along the control points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stitchmesh.errors import YarnError
+from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
+from stitchmesh.yarngen.generate import YarnCourse, yarn_course
+from stitchmesh.yarngen.tracing import end_crossings
+
+
+@dataclass(frozen=True, eq=False)
+class YarnPieces:
+    """Parts of stitches one after another along their yarns, each with its own control points."""
+
+    course: YarnCourse
+    """The course of the yarns."""
+    yarn: IntArray
+    """Yarn of each piece, ascending, shape (P,)."""
+    face: IntArray
+    """Face of ``course.whole``, shape (P,)."""
+    index: IntArray
+    """Number of each piece within its template, shape (P,)."""
+    ends: IntArray
+    """Crossings (``bridges``) where the yarn enters and leaves each piece, shape (P, 2)."""
+    points: IntArray
+    """Each piece's first control point and the one after its last, bridges and tails left out, shape (P, 2)."""
+    point_count: int
+    """Number of control points of all yarns."""
+
+    @cached_property
+    def leaving(self) -> list[int]:
+        """The crossing where the yarn leaves each piece."""
+        crossings: list[int] = self.ends[:, 1].tolist()
+        return crossings
+
+
+def yarn_pieces(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FINISH) -> YarnPieces:
+    """Lay the course of a stitch mesh's yarns along their control points.
+
+    Args:
+        fabric: the stitch mesh.
+        yarns: the yarns generated from it, relaxed or not.
+        finish: how its first and last rows were finished.
+
+    Raises:
+        YarnError: the yarns were not generated from this stitch mesh.
+    """
+    radius, drawn = float(yarns.radius[0]), PRESETS["draft"].control_points_per_stitch
+    pieces = _pieces(yarn_course(fabric, radius, drawn, finish))
+    likely = round(drawn * len(yarns.points) / pieces.point_count)
+    for points_per_stitch in (likely, likely - 1, likely + 1, likely - 2, likely + 2):
+        pieces = _pieces(yarn_course(fabric, radius, max(points_per_stitch, 1), finish))
+        if _fit(pieces, yarns):
+            return pieces
+    raise YarnError(
+        "yarns: they do not run as in this stitch mesh; give the mesh that they were generated from, and the finish"
+    )
+
+
+def _pieces(course: YarnCourse) -> YarnPieces:
+    crossings = end_crossings(course.parts)
+    entries = np.array([entry for yarn, _ in course.yarns for entry in yarn], dtype=np.int64)
+    ends = np.stack([crossings[entries], crossings[entries ^ 1]], axis=1)
+    own = np.diff(course.parts.start)[entries // 2]
+    before, after = _bridge_points(course, ends)
+    following = np.cumsum(before + own + after) - after
+    return YarnPieces(
+        course=course,
+        yarn=np.repeat(np.arange(len(course.yarns)), [len(yarn) for yarn, _ in course.yarns]),
+        face=course.parts.face[entries // 2],
+        index=course.parts.index[entries // 2],
+        ends=ends,
+        points=np.stack([following - own, following], axis=1),
+        point_count=int(following[-1] + after[-1]),
+    )
+
+
+def _bridge_points(course: YarnCourse, ends: IntArray) -> tuple[IntArray, IntArray]:
+    """Points of the tail before each piece, and of the bridge or tail after it."""
+    ways, tails = course.bridges.ways, course.bridges.tails
+    is_open = np.repeat([not closed for _, closed in course.yarns], [len(yarn) for yarn, _ in course.yarns])
+    first = np.zeros(len(ends), dtype=np.int64)
+    first[np.cumsum([0] + [len(yarn) for yarn, _ in course.yarns[:-1]])] = 1
+    before = [len(tails[c]) if c in tails else 0 for c in ends[:, 0].tolist()]
+    after = [len(ways[c].points) if c in ways else len(tails.get(c, ())) for c in ends[:, 1].tolist()]
+    return np.array(before, dtype=np.int64) * first * is_open, np.array(after, dtype=np.int64)
+
+
+def _fit(pieces: YarnPieces, yarns: YarnSet) -> bool:
+    """Whether the yarns' control points are of these pieces, one by one."""
+    if pieces.point_count != len(yarns.points) or pieces.yarn[-1] != yarns.yarn_count - 1:
+        return False
+    count = np.diff(pieces.points, axis=1)[:, 0]
+    own = np.arange(count.sum()) + np.repeat(pieces.points[:, 0] - (np.cumsum(count) - count), count)
+    expected = np.stack([pieces.yarn, pieces.course.face_below[pieces.face], pieces.index], axis=1)
+    found = np.stack([yarns.point_yarn, yarns.face, yarns.part], axis=1)[own]
+    return np.array_equal(np.repeat(expected, count, axis=0), found)

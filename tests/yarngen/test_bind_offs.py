@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Ways to cast on and to bind off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.labeling import label
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.stitch import Stitch
+from stitchmesh.tessellate import tessellate
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen.bind_off import FEW_LOOPS
+from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.edge_templates import BEHIND, IN_FRONT, Edge, chain, edge_template, yarn_overs
+from stitchmesh.yarngen.edges import cast_on
+from stitchmesh.yarngen.finish import Finish
+from stitchmesh.yarngen.generate import yarn_course
+from stitchmesh.yarngen.template import Crossing, Part
+from tests.gallery import grid, tube
+from tests.yarngen.test_templates import crossings_between as crossings
+
+QUALITIES = ("draft", "standard", "reference")
+CHAIN = Finish(bind_off="chain")
+
+
+def heights(first: Part, second: Part) -> list[int]:
+    """1 where the first lies in front where they cross, -1 behind."""
+    return crossings(first, second)[0]
+
+
+def flat(courses: int) -> StitchMesh:
+    return tessellate(label(grid(1, 1, width=4.0, height=1.6)), stitch_width=0.5, counts={(0, 2): courses})
+
+
+def round_piece() -> StitchMesh:
+    return tessellate(label(tube(8, 2, radius=2.0, height=0.8)), stitch_width=0.6)
+
+
+@pytest.mark.parametrize("courses", [4, 5])
+def test_a_flat_piece_bound_off_in_a_chain_is_one_yarn_with_two_ends(courses):
+    """The chain is worked from the left or from the right, wherever the last row ends."""
+    yarns = generate_yarns(flat(courses), quality="draft", bind_off="chain")
+    assert yarns.yarn_count == 1 and not yarns.closed[0]
+
+
+@pytest.mark.parametrize(("courses", "first"), [(4, "left"), (5, "right")])
+def test_a_chain_is_worked_away_from_the_end_that_its_yarn_comes_from(courses, first):
+    course = yarn_course(flat(courses), 0.06, 12, CHAIN)
+    bound = np.flatnonzero(course.whole.stitch == Stitch.BIND_OFF)
+    parts = np.bincount(course.parts.face, minlength=course.whole.face_count)[bound]
+    # the first has no loop taken over it, in the last one part leads through and on to the row's end
+    assert sorted(parts.tolist()) == [3, 3, *[4] * (len(bound) - 2)]
+    over = course.parts.end_side[(course.parts.end_slot == [IN_FRONT, BEHIND]).all(axis=1), 0]
+    assert set(course.whole.side_role[over]) == {3 if first == "left" else 1}
+
+
+def test_three_strands_cross_between_the_stitches_of_a_chain():
+    course = yarn_course(round_piece(), 0.07, 12, CHAIN)
+    whole = course.whole
+    count = np.bincount(course.parts.end_side.ravel(), minlength=whole.side_count)
+    of_chain = whole.stitch[whole.side_face] == Stitch.BIND_OFF
+    assert (count[whole.is_wale & of_chain] == 3).all()
+    assert (count[whole.is_wale & ~of_chain] == 1).all()
+
+
+def test_a_bound_off_loop_comes_through_the_loop_below_and_the_one_before():
+    head, over, rising, falling = chain().parts
+    for leg in (rising, falling):
+        # up from the wrong side to the right side of the head: behind its leg, in front of its top
+        assert sorted(heights(leg, head)) == [-1, 1]
+        # between the two legs of the loop taken over: one lies in front, one behind
+        assert sorted(heights(over, leg)) == [-1, 1]
+    assert over.start == Crossing(3, IN_FRONT) and over.end == Crossing(3, BEHIND)
+    assert rising.end == Crossing(1, IN_FRONT) and falling.start == Crossing(1, BEHIND)
+
+
+def test_a_bound_off_loop_goes_on_in_the_next_face():
+    """Its legs leave one face where they enter the next, a stitch width to the left."""
+    _, over, rising, falling = chain().parts
+    np.testing.assert_allclose(rising.curve[-1] - [1, 0, 0], over.curve[0], atol=1e-14)
+    np.testing.assert_allclose(falling.curve[0] - [1, 0, 0], over.curve[-1], atol=1e-14)
+
+
+def test_the_first_loop_takes_none_over_and_the_yarn_is_drawn_through_the_last():
+    assert len(chain(first=True).parts) == 3
+    head, over, drawn = chain(last=True).parts
+    assert (drawn.start, drawn.end) == (Crossing(3), Crossing(1))
+    assert heights(drawn, head) == [-1, 1], "up through the loop below"
+    # under the leg in front, over the leg behind, and out between them
+    assert sorted(set(heights(over, drawn))) == [-1, 1]
+    assert len(chain(first=True, last=True).parts) == 2
+
+
+def test_a_chain_from_the_right_is_the_mirror_image():
+    for rightward, leftward in ((Edge.CHAIN, Edge.LEFTWARD_CHAIN), (Edge.CHAIN_FIRST, Edge.LEFTWARD_FIRST)):
+        first, second = (edge_template(edge, 1, 1, ()) for edge in (rightward, leftward))
+        points = np.concatenate([part.curve for part in first.parts]) * [-1, 1, 1] + [1, 0, 0]
+        others = np.concatenate([part.curve for part in second.parts])
+        np.testing.assert_allclose(np.sort(points, axis=0), np.sort(others, axis=0), atol=1e-14)
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+@pytest.mark.parametrize("piece", [lambda: flat(4), lambda: flat(5), round_piece])
+def test_a_chain_starts_at_least_three_quarters_of_a_radius_apart(piece, quality):
+    yarns = generate_yarns(piece(), quality=quality, bind_off="chain")
+    radius = yarns.radius[0]
+    assert 0.75 * radius < smallest_distance(yarns, within=2 * radius)[0] < 2 * radius
+
+
+def test_the_last_loops_of_a_small_ring_are_always_drawn_together():
+    fabric = tessellate(label(tube(8, 2, radius=1.0, height=0.8)), stitch_width=0.6)
+    assert (fabric.row == fabric.row.max()).sum() <= FEW_LOOPS
+    drawn, chained = (generate_yarns(fabric, quality="draft", bind_off=kind) for kind in ("drawn", "chain"))
+    np.testing.assert_array_equal(drawn.points, chained.points)
+
+
+def test_open_cast_on_loops_do_not_cross_and_backward_loops_do():
+    first, second = yarn_overs(1, 1).parts
+    assert heights(first, second) == []
+    for n_bottom, n_top in ((0, 1), (1, 1), (2, 3)):
+        ends = [(c.place, c.slot) for part in yarn_overs(n_bottom, n_top).parts for c in (part.start, part.end)]
+        assert len(set(ends)) == len(ends) == 2 * n_top + 2
+    first, second = cast_on(1, 1).parts
+    assert heights(first, second) == [1]
+
+
+def test_a_backward_loop_is_twisted_either_way():
+    for twist, sign in ((1, 1), (0, 1), (-1, -1)):
+        first, second = cast_on(1, 1, (twist,)).parts
+        assert heights(first, second) == [sign]
+    np.testing.assert_array_equal(cast_on(1, 2, (1, 1)).parts[1].curve, cast_on(1, 2).parts[1].curve)
+
+
+def test_a_twist_mark_turns_a_cast_on_loop_over():
+    fabric = flat(4)
+    loops = np.flatnonzero((fabric.stitch[fabric.side_face] == Stitch.CAST_ON) & (fabric.side_role == 2))
+    twist = np.zeros(fabric.side_count, dtype=int)
+    twist[loops] = -1
+    plain, turned = generate_yarns(fabric), generate_yarns(replace(fabric, twist=twist))
+    assert plain.points.shape == turned.points.shape
+    assert np.abs(plain.points - turned.points).max() > plain.radius[0]
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+def test_open_loops_start_at_least_one_radius_apart(quality):
+    yarns = generate_yarns(flat(4), quality=quality, cast_on="open")
+    assert yarns.yarn_count == 1
+    assert smallest_distance(yarns, within=2 * yarns.radius[0])[0] > yarns.radius[0]
+
+
+@pytest.mark.parametrize(
+    ("choice", "message"),
+    [({"bind_off": "icord"}, "bind_off: got 'icord'; expected one of drawn, chain"),
+     ({"cast_on": "tubular"}, "cast_on: got 'tubular'; expected one of backward, open"),
+     ({"longest_float": -1}, "longest_float: got -1 stitches; expected 0 or more")],
+)  # fmt: skip
+def test_unknown_finishes_are_refused(choice, message):
+    with pytest.raises(ParameterError, match=message):
+        generate_yarns(flat(4), **choice)

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxation survives an edit: what is untouched stays as relaxed, what is touched joins it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stitchmesh import generate_yarns, label, relax_mesh, relax_yarns, tessellate
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patch import Marks, apply_change
+from stitchmesh.quality import quality_named
+from stitchmesh.stitch import Stitch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.generate import NEAREST
+from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
+from stitchmesh.yarnrelax import Relaxation
+from tests.gallery import tube
+
+QUALITY = replace(quality_named("draft"), tolerance=0.005)
+
+
+@cache
+def fabric() -> StitchMesh:
+    surface = tube(8, 4, radius=3.0, height=1.5)
+    return relax_mesh(tessellate(label(surface), stitch_width=1.0), surface=surface, device="cpu")
+
+
+def at_rest(yarns: YarnSet, own: StitchMesh, start: YarnSet | None = None) -> Relaxation:
+    return relax_yarns(yarns, start=start, quality=QUALITY, keep_shape=own, device="cpu")
+
+
+@cache
+def relaxed() -> YarnSet:
+    return at_rest(generate_yarns(fabric(), quality=QUALITY), fabric()).yarns
+
+
+def edited(stitch: Stitch) -> tuple[StitchMesh, int]:
+    """The fabric with one stitch in its middle changed, and that stitch's face."""
+    face = int(np.flatnonzero((fabric().stitch == Stitch.KNIT) & (fabric().row == 3))[2])
+    return apply_change(fabric(), Marks("stitch", np.array([face]), np.array([stitch]))), face
+
+
+def test_without_an_edit_the_relaxed_yarns_come_back():
+    yarns, start = regenerate_yarns(relaxed(), fabric(), fabric(), quality=QUALITY)
+    np.testing.assert_array_equal(start.points, relaxed().points)
+    np.testing.assert_array_equal(yarns.points, generate_yarns(fabric(), quality=QUALITY).points)
+
+
+@pytest.mark.parametrize("stitch", [Stitch.PURL, Stitch.SLIP_BACK])
+def test_untouched_stitches_stay_as_relaxed_and_touched_ones_join_them(stitch):
+    after, face = edited(stitch)
+    yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
+    before = generate_yarns(fabric(), quality=QUALITY)
+    own = untouched_points(before, yarns, 0.02 * yarns.radius[0])
+    np.testing.assert_array_equal(start.points[own >= 0], relaxed().points[own[own >= 0]])
+    beside = np.unique(after.side_face[after.twin[after.sides_of(np.array([face]))]])
+    assert set(yarns.face[own < 0]) <= {face, *beside.tolist()}
+    assert face in yarns.face[own < 0]
+    steps = np.linalg.norm(np.diff(start.points[: start.start[1]], axis=0), axis=1)
+    assert steps.max() < 2 * np.median(steps)  # no jump where the two meet
+    assert smallest_distance(start, 2 * yarns.radius[0])[0] >= NEAREST * yarns.radius[0]
+
+
+def test_relaxing_again_takes_a_fifth_of_the_iterations_at_most():
+    after, _ = edited(Stitch.PURL)
+    yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
+    anew, again = at_rest(yarns, after), at_rest(yarns, after, start)
+    assert anew.report["converged"] and again.report["converged"]
+    assert again.report["iterations"] <= anew.report["iterations"] / 5
+    # the energy of rest is one: both stop where it falls by less than a tenth of the tolerance in twenty iterations
+    assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=10 * QUALITY.tolerance)
+
+
+def test_rest_lengths_that_were_changed_stay_changed():
+    after, _ = edited(Stitch.PURL)
+    shorter = replace(relaxed(), rest_length=0.9 * relaxed().rest_length)
+    yarns, _ = regenerate_yarns(shorter, fabric(), after, quality=QUALITY)
+    generated = generate_yarns(after, quality=QUALITY)
+    np.testing.assert_allclose(yarns.rest_length, 0.9 * generated.rest_length, rtol=1e-12)  # rounding of a product
+
+
+def test_yarns_of_another_quality_are_refused():
+    with pytest.raises(ParameterError, match="give those that the yarns were generated with"):
+        regenerate_yarns(relaxed(), fabric(), fabric(), quality="reference")
+
+
+def test_a_start_of_other_yarns_is_refused():
+    with pytest.raises(ParameterError, match="start: got .* expected the same yarns"):
+        relax_yarns(relaxed(), start=generate_yarns(fabric(), quality="standard"), device="cpu")
