@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING
 from stitchmesh.tessellate import tessellate
 
 if TYPE_CHECKING:
+    from stitchmesh.editing.edit import Edit, apply_edit
+    from stitchmesh.editing.history import History
+    from stitchmesh.editing.log import replay
     from stitchmesh.errors import StitchMeshError
     from stitchmesh.io import (
         read_mesh,
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
     from stitchmesh.lattice import Lattice
     from stitchmesh.mesh import Mesh, StitchMesh
     from stitchmesh.meshrelax import relax_mesh
+    from stitchmesh.patterns import Pattern, apply_pattern, parse_pattern, pattern_mesh, read_pattern
     from stitchmesh.quality import Quality
     from stitchmesh.rest_length import RestLengths, apply_rest_lengths
     from stitchmesh.stitch import Stitch
@@ -39,11 +43,16 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.friction import Friction
     from stitchmesh.yarnrelax.gravity import Gravity
     from stitchmesh.yarnrelax.pins import Pins
+    from stitchmesh.yarnrelax.pull import Pull
     from stitchmesh.yarnrelax.twist import Twist
 
 __version__ = "0.1.0"
 
 _HOME = {
+    "Edit": "editing.edit",
+    "apply_edit": "editing.edit",
+    "History": "editing.history",
+    "replay": "editing.log",
     "StitchMeshError": "errors",
     "read_mesh": "io",
     "read_stitches": "io",
@@ -56,6 +65,11 @@ _HOME = {
     "Mesh": "mesh",
     "StitchMesh": "mesh",
     "relax_mesh": "meshrelax",
+    "Pattern": "patterns",
+    "apply_pattern": "patterns",
+    "parse_pattern": "patterns",
+    "pattern_mesh": "patterns",
+    "read_pattern": "patterns",
     "Quality": "quality",
     "RestLengths": "rest_length",
     "apply_rest_lengths": "rest_length",
@@ -73,6 +87,7 @@ _HOME = {
     "Friction": "yarnrelax.friction",
     "Gravity": "yarnrelax.gravity",
     "Pins": "yarnrelax.pins",
+    "Pull": "yarnrelax.pull",
     "Twist": "yarnrelax.twist",
 }
 """Module of each public name."""
@@ -80,11 +95,15 @@ _HOME = {
 __all__ = [
     "Body",
     "Checkpoints",
+    "Edit",
     "Friction",
     "Gravity",
+    "History",
     "Lattice",
     "Mesh",
+    "Pattern",
     "Pins",
+    "Pull",
     "Quality",
     "RestLengths",
     "Stitch",
@@ -93,16 +112,22 @@ __all__ = [
     "Twist",
     "YarnMaterial",
     "YarnSet",
+    "apply_edit",
+    "apply_pattern",
     "apply_rest_lengths",
     "estimate_radius",
     "generate_yarns",
     "label",
     "linking_certificate",
+    "parse_pattern",
+    "pattern_mesh",
     "read_mesh",
+    "read_pattern",
     "read_stitches",
     "read_yarns",
     "relax_mesh",
     "relax_yarns",
+    "replay",
     "tessellate",
     "write_mesh",
     "write_stitches",

@@ -76,6 +76,8 @@ def _add_knit(commands: argparse._SubParsersAction) -> None:
     _add_unit(knit)
     _add_rows(knit)
     _add_stitch_size(knit)
+    knit.add_argument("--pattern", metavar="NAME|FILE", help="pattern that the stitches are worked in (all knit)")
+    _add_remainder(knit, "--pattern-remainder")
     _add_yarn(knit, GENERATED_RADIUS)
     _add_relaxation(knit)
     _add_device(knit)
@@ -94,6 +96,21 @@ def _add_stages(commands: argparse._SubParsersAction) -> None:
     _add_output(tessellate, "FILE", "stitch mesh, .h5")
     _add_stitch_size(tessellate)
     tessellate.add_argument("--stitch-height", type=float, metavar="CM", help="course spacing (0.77 of the width)")
+
+    pattern = commands.add_parser("pattern", help="work a stitch mesh in a pattern")
+    pattern.add_argument("fabric", metavar="FABRIC", help="what `tessellate` wrote, .h5")
+    pattern.add_argument("pattern", metavar="PATTERN", help="name of a pattern of the library, or a file")
+    _add_output(pattern, "FILE", "stitch mesh, .h5")
+    pattern.add_argument(
+        "--face", type=int, metavar="FACE",
+        help="only the largest grid of plain stitches around this face, counted from 0 (the whole fabric)",
+    )  # fmt: skip
+    _add_remainder(pattern, "--remainder")
+
+    edit = commands.add_parser("edit", help="edit stitches: apply a log of edits")
+    edit.add_argument("fabric", metavar="FABRIC", help="stitch mesh, .h5")
+    edit.add_argument("--replay", metavar="LOG", help="edits to apply, one JSON object a line (docs/editing.md)")
+    edit.add_argument("-o", "--output", metavar="FILE", help="stitch mesh, .h5")
 
     relax_mesh = commands.add_parser("relax-mesh", help="even out stitches on the surface")
     relax_mesh.add_argument("fabric", metavar="FABRIC", help="what `tessellate` wrote, .h5")
@@ -128,7 +145,12 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:
     check.add_argument("file", metavar="FILE")
     _add_reading(check)
 
-    convert = commands.add_parser("convert", help="one yarn or mesh format to another")
+    instructions = commands.add_parser("instructions", help="a stitch mesh in words, to knit by hand")
+    instructions.add_argument("fabric", metavar="FABRIC", help="stitch mesh, .h5 or .smobj")
+    instructions.add_argument("-o", "--output", metavar="FILE", help="text file (printed)")
+
+    what = "one yarn or mesh format to another; stitch meshes: .h5, .smobj, or .k for a knitting machine"
+    convert = commands.add_parser("convert", help=what)
     convert.add_argument("file", metavar="IN")
     convert.add_argument("output", metavar="OUT")
     _add_reading(convert)
@@ -167,6 +189,11 @@ def _add_rows(command: argparse.ArgumentParser) -> None:
 
 def _add_stitch_size(command: argparse.ArgumentParser) -> None:
     command.add_argument("--stitch-width", type=float, default=0.8, metavar="CM", help="wale spacing (0.8)")
+
+
+def _add_remainder(command: argparse.ArgumentParser, flag: str) -> None:
+    what = "stitches that whole tiles of the pattern leave over: centre, stretch or refuse (centre)"
+    command.add_argument(flag, default="centre", metavar="HOW", help=what)
 
 
 def _add_yarn(command: argparse.ArgumentParser, radius: str) -> None:

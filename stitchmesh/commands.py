@@ -16,14 +16,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.errors import DisplayError, FileError, ParameterError
+from stitchmesh.instructions import knitting_instructions
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
-from stitchmesh.io.atomic import write_json
+from stitchmesh.io.atomic import write_json, write_text
 from stitchmesh.io.history import HistoryEntry, write_history
+from stitchmesh.io.stitches import WRITABLE as WRITABLE_STITCHES
 from stitchmesh.io.yarns import check_writable
 from stitchmesh.labeling import label as label_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.pipeline import KnitOptions, RelaxOptions, relax_as_told, stitch_counts
+from stitchmesh.patterns import read_pattern
+from stitchmesh.patterns.columns import check_remainder
+from stitchmesh.pipeline import KnitOptions, RelaxOptions, relax_as_told, stitch_counts, with_pattern
 from stitchmesh.pipeline import knit as knit_mesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.rest_length import RestLengths, parse_rest_lengths
@@ -47,6 +51,8 @@ def knit(arguments: Namespace) -> None:
         device=arguments.device,
         seeds=arguments.seed,
         flip=arguments.flip,
+        pattern=None if arguments.pattern is None else read_pattern(arguments.pattern),
+        pattern_remainder=check_remainder(arguments.pattern_remainder),
         relaxation=_relax_options(arguments, Path(arguments.output)),
     )
     with _output_folder(arguments.output) as folder:
@@ -73,6 +79,28 @@ def tessellate(arguments: Namespace) -> None:
     fabric = tessellate_mesh(labeled, stitch_width=arguments.stitch_width, stitch_height=arguments.stitch_height)
     write_stitches(arguments.output, fabric)
     print(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))
+
+
+def pattern(arguments: Namespace) -> None:
+    """A stitch mesh in a pattern."""
+    chosen = read_pattern(arguments.pattern)
+    remainder = check_remainder(arguments.remainder)
+    fabric = read_stitches(arguments.fabric)
+    made, faces = with_pattern(fabric, chosen, remainder, face=arguments.face)
+    write_stitches(arguments.output, made)
+    print(f"{chosen.name}: {faces} of {made.face_count} stitches changed")
+
+
+def edit(arguments: Namespace) -> None:
+    """Stitches after the edits of a log; where one is refused, nothing is written."""
+    from stitchmesh.editing.log import replay
+
+    if arguments.replay is None or arguments.output is None:
+        raise ParameterError("edit: needs a log of edits and a file for the result; give --replay LOG and -o FILE")
+    before = read_stitches(arguments.fabric)
+    after = replay(before, arguments.replay)
+    write_stitches(arguments.output, after)
+    print(f"{before.face_count} stitches, now {after.face_count}")
 
 
 def relax_mesh(arguments: Namespace) -> None:
@@ -143,12 +171,21 @@ def check(arguments: Namespace) -> None:
     print(f"{arguments.file}: sound {_kind(noun)}")
 
 
+def instructions(arguments: Namespace) -> None:
+    """A stitch mesh in words, printed unless a file is named."""
+    text = knitting_instructions(read_stitches(arguments.fabric))
+    if arguments.output is None:
+        print(text, end="")
+    else:
+        write_text(arguments.output, text)
+
+
 def convert(arguments: Namespace) -> None:
     """One format to another of the same noun."""
     noun = _read(arguments)
     if isinstance(noun, YarnSet):
         write_yarns(arguments.output, noun)
-    elif isinstance(noun, StitchMesh) and Path(arguments.output).suffix == ".h5":
+    elif isinstance(noun, StitchMesh) and Path(arguments.output).suffix.lower() in WRITABLE_STITCHES:
         write_stitches(arguments.output, noun)
     else:
         write_mesh(arguments.output, noun)

@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of wool: rows alternate between two tones while the hue drifts along the garment."""
+"""Colours of wool.
+
+Several yarns have a colour each. One yarn shows its rows, which alternate between two tones while the hue drifts along
+the garment.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,8 @@ DYES = np.array([[168, 74, 58], [196, 134, 62], [134, 140, 82], [62, 116, 122], 
 UNDYED = np.array([236, 226, 206]) / 255
 """Every second row is the dye let down with this, sRGB."""
 SHARE_UNDYED = 0.42
+WOOLS = np.array([UNDYED, *DYES[[4, 0, 1, 2, 3, 5]]])
+"""Colours of yarns by their number: undyed wool first, then those that differ most, sRGB."""
 
 
 def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
@@ -23,3 +29,11 @@ def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
     pale = (1 - SHARE_UNDYED) * dye + SHARE_UNDYED * UNDYED**2.2
     striped = np.where((np.arange(len(rows)) % 2 == 0)[:, None], dye, pale)
     return np.round(255 * striped ** (1 / 2.2)).astype(np.uint8)[rank]
+
+
+def yarn_colours(row: ArrayLike, colour: ArrayLike) -> NDArray[np.uint8]:
+    """Colour (sRGB) by the number of the colour where there are several numbers, else by row, shape (n,) to (n, 3)."""
+    numbers = np.asarray(colour, dtype=np.int64)
+    if numbers.size == 0 or (numbers == numbers[0]).all():
+        return row_colours(row)
+    return np.round(255 * WOOLS).astype(np.uint8)[numbers % len(WOOLS)]

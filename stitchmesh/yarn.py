@@ -12,7 +12,7 @@ A closed yarn of n control points has n segments, an open one n - 3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +43,11 @@ def basis_derivative(parameter: ArrayLike) -> FloatArray:
     return np.stack([-(t**2), 3 * s**2 - 4 * s, -3 * s**2 + 2 * s + 1, s**2], axis=1) / 2
 
 
+def _undyed() -> IntArray:
+    """Colours that are all zero; they get their length when yarns are made."""
+    return np.zeros(0, dtype=np.int64)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class YarnSet:
     """Yarns in compressed rows: yarn ``y`` owns ``points[start[y]:start[y + 1]]``.
@@ -68,6 +73,8 @@ class YarnSet:
     """Stitch face that each control point came from, ``UNKNOWN_FACE`` where none, shape (N,)."""
     part: IntArray
     """Which part of that stitch, counted along its template, shape (N,)."""
+    colour: IntArray = field(default_factory=_undyed)
+    """Colour number of each yarn, ``StitchMesh.yarn`` of its stitches; all 0 where not given, shape (Y,)."""
     lattice: Lattice | None = None
     """Periods of a set that repeats."""
     lattice_step: IntArray | None = None
@@ -80,6 +87,8 @@ class YarnSet:
             object.__setattr__(self, name, frozen_array(getattr(self, name), kind))
         if self.lattice_step is not None:
             object.__setattr__(self, "lattice_step", frozen_array(self.lattice_step, np.int64))
+        colour = np.asarray(self.colour)
+        object.__setattr__(self, "colour", frozen_array(colour if colour.size else np.zeros(self.yarn_count), np.int64))
         self._check_shapes()
         self._check_values()
 
@@ -191,7 +200,8 @@ class YarnSet:
             raise YarnError(f"start: got {self.start[0]} to {self.start[-1]}; expected 0 to {len(self.points)}")
         _check_counts(self.start, self.closed)
         expected = {"radius": self.yarn_count, "row": len(self.points), "face": len(self.points),
-                    "part": len(self.points), "rest_length": int(self.segment_start[-1])}  # fmt: skip
+                    "part": len(self.points), "rest_length": int(self.segment_start[-1]),
+                    "colour": self.yarn_count}  # fmt: skip
         for name, count in expected.items():
             if getattr(self, name).shape != (count,):
                 raise YarnError(f"{name}: got shape {getattr(self, name).shape}; expected ({count},)")
@@ -210,6 +220,9 @@ class YarnSet:
             bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
             if len(bad):
                 raise YarnError(f"{name} {first_few(bad)}: got {values[bad[0]]}; expected a positive number of cm")
+        bad = np.flatnonzero(self.colour < 0)
+        if len(bad):
+            raise YarnError(f"yarn {first_few(bad)}: got colour {self.colour[bad[0]]}; colours are numbered from 0")
 
 
 def _check_counts(start: IntArray, closed: NDArray[np.bool_]) -> None:

@@ -33,9 +33,9 @@ def read_any(path: FilePath, *, unit: str = "cm", radius: float | None = None) -
         MeshError: the polygons do not form an oriented manifold surface.
         YarnError: the yarns are malformed.
     """
-    suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *READABLE]))
+    suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *READABLE, ".smobj"]))
     read_bytes(path)  # a missing file or a folder is told here, in one way for all formats
-    stitches = suffix == ".h5" and stored_format(path) == STITCHES
+    stitches = suffix == ".smobj" or (suffix == ".h5" and stored_format(path) == STITCHES)
     if not stitches and (suffix not in READABLE or (suffix == ".obj" and _holds_polylines(path))):
         return read_yarns(path, unit=unit, radius=radius)
     if radius is not None:

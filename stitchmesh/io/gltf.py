@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Binary glTF: yarns as one mesh of triangle tubes, in metres and y up as the format demands, coloured by row.
+"""Binary glTF: yarns as one mesh of triangle tubes, in metres and y up as the format demands, in colour.
 
-Colours stand at the vertices, as light and not as sRGB, over a rough white material. Tubes have fewer sides and
-sections the more segments there are, so that a file stays within what a viewer loads.
+That is the colour of the yarn where there are several, else of the row. Colours stand at the vertices, as light and not
+as sRGB, over a rough white material. Tubes have fewer sides and sections the more segments there are, so that a file
+stays within what a viewer loads.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.curves import curves_of_segments
-from stitchmesh.dyes import row_colours
+from stitchmesh.dyes import yarn_colours
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import rounded
@@ -48,7 +49,8 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
     visual = trimesh.visual.TextureVisuals(
         material=PBRMaterial(name="wool", metallicFactor=0.0, roughnessFactor=ROUGHNESS)
     )
-    visual.vertex_attributes["color"] = _light(row_colours(yarns.row)[curves.control_point])[tubes.ring]
+    colours = yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
+    visual.vertex_attributes["color"] = _light(colours[curves.control_point])[tubes.ring]
     mesh = trimesh.Trimesh(
         vertices=rounded(path, "the coordinates", METRES * tubes.vertices),
         faces=tubes.triangles,

@@ -6,9 +6,10 @@
     /yarns/closed   BasisCurves, wrap periodic
     /yarns/open     BasisCurves, wrap nonperiodic; a prim without curves is left out
 
-``widths`` are diameters, one where all agree, else one to a curve. The primvar ``yarn`` numbers the curves as in the
-set; ``row``, ``face`` and ``part`` belong to control points. Coordinates are rounded to float32. Curves of other
-programs are read where they are cubic B-splines: transforms, the unit and a z axis that is up are accounted for.
+``widths`` are diameters, one where all agree, else one to a curve. The primvars ``yarn``, which numbers the curves as
+in the set, and ``colour`` belong to curves; ``row``, ``face`` and ``part`` to control points. Coordinates are rounded
+to float32. Curves of other programs are read where they are cubic B-splines: transforms, the unit and a z axis that is
+up are accounted for.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ class UsdCurve:
     """Half its width [cm], if it states one."""
     yarn: int | None
     """Its number among the yarns, if it states one."""
+    colour: int | None
+    """The number of its colour, if it states one."""
     labels: dict[str, IntArray]
     """Those of ``LABELS`` that it has, shape (n,) each."""
 
@@ -128,7 +131,8 @@ def _define_curves(
     curves.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent))
     primvars = UsdGeom.PrimvarsAPI(curves)
     labels = {name: (getattr(yarns, name)[of_chosen], UsdGeom.Tokens.vertex) for name in LABELS}
-    for name, (values, interpolation) in {"yarn": (chosen, UsdGeom.Tokens.uniform), **labels}.items():
+    own = {"yarn": (chosen, UsdGeom.Tokens.uniform), "colour": (yarns.colour[chosen], UsdGeom.Tokens.uniform)}
+    for name, (values, interpolation) in {**own, **labels}.items():
         primvar = primvars.CreatePrimvar(name, Sdf.ValueTypeNames.IntArray, interpolation)
         primvar.Set(Vt.IntArray.FromNumpy(_int32(values)))
 
@@ -161,13 +165,14 @@ def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
     labels = {label: _primvar(prim, label, len(points)) for label in LABELS}
     split = {label: np.split(values, cuts) for label, values in labels.items() if values is not None}
     radius = _radii(where, curves, len(counts))
-    yarn = _primvar(prim, "yarn", len(counts))
+    yarn, colour = _primvar(prim, "yarn", len(counts)), _primvar(prim, "colour", len(counts))
     return [
         UsdCurve(
             points=own,
             closed=closed,
             radius=None if radius is None else float(radius[index] * scale),
             yarn=None if yarn is None else int(yarn[index]),
+            colour=None if colour is None else int(colour[index]),
             labels={label: values[index] for label, values in split.items()},
         )
         for index, own in enumerate(np.split(points @ turn + shift, cuts))

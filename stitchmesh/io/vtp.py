@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """VTK's XML poly data: yarns as polylines that ParaView colours by row, stitch, strain or radius.
 
-A closed yarn returns to its first point. Points carry ``yarn``, ``row``, ``face``, ``part``, ``radius`` and ``strain``,
-polylines carry ``yarn``.
+A closed yarn returns to its first point. Points carry ``yarn``, ``colour``, ``row``, ``face``, ``part``, ``radius``
+and ``strain``, polylines carry ``yarn`` and ``colour``.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ class VtpPolylines:
     """Whether each polyline returns to its first point."""
     radius: FloatArray | None
     """Radius of each polyline in the file's unit, if its points state one."""
+    colour: IntArray | None
+    """The number of each polyline's colour, if they state one."""
 
 
 def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> None:
@@ -54,11 +56,13 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
     data = pyvista.PolyData(np.concatenate(curves.points) / scale, lines=_cells(curves.points, curves.closed))
     yarn = yarns.segment_yarn[curves.segment]
     data.point_data["yarn"] = yarn
+    data.point_data["colour"] = yarns.colour[yarn]
     for name in ("row", "face", "part"):
         data.point_data[name] = getattr(yarns, name)[curves.control_point]
     data.point_data["radius"] = yarns.radius[yarn] / scale
     data.point_data["strain"] = yarns.strain[curves.segment]
     data.cell_data["yarn"] = curves.yarn
+    data.cell_data["colour"] = yarns.colour[curves.yarn]
     writer = vtkXMLPolyDataWriter()
     writer.SetInputData(data)
     writer.SetDataModeToBinary()
@@ -74,7 +78,7 @@ def read_vtp(path: FilePath) -> VtpPolylines:
         FileError: the file cannot be read, is malformed, or has no polylines.
     """
     name = fspath(path)
-    points, starts, corners, radius = _content(path)
+    points, starts, corners, numbers = _content(path)
     if len(starts) < 2:
         raise FileError(f"{name}: has no lines; expected polylines, one for each yarn")
     unknown = corners[(corners < 0) | (corners >= len(points))]
@@ -92,7 +96,9 @@ def read_vtp(path: FilePath) -> VtpPolylines:
             raise FileError(f"{name}: line {index} has {len(line)} points; expected at least {least}")
         curves.append(points[line[:-1] if returns else line])
         closed.append(bool(returns))
-    return VtpPolylines(curves, closed, None if radius is None else radius[corners[starts[:-1]]])
+    of_line = {label: values[corners[starts[:-1]]] for label, values in numbers.items()}
+    colour = of_line.get("colour")
+    return VtpPolylines(curves, closed, of_line.get("radius"), None if colour is None else colour.astype(np.int64))
 
 
 def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
@@ -106,8 +112,8 @@ def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
     return np.array(cells, dtype=np.int64)
 
 
-def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, FloatArray | None]:
-    """Points, where each line starts among the corners and the last ends, the corners, and the points' radii."""
+def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, dict[str, FloatArray]]:
+    """Points, where each line starts among the corners and the last ends, the corners, and numbers of the points."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
@@ -122,12 +128,13 @@ def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, FloatArray
     data = reader.GetOutput()
     lines = data.GetLines()
     if data.GetPoints() is None or lines.GetNumberOfCells() == 0:
-        return np.empty((0, 3)), np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), None
+        return np.empty((0, 3)), np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), {}
     points = vtk_to_numpy(data.GetPoints().GetData()).astype(np.float64)
     starts = vtk_to_numpy(lines.GetOffsetsArray()).astype(np.int64)
     corners = vtk_to_numpy(lines.GetConnectivityArray()).astype(np.int64)
-    radius = data.GetPointData().GetArray("radius")
-    return points, starts, corners, None if radius is None else vtk_to_numpy(radius).astype(np.float64)
+    arrays = {name: data.GetPointData().GetArray(name) for name in ("radius", "colour")}
+    numbers = {name: vtk_to_numpy(array).astype(np.float64) for name, array in arrays.items() if array is not None}
+    return points, starts, corners, numbers
 
 
 @contextmanager

@@ -3,8 +3,9 @@
 """Yarns from and to files, by suffix.
 
 Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them, USD all but the rest lengths, to float32; the
-other formats keep the curves. A BCC file usually holds Catmull-Rom curves, which pass through the same knots and differ
-in between: the largest distance is logged. BCC and OBJ state no radius: reading estimates one, and a warning says so.
+other formats keep the curves, VTP with the colours. A BCC file usually holds Catmull-Rom curves, which pass through the
+same knots and differ in between: the largest distance is logged. BCC and OBJ state no radius: reading estimates one,
+and a warning says so.
 """
 
 from __future__ import annotations
@@ -167,6 +168,8 @@ def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     yarns = _yarns_of_curves([curve.points for curve in curves], closed, own if radius is None else radius)
     shared = [name for name in LABELS if all(name in curve.labels for curve in curves)]
     labels: dict[str, Any] = {name: np.concatenate([curve.labels[name] for curve in curves]) for name in shared}
+    if all(curve.colour is not None for curve in curves):
+        labels["colour"] = [curve.colour for curve in curves]
     return dataclasses.replace(yarns, **labels)
 
 
@@ -182,7 +185,8 @@ def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     pairs = zip(content.curves, content.closed, strict=True)
     curves = [polyline_to_bspline(points * scale, flag) for points, flag in pairs]
     own = None if content.radius is None else content.radius * scale
-    return _yarns_of_curves(curves, content.closed, own if radius is None else radius)
+    yarns = _yarns_of_curves(curves, content.closed, own if radius is None else radius)
+    return yarns if content.colour is None else dataclasses.replace(yarns, colour=content.colour)
 
 
 def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:

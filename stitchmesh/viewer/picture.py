@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.curves import curves_of_segments
-from stitchmesh.dyes import row_colours
+from stitchmesh.dyes import yarn_colours
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.tube import tubes_around
@@ -30,7 +30,7 @@ COARSEST = (4, 1)
 
 
 def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (1600, 1000)) -> None:
-    """Draw yarns as tubes of their radius, coloured by row.
+    """Draw yarns as tubes of their radius, coloured by yarn where there are several, else by row.
 
     Args:
         yarns: y up; the front is its wide side towards +z.
@@ -43,7 +43,7 @@ def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (160
     """
     towards, up = front_directions(yarns.points)
     radius = float(np.median(yarns.radius))
-    colours = row_colours(yarns.row)
+    colours = yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
     layout = layout_for(yarns.points, towards, up, radius)
     with picture(path, size, panels=layout.panels) as plotter:
         plotter.subplot(0, 0)

@@ -31,8 +31,8 @@ IN_FRONT = 2.0
 """How far in front of other loops a link is closed, in yarn radii."""
 BEHIND = 8.0
 """How far behind itself a leg is closed, in yarn radii: a stitch width."""
-BEFORE = 8.0
-"""How far in front of itself a link that is drawn through loops is closed, in yarn radii."""
+BEYOND = 3.0
+"""How far beyond itself a link that is drawn through loops is closed, over the height of a row."""
 
 
 Frame = tuple[int, int, int, int, int, int]
@@ -41,13 +41,15 @@ Frame = tuple[int, int, int, int, int, int]
 
 @dataclass(frozen=True)
 class Corner:
-    """A corner of a closing: ``base + (base - inner) + lift n``, n to the front."""
+    """A corner of a closing: ``base + (base - inner) + lift front + rise up``."""
 
     base: int
     inner: int
     frame: Frame
-    lift: float
+    lift: float = 0.0
     """In yarn radii."""
+    rise: float = 0.0
+    """Over the height of a row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +73,12 @@ class Probes:
         frames = np.array([corner.frame for corner in self.corners], dtype=np.int64).reshape(-1, 3, 2)
         base, inner = points[columns].swapaxes(0, 1)
         across = np.diff(points[frames[:, 0]], axis=1)[:, 0]
-        up = np.diff(points[frames[:, 1:]].sum(axis=2), axis=1)[:, 0]
+        up = np.diff(points[frames[:, 1:]].mean(axis=2), axis=1)[:, 0]
         lift = np.array([corner.lift for corner in self.corners]).reshape(-1, 1) * yarns.radius.mean()
         front = np.cross(across, up)
         front /= np.maximum(np.linalg.norm(front, axis=1, keepdims=True), 1e-300)
-        return np.concatenate([points, base + (base - inner) + lift * front])
+        rise = np.array([corner.rise for corner in self.corners]).reshape(-1, 1)
+        return np.concatenate([points, base + (base - inner) + lift * front + rise * up])
 
 
 def sampled_points(yarns: YarnSet) -> FloatArray:
@@ -102,7 +105,7 @@ def as_polygons(points: FloatArray, curves: list[list[int]]) -> Polygons:
 def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> Probes:
     """Close all loops, links and legs of slipped loops."""
     closer = _Closer(arcs, yarns)
-    loops = [closer.points_of(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
+    loops = [closer.reaching(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
     links = [closer.link(link) for link in arcs.links]
     legs = [closer.leg(piece) for piece in slipped.piece.tolist()]
     return Probes(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES)
@@ -119,30 +122,57 @@ class _Closer:
         self.corners: list[Corner] = []
         self.point_count = len(yarns.points) * SAMPLES
         self.crossing_point = self._crossing_points()
+        # arcs by the cut at which they start (-1) or end (1)
+        self.beside = {(arc.first, -1): arc for arc in (*arcs.loops, *arcs.links)}
+        self.beside |= {(arc.last, 1): arc for arc in (*arcs.loops, *arcs.links)}
+        self.longest = int(np.median([arc.count for arc in (*arcs.loops, *arcs.links)])) // 2
 
     def points_of(self, arc: Arc) -> list[int]:
         """Sampled points of an arc in the order of the yarn."""
         return self._points(arc.yarn, arc.first, arc.count)
+
+    def reaching(self, arc: Arc) -> list[int]:
+        """Sampled points of an arc and of half the arcs beside it, which other loops slide into as yarns relax."""
+        if self._is_ring(arc):
+            return self.points_of(arc)
+        first, last = self._reach(arc, arc.first, -1), self._reach(arc, arc.last, 1)
+        return self._points(arc.yarn, arc.first - first, first + arc.count + last)
+
+    def _reach(self, arc: Arc, cut: int, way: int) -> int:
+        """Sampled points by which an arc is extended beyond one of its cuts."""
+        beside = self.beside.get((cut, -way))
+        if beside is None:
+            return min(self._bridge(arc, way), self.longest)
+        return beside.count - 1 if is_drawn(self.arcs, arc) else min(beside.count // 2, self.longest)
+
+    def _bridge(self, arc: Arc, way: int) -> int:
+        """Sampled points of the bridge or tail beyond the end of a link that has no loop there."""
+        crossing = arc.ends[(way + 1) // 2]
+        bridges = self.pieces.course.bridges
+        points = bridges.ways[crossing].points if crossing in bridges.ways else bridges.tails.get(crossing, ())
+        return len(points) * SAMPLES
 
     def link(self, link: Arc) -> list[int]:
         """The closed curve of a link; nothing where it has no loop to pass through."""
         if is_drawn(self.arcs, link):
             sides = self.whole.twin[self._bottom_sides(int(self.pieces.face[link.pieces[0]]))].tolist()
             sides = sides if self.role[link.ends[0] // SLOTS] == LEFT_WALE else sides[::-1]
-            ends = ((link.last, link.first, sides[-1]), (link.first, link.last, sides[0]))
-            away = [Corner(end, other, self._frame(side), BEFORE) for end, other, side in ends]
-            return [*self.points_of(link), *(self._corner(corner) for corner in away)]
+            points = self.reaching(link)
+            ends = ((points[-1], sides[-1]), (points[0], sides[0]))
+            away = [Corner(end, end, self._frame(side), rise=BEYOND) for end, side in ends]
+            return [*points, *(self._corner(corner) for corner in away)]
         if not any(link.hangs):
             return self.points_of(link) if self._is_ring(link) else []
         ways = [self._along(side, rightwards) for side, rightwards in spanned_sides(self.arcs, link)]
-        return [*self.points_of(link), *self._needle(link, ways)]
+        return [*self.reaching(link), *self._needle(link, ways)]
 
     def leg(self, piece: int) -> list[int]:
         """The closed curve of a leg, downwards."""
         yarn, (first, after) = int(self.pieces.yarn[piece]), self.pieces.points[piece].tolist()
         before = first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1
-        half = SAMPLES // 2
-        points = self._points(yarn, before * SAMPLES + half, (after - first) * SAMPLES + 1)
+        more = (after - first) * SAMPLES // 2  # as for ``reaching``
+        begin, count = before * SAMPLES + SAMPLES // 2 - more, (after - first) * SAMPLES + 1 + 2 * more
+        points = self._points(yarn, begin, count)
         start, end = (int(crossing) // SLOTS for crossing in self.pieces.ends[piece])
         top = end if self.role[start] == 0 else start
         downwards = points if top == start else points[::-1]
@@ -216,7 +246,7 @@ class _Closer:
 
     def _points(self, yarn: int, first: int, count: int) -> list[int]:
         start, size = self.start[yarn] * SAMPLES, (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
-        if first + count <= start + size:
+        if start <= first and first + count <= start + size:
             return list(range(first, first + count))
         return [start + (point - start) % size for point in range(first, first + count)]
 

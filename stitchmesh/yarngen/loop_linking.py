@@ -115,14 +115,30 @@ def _near(first: Polygons, second: Polygons) -> IntArray:
 
 
 def _can_be_told(arcs: Arcs, links: IntArray, loops: IntArray) -> np.ndarray:
-    """Whether a link does not run into a loop, nor is drawn through others beside it, for each pair."""
-    cuts = np.array([(link.first, link.last) for link in arcs.links])[links]
-    hangs = np.array([link.hangs for link in arcs.links])[links]
-    others = np.array([(loop.first, loop.last) for loop in arcs.loops])[loops]
-    meets: np.ndarray = ((cuts[:, :, None] == others[:, None, :]) & hangs[:, :, None]).any(axis=(1, 2))
-    faces = [int(arcs.pieces.face[link.pieces[0]]) if is_drawn(arcs, link) else BORDER for link in arcs.links]
-    held = np.array([{int(arcs.pieces.face[piece]) for piece in loop.pieces} for loop in arcs.loops])
-    return ~meets & np.array([faces[k] == BORDER or faces[k] in held[j] for k, j in zip(links, loops, strict=True)])
+    """Which pairs can be told.
+
+    All that are named; else not a link and a loop that it runs into, one made on that, or one worked together with it
+    or beside it, nor yarn that is drawn through other loops.
+    """
+    expected = abs(expected_passes(arcs))
+    runs_into = _attached(arcs)
+    shared = runs_into + runs_into @ expected.T @ runs_into + runs_into @ expected.T @ expected
+    drawn = np.array([is_drawn(arcs, link) for link in arcs.links])[links]
+    told: np.ndarray = (expected[links, loops] > 0) | ((shared[links, loops] == 0) & ~drawn)
+    return told
+
+
+def _attached(arcs: Arcs) -> csr_array:
+    """Which links run into which loops, shape (links, loops)."""
+    pairs = [
+        (number, arcs.loop_at[point])
+        for number, link in enumerate(arcs.links)
+        for point in (link.first, link.last)
+        if point in arcs.loop_at
+    ]
+    rows, columns = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    shape = len(arcs.links), len(arcs.loops)
+    return coo_array((np.ones(len(rows), dtype=np.int64), (rows, columns)), shape=shape).tocsr()
 
 
 def _loop_name(arcs: Arcs, number: int) -> str:

@@ -58,7 +58,7 @@ def regenerate_yarns(
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
         YarnError: as for ``generate_yarns``.
     """
-    radius = float(relaxed.radius.mean())
+    radius = float(relaxed.radius[0])  # a mean would round
     old = generate_yarns(before, yarn_radius=radius, quality=quality, **how)
     if not np.array_equal(old.start, relaxed.start):
         raise ParameterError(

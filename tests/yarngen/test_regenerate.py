@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stitchmesh import generate_yarns, label, relax_mesh, relax_yarns, tessellate
+from stitchmesh import generate_yarns, label, read_mesh, relax_mesh, relax_yarns, tessellate
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patch import Marks, apply_change
@@ -21,15 +21,17 @@ from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import NEAREST
 from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
 from stitchmesh.yarnrelax import Relaxation
-from tests.gallery import tube
+from stitchmesh.yarnrelax.solver import CHECK
+from tests.gallery import GARMENTS
 
-QUALITY = replace(quality_named("draft"), tolerance=0.005)
+QUALITY = quality_named("draft")
+HAT = next(path for path in GARMENTS if path.stem == "hat")
 
 
 @cache
 def fabric() -> StitchMesh:
-    surface = tube(8, 4, radius=3.0, height=1.5)
-    return relax_mesh(tessellate(label(surface), stitch_width=1.0), surface=surface, device="cpu")
+    surface = read_mesh(HAT)
+    return relax_mesh(tessellate(label(surface), stitch_width=1.6), surface=surface, device="cpu")
 
 
 def at_rest(yarns: YarnSet, own: StitchMesh, start: YarnSet | None = None) -> Relaxation:
@@ -43,7 +45,7 @@ def relaxed() -> YarnSet:
 
 def edited(stitch: Stitch) -> tuple[StitchMesh, int]:
     """The fabric with one stitch in its middle changed, and that stitch's face."""
-    face = int(np.flatnonzero((fabric().stitch == Stitch.KNIT) & (fabric().row == 3))[2])
+    face = int(np.flatnonzero((fabric().stitch == Stitch.KNIT) & (fabric().row == 6))[2])
     return apply_change(fabric(), Marks("stitch", np.array([face]), np.array([stitch]))), face
 
 
@@ -68,14 +70,15 @@ def test_untouched_stitches_stay_as_relaxed_and_touched_ones_join_them(stitch):
     assert smallest_distance(start, 2 * yarns.radius[0])[0] >= NEAREST * yarns.radius[0]
 
 
-def test_relaxing_again_takes_a_fifth_of_the_iterations_at_most():
+def test_relaxing_again_takes_a_fifth_of_the_iterations():
     after, _ = edited(Stitch.PURL)
     yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
     anew, again = at_rest(yarns, after), at_rest(yarns, after, start)
     assert anew.report["converged"] and again.report["converged"]
-    assert again.report["iterations"] <= anew.report["iterations"] / 5
-    # the energy of rest is one: both stop where it falls by less than a tenth of the tolerance in twenty iterations
-    assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=10 * QUALITY.tolerance)
+    # whether yarns are at rest is found out every twenty iterations
+    assert again.report["iterations"] <= anew.report["iterations"] / 5 + CHECK
+    # both stop where the energy falls by less than a tenth of the tolerance in twenty iterations, and take hundreds
+    assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=2 * QUALITY.tolerance)
 
 
 def test_rest_lengths_that_were_changed_stay_changed():
@@ -92,5 +95,5 @@ def test_yarns_of_another_quality_are_refused():
 
 
 def test_a_start_of_other_yarns_is_refused():
-    with pytest.raises(ParameterError, match="start: got .* expected the same yarns"):
+    with pytest.raises(ParameterError, match=r"start: got .* expected the same yarns"):
         relax_yarns(relaxed(), start=generate_yarns(fabric(), quality="standard"), device="cpu")

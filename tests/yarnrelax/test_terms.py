@@ -24,12 +24,13 @@ from stitchmesh.yarnrelax.gravity import Gravity
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.model import put_model
 from stitchmesh.yarnrelax.pins import Pins
+from stitchmesh.yarnrelax.pull import Pull
 from stitchmesh.yarnrelax.state import make_state
 from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
 from tests.gallery import ROOT
 
 FLOOR = Mesh.from_polygons([[-9, -1, -9], [-9, -1, 9], [9, -1, 9], [9, -1, -9]], [[0, 1, 2, 3]])
-OPTIONAL = ("body", "friction", "gravity", "mesh_features", "pins", "twist")
+OPTIONAL = ("body", "friction", "gravity", "mesh_features", "pins", "pull", "twist")
 """How the files of ``yarnrelax`` begin that only some relaxations need."""
 
 
@@ -61,6 +62,7 @@ def test_forces_without_terms_take_three_kernels() -> None:
     [
         ([Gravity()], ["add_weights"]),
         ([Body(FLOOR)], ["body_forces"]),
+        ([Pull((0.0, 1.0, 0.0), [3])], ["add_pull"]),
         ([Gravity(), Body(FLOOR)], ["add_weights", "body_forces"]),
     ],
 )
@@ -119,6 +121,11 @@ CHOICES = {
         "from stitchmesh.yarnrelax.pins import Pins; terms, constraints = [], [Pins([0])]",
         {"pins"},
         {"pins"},
+    ),
+    "pull": (
+        "from stitchmesh.yarnrelax.pull import Pull; terms, constraints = [Pull((1.0, 0.0, 0.0), [0])], []",
+        {"pull"},
+        {"pull"},
     ),
     "body": (
         "from stitchmesh.yarnrelax.body import Body; constraints = []; "

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How long each edit takes on a large garment, from the call to the checked new stitch mesh, and its undoing.
+
+    python benchmarks/edit_latency.py
+    python benchmarks/edit_latency.py --mesh assets/meshes/sweater.obj --stitch-width 0.3
+
+Every run edits another place, in a stitch mesh that has computed nothing of itself yet, as an edit leaves it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import fields
+
+import numpy as np
+
+from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.io import read_mesh
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.patch import Patch
+from stitchmesh.stitch import Stitch
+from stitchmesh.tessellate import tessellate
+
+RUNS = 20
+"""Places at which each edit is timed."""
+
+EditAt = Callable[[StitchMesh, int], Edit]
+
+
+def at_face(name: str, **more: object) -> EditAt:
+    """An edit of a face."""
+    return lambda fabric, face: Edit(name, {"face": face, **more})
+
+
+def at_top(name: str, **more: object) -> EditAt:
+    """An edit of a face's rightmost top side."""
+    return lambda fabric, face: Edit(name, {"side": int(fabric.right_wale[face]) + 1, **more})
+
+
+def at_wale(name: str, **more: object) -> EditAt:
+    """An edit of a face's right wale side."""
+    return lambda fabric, face: Edit(name, {"side": int(fabric.right_wale[face]), **more})
+
+
+SPLIT = at_top("split_course_edge")
+DIVIDE = at_face("add_wale_edge", below=1, above=1)
+CROSS = at_top("cross_cable", left=2, right=2, front="left")
+CASES: list[tuple[list[EditAt], EditAt]] = [
+    ([], lambda fabric, face: Edit("change_stitch", {"faces": [face], "stitch": "p"})),
+    ([], at_top("twist_loop", twist=1)),
+    ([], lambda fabric, face: Edit("stripe", {"rows": [int(fabric.row[face])], "yarn": 1})),
+    ([], CROSS),
+    ([], at_top("set_cable", destinations=[2, 1, 0], layers=[2, 1, 0])),
+    ([CROSS], at_top("clear_cable")),
+    ([], SPLIT),
+    ([SPLIT], at_top("collapse_course_edge")),
+    ([SPLIT], DIVIDE),
+    ([SPLIT, DIVIDE], at_wale("remove_wale_edge")),
+    ([SPLIT], at_wale("shift_wale_edge", end="top", direction="left")),
+    ([], at_wale("insert_wale", courses=1)),
+    ([], at_wale("insert_wale")),
+    ([], at_face("remove_wale")),
+    ([], at_face("flip_row")),
+    ([], at_face("insert_row")),
+    ([], at_face("remove_row")),
+    ([], at_face("bobble")),
+    ([], at_face("paste_pattern", pattern="eyelet-lace")),
+]
+"""Edits that are made first, and the one that is timed."""
+
+
+def forgetful(fabric: StitchMesh) -> StitchMesh:
+    """The same stitch mesh without what it has computed of itself."""
+    fresh = object.__new__(StitchMesh)
+    for part in fields(StitchMesh):
+        object.__setattr__(fresh, part.name, getattr(fabric, part.name))
+    return fresh
+
+
+def timed(fabric: StitchMesh, first: list[EditAt], then: EditAt, face: int) -> tuple[float, float, int]:
+    """Milliseconds of an edit and of its undoing, and how many faces it puts in.
+
+    Raises:
+        StitchMeshError: the edit is not possible at this face.
+    """
+    for edit in first:
+        fabric = apply_edit(fabric, edit(fabric, face)).fabric
+    edit = then(fabric, face)
+    fresh = forgetful(fabric)
+    start = time.perf_counter()
+    edited = apply_edit(fresh, edit)
+    between = time.perf_counter()
+    apply_changes(edited.fabric, edited.inverse)
+    end = time.perf_counter()
+    faces = sum(len(change.added_faces) for change in edited.changes if isinstance(change, Patch))
+    return 1e3 * (between - start), 1e3 * (end - between), faces
+
+
+def row_of(fabric: StitchMesh, first: list[EditAt], then: EditAt, places: np.ndarray) -> str:
+    """One line of the table."""
+    runs: list[tuple[float, float, int]] = []
+    for face in places.tolist():
+        try:
+            runs.append(timed(fabric, first, then, face))
+        except StitchMeshError:
+            continue
+        if len(runs) == RUNS:
+            break
+    edit = then(fabric, int(places[0]))
+    name = edit.name + (", 1 course" if "courses" in edit.arguments else "")
+    if not runs:
+        return f"{name:<32}   possible nowhere"
+    median, slowest = np.median(runs, axis=0), np.max(runs, axis=0)
+    return f"{name:<32}{median[0]:>8.1f}{slowest[0]:>10.1f}{median[1]:>10.1f}{median[2]:>9.0f}{len(runs):>7}"
+
+
+def main() -> None:
+    """Time the edits of one garment."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--mesh", default="assets/meshes/dress.obj")
+    parser.add_argument("--stitch-width", type=float, default=0.45)
+    arguments = parser.parse_args()
+    fabric = tessellate(label(read_mesh(arguments.mesh)), stitch_width=arguments.stitch_width)
+    inner = (fabric.twin[fabric.left_wale] != BORDER) & (fabric.twin[fabric.right_wale] != BORDER)
+    places = np.flatnonzero((fabric.stitch == Stitch.KNIT) & inner)
+    places = np.random.default_rng(0).permutation(places)[: 10 * RUNS]
+    print(f"{arguments.mesh}: {fabric.face_count} faces; Python {platform.python_version()}, {platform.machine()}")
+    print(f"{'milliseconds':<32}{'median':>8}{'slowest':>10}{'undo':>10}{'faces':>9}{'runs':>7}")
+    for first, then in CASES:
+        print(row_of(fabric, first, then, places), flush=True)
+
+
+if __name__ == "__main__":
+    main()

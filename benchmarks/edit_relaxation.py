@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What an edit of one stitch costs a relaxed fabric: relaxing again against starting anew.
+
+Three relaxations of the edited fabric are compared: anew, from the yarns as generated; again, from the yarns relaxed
+before the edit (``regenerate_yarns``); and anew with every control point of the start moved by a hundredth of a radius.
+The last tells how well the state of rest is determined at all.
+
+    python benchmarks/edit_relaxation.py [--garment hat] [--stitch-width 1.2] [--quality standard] [--tolerance T]
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+import stitchmesh as sm
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patch import Marks, apply_change
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.stitch import Stitch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.regenerate import regenerate_yarns
+from stitchmesh.yarnrelax import Relaxation
+
+GARMENTS = Path(__file__).parent.parent / "assets" / "meshes"
+NUDGE = 0.01
+"""Root mean square displacement of the nudged start, in radii."""
+
+
+def main() -> None:
+    """Print a table of the three relaxations for a few edits."""
+    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told.add_argument("--garment", default="hat")
+    told.add_argument("--stitch-width", type=float, default=1.2)
+    told.add_argument("--quality", default="standard")
+    told.add_argument("--tolerance", type=float)
+    told.add_argument("--rest-length-factor", type=float, default=1.0)
+    told.add_argument("--device")
+    arguments = told.parse_args()
+    quality = quality_named(arguments.quality)
+    if arguments.tolerance is not None:
+        quality = replace(quality, tolerance=arguments.tolerance)
+    mesh = sm.read_mesh(GARMENTS / f"{arguments.garment}.obj")
+    fabric = sm.tessellate(sm.label(mesh), stitch_width=arguments.stitch_width)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=arguments.device)
+    yarns = sm.apply_rest_lengths(
+        sm.generate_yarns(fabric, quality=quality), sm.RestLengths(factor=arguments.rest_length_factor)
+    )
+    before = relaxed(yarns, fabric, quality, arguments.device)
+    size = f"{fabric.face_count} stitches, {len(yarns.points)} control points"
+    print(f"{arguments.garment}: {size}, {arguments.quality}, tolerance {quality.tolerance:g}: "
+          f"{before.report['iterations']} iterations\n")  # fmt: skip
+    print("| edit | anew | again | part | apart, points | apart, curves | nudged apart, points | curves |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name, stitch, place in (("k to p", Stitch.PURL, 0.35), ("k to slip", Stitch.SLIP_BACK, 0.6)):
+        edited = with_stitch(fabric, stitch, place)
+        print(row_of(name, before.yarns, fabric, edited, quality, arguments.device))
+
+
+def relaxed(
+    yarns: YarnSet, fabric: StitchMesh, quality: Quality, device: str | None, start: YarnSet | None = None
+) -> Relaxation:
+    """The yarns at rest, the fabric keeping its shape."""
+    return sm.relax_yarns(yarns, start=start, quality=quality, keep_shape=fabric, device=device)
+
+
+def with_stitch(fabric: StitchMesh, stitch: Stitch, place: float) -> StitchMesh:
+    """The fabric with one knit stitch in the middle of it changed, some part of the way around."""
+    knits = np.flatnonzero((fabric.stitch == Stitch.KNIT) & (fabric.row == fabric.row.max() // 2))
+    face = knits[[int(place * len(knits))]]
+    return apply_change(fabric, Marks("stitch", face, np.array([stitch])))
+
+
+def row_of(
+    name: str, before: YarnSet, fabric: StitchMesh, edited: StitchMesh, quality: Quality, device: str | None
+) -> str:
+    """One line of the table."""
+    yarns, start = regenerate_yarns(before, fabric, edited, quality=quality)
+    nudge = np.random.default_rng(1).normal(size=yarns.points.shape) * (NUDGE / np.sqrt(3.0) * yarns.radius[0])
+    anew = relaxed(yarns, edited, quality, device)
+    again = relaxed(yarns, edited, quality, device, start)
+    nudged = relaxed(yarns, edited, quality, device, replace(yarns, points=yarns.points + nudge))
+    first, second = anew.report["iterations"], again.report["iterations"]
+    cells = [name, first, second, f"{second / first:.0%}"]
+    for other in (again, nudged):
+        cells += [f"{points_apart(anew.yarns, other.yarns):.3f}", f"{curves_apart(anew.yarns, other.yarns):.3f}"]
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"
+
+
+def points_apart(first: YarnSet, second: YarnSet) -> float:
+    """Root mean square distance of control points, in radii."""
+    return float(np.sqrt(np.mean(np.sum((first.points - second.points) ** 2, axis=1))) / first.radius[0])
+
+
+def curves_apart(first: YarnSet, second: YarnSet) -> float:
+    """Root mean square distance of one set's curves from the other's, in radii; sliding along itself does not count."""
+    distance = cKDTree(np.concatenate(second.sampled(32))).query(np.concatenate(first.sampled(4)))[0]
+    return float(np.sqrt(np.mean(distance**2)) / first.radius[0])
+
+
+if __name__ == "__main__":
+    main()

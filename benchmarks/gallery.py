@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The gallery: a swatch of each pattern of the library, relaxed and drawn, and the page docs/gallery.md.
+
+    python benchmarks/gallery.py relax FOLDER [--device cuda:0] [PATTERN ...]   # FOLDER/PATTERN.h5 and a .json each
+    python benchmarks/gallery.py draw FOLDER [PATTERN ...]                      # the pictures and the page
+
+A swatch is relaxed as a knitter blocks it: its edges are held, all else is free.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import stitchmesh as sm
+from stitchmesh.curves import curves_of_segments
+from stitchmesh.dyes import yarn_colours
+from stitchmesh.mesh import Mesh
+from stitchmesh.patterns import Pattern, pattern_names
+from stitchmesh.quality import quality_named
+from stitchmesh.tube import tubes_around
+from stitchmesh.yarnrelax.borders import KeepBorders
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+PICTURES = DOCS / "gallery"
+STITCH_WIDTH, STITCH_HEIGHT, RADIUS = 0.8, 0.62, 0.1
+"""Gauge of the swatches and yarn radius [cm]."""
+LOOPS = 28
+"""About how many loops wide and how many rows high a swatch is."""
+MOST_ITERATIONS = 6000
+WOOL = (196, 184, 160)
+"""Colour of a fabric of one yarn, sRGB."""
+SIZE, JPEG_QUALITY = 420, 84
+"""Pixels of a picture."""
+SEEN = 0.74
+"""Part of the swatch's smaller side that is seen: its edges are not."""
+FIGURE_16 = ("mrs-montagues", "openwork-trellis", "ridged-feather", "flame-ribbing", "braid-cables", "cable-work")
+"""The patterns of Yuksel et al. 2012, figure 16, in its order."""
+
+
+def swatch_of(pattern: Pattern, device: str | None) -> sm.StitchMesh:
+    """Whole tiles, about square, evened out in their plane."""
+    inner = max(LOOPS - pattern.rows[0].bottoms[0] - pattern.rows[0].bottoms[2], 1)
+    columns, rows = max(1, round(inner / pattern.width)), max(1, round(LOOPS / pattern.height))
+    fabric = sm.pattern_mesh(pattern, columns, rows, stitch_width=STITCH_WIDTH, stitch_height=STITCH_HEIGHT)
+    width, height = fabric.vertices[:, :2].max(axis=0)
+    sheet = Mesh.from_polygons([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]], [[0, 1, 2, 3]])
+    return sm.relax_mesh(fabric, surface=sheet, device=device)
+
+
+def relax(folder: Path, names: list[str], device: str | None) -> None:
+    """Relax the swatches of some patterns into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    quality = replace(quality_named("standard"), max_iterations=MOST_ITERATIONS)
+    print("| pattern | stitches | control points | iterations | seconds | at rest | residual | nearest [r] |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name in names:
+        fabric = swatch_of(sm.read_pattern(name), device)
+        yarns = sm.generate_yarns(fabric, yarn_radius=RADIUS, quality=quality)
+        done = sm.relax_yarns(yarns, quality=quality, device=device, constraints=[KeepBorders(fabric)])
+        sm.write_yarns(folder / f"{name}.h5", done.yarns)
+        report = {**done.report, "stitches": fabric.face_count}
+        (folder / f"{name}.json").write_text(json.dumps(report))
+        print(f"| {name} | {fabric.face_count} | {len(yarns.points)} | {report['iterations']} | "
+              f"{report['seconds']:.1f} | {'yes' if report['converged'] else 'no'} | {report['residual']:.4f} | "
+              f"{report['min_distance_over_radius']:.2f} |", flush=True)  # fmt: skip
+
+
+def draw(folder: Path, name: str) -> None:
+    """The picture of one swatch from the right side, without its edges."""
+    from PIL import Image  # here, so that swatches can be relaxed where nothing can be drawn
+
+    from stitchmesh.viewer.camera import camera_at
+    from stitchmesh.viewer.stage import add_tubes, look, picture, shade_hollows
+
+    yarns = sm.read_yarns(folder / f"{name}.h5")
+    one = bool((yarns.colour == yarns.colour[0]).all())
+    colours = np.tile(WOOL, (len(yarns.points), 1)) if one else yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
+    curves = curves_of_segments(yarns, np.arange(len(yarns.segment_points)), 3)
+    tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=12)
+    low, high = yarns.points.min(axis=0), yarns.points.max(axis=0)
+    focus = 0.5 * (low + high)
+    path = PICTURES / f"{name}.png"
+    with picture(path, (SIZE, SIZE)) as plotter:
+        add_tubes(plotter, tubes, colours.astype(np.uint8)[curves.control_point][tubes.ring])
+        height = SEEN * float(np.min((high - low)[:2]))
+        look(plotter, camera_at(focus, np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), height))
+        shade_hollows(plotter, 3 * RADIUS)
+    Image.open(path).convert("RGB").save(path.with_suffix(".jpg"), quality=JPEG_QUALITY, optimize=True)
+    path.unlink()
+
+
+def page(folder: Path) -> str:
+    """docs/gallery.md."""
+    lines = [
+        "<!--", "SPDX-FileCopyrightText: StitchMesh contributors", "SPDX-License-Identifier: Apache-2.0", "-->", "",
+        "# Gallery", "",
+        "Swatches of the patterns in `assets/patterns`, relaxed at quality `standard` with their edges held, seen from",
+        "the right side. `python benchmarks/gallery.py relax out/gallery`, then `draw out/gallery`, made them.", "",
+        "## The six patterns of Yuksel et al. 2012, figure 16", "",
+        "Reconstructed from knitting practice: the paper names them and shows pictures, it gives no charts.", "",
+        "| | | |", "|---|---|---|",
+    ]  # fmt: skip
+    for first in (0, 3):
+        three = FIGURE_16[first : first + 3]
+        lines.append("| " + " | ".join(f"![{name}](gallery/{name}.jpg) {name}" for name in three) + " |")
+    lines += ["", "## All patterns", "", "| | pattern | tile | yarn | relaxed | source |", "|---|---|---|---|---|---|"]
+    for name in pattern_names():
+        pattern, report = sm.read_pattern(name), json.loads((folder / f"{name}.json").read_text())
+        rest = "at rest" if report["converged"] else f"NOT at rest, residual {report['residual']:.3f}"
+        lines.append(
+            f"| ![{name}](gallery/{name}.jpg) | `{name}` | {pattern.width} x {pattern.height} | {pattern.yarn_count} | "
+            f"{report['iterations']} iterations, {rest} | {pattern.source} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Relax or draw."""
+    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told.add_argument("step", choices=("relax", "draw"))
+    told.add_argument("folder", type=Path)
+    told.add_argument("patterns", nargs="*", help="all if none")
+    told.add_argument("--device")
+    given = told.parse_args()
+    names = given.patterns or list(pattern_names())
+    if given.step == "relax":
+        relax(given.folder, names, given.device)
+        return
+    for name in names:
+        draw(given.folder, name)
+    if not given.patterns:
+        (DOCS / "gallery.md").write_text(page(given.folder))
+
+
+if __name__ == "__main__":
+    main()

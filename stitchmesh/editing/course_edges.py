@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Split and collapse course edges (Yuksel et al. 2012, section 5.3 and figure 13).
+
+A course edge is a loop: splitting it gives the face below one loop more to make and the face above one more to
+hold. At a border only one face changes.
+"""
+
+from __future__ import annotations
+
+from stitchmesh.editing.sides import check_side
+from stitchmesh.editing.sketch import Sketch, SketchFace
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.patch import Change
+
+
+def split_course_edge(
+    fabric: StitchMesh, side: int, stitch_below: str | None = None, stitch_above: str | None = None
+) -> list[Change]:
+    """Make two edges of a course edge, with a new vertex in its middle.
+
+    Args:
+        fabric: stitch faces.
+        side: either side of the edge.
+        stitch_below: code for the face that has the edge on top; one like its own where not given.
+        stitch_above: code for the face that has the edge at its bottom.
+
+    Raises:
+        ParameterError: the side is no course side, is part of a cable, or no stitch fits a face.
+    """
+    check_side(fabric, side, "course")
+    sketch = Sketch(fabric)
+    places = _places(sketch, side)
+    vertices, _ = places[0][0].chain(places[0][1])
+    ends = vertices[places[0][2] : places[0][2] + 2]
+    middle = sketch.vertex(0.5 * (sketch.position(ends[0]) + sketch.position(ends[1])))
+    for face, on_top, place in places:
+        _check_uncrossed(face, on_top, place)
+        left, right = face.chain(on_top)[0][place : place + 2]
+        face.insert(on_top, place, middle, (("half", left), ("half", right)))
+        sketch.settle(face, stitch_below if on_top else stitch_above)
+    return [sketch.patch()]
+
+
+def collapse_course_edge(
+    fabric: StitchMesh, side: int, stitch_below: str | None = None, stitch_above: str | None = None
+) -> list[Change]:
+    """Make one vertex of a course edge: undoes a split.
+
+    Args:
+        fabric: stitch faces.
+        side: either side of the edge.
+        stitch_below: code for the face that has the edge on top; one like its own where not given.
+        stitch_above: code for the face that has the edge at its bottom.
+
+    Raises:
+        ParameterError: the side is no course side, is part of a cable, or no stitch fits a face.
+        MeshError: the edge joins two borders, or a face would touch itself.
+    """
+    check_side(fabric, side, "course")
+    sketch = Sketch(fabric)
+    places = _places(sketch, side)
+    face, on_top, place = places[0]
+    first, second = face.chain(on_top)[0][place : place + 2]
+    for face, on_top, place in places:
+        _check_uncrossed(face, on_top, place)
+        sketch.settle(face, stitch_below if on_top else stitch_above)
+    sketch.merge(first, second)
+    for face, on_top, place in places:
+        face.close(on_top, place)
+    return [sketch.patch()]
+
+
+def _places(sketch: Sketch, side: int) -> list[tuple[SketchFace, bool, int]]:
+    """The faces of a course edge, with its place in each."""
+    sides = [side, int(sketch.fabric.twin[side])]
+    return [sketch.course_side(side) for side in sides if side != BORDER]
+
+
+def _check_uncrossed(face: SketchFace, on_top: bool, place: int) -> None:
+    if on_top and face.loops[place].cable_shift:
+        raise ParameterError(f"{face.name}: its loop is part of a cable; clear the cable first")

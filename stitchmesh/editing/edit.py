@@ -1,0 +1,180 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Edits as data: a name and arguments that JSON can hold, applied to a stitch mesh."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from stitchmesh.cables import course_line, groups_on_line
+from stitchmesh.editing.bobble import bobble
+from stitchmesh.editing.cable_marks import clear_cable, cross_cable, set_cable
+from stitchmesh.editing.course_edges import collapse_course_edge, split_course_edge
+from stitchmesh.editing.pasting import paste_pattern
+from stitchmesh.editing.row_edits import flip_row, insert_row, remove_row
+from stitchmesh.editing.stitch_marks import change_stitch, stripe, twist_loop
+from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
+from stitchmesh.editing.wale_lines import insert_wale, remove_wale
+from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
+from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.patch import Change, Marks, apply_change, inverse_change
+from stitchmesh.stitch import Stitch
+
+EDITS: dict[str, Callable[..., list[Change]]] = {
+    edit.__name__: edit
+    for edit in (
+        change_stitch, twist_loop, stripe,
+        cross_cable, set_cable, clear_cable,
+        split_course_edge, collapse_course_edge,
+        add_wale_edge, remove_wale_edge, shift_wale_edge,
+        insert_wale, remove_wale,
+        flip_row, insert_row, remove_row,
+        bobble, paste_pattern,
+        spiral, unspiral, graft, ungraft,
+    )
+}  # fmt: skip
+"""What each edit changes, by its name."""
+
+LARGEST = 2**31
+"""Whole numbers in an edit are smaller."""
+
+
+@dataclass(frozen=True)
+class Edit:
+    """What is done to a stitch mesh."""
+
+    name: str
+    """One of ``EDITS``."""
+    arguments: Mapping[str, object] = field(default_factory=dict)
+    """Arguments of that function beside the stitch mesh, by name: numbers, texts and lists of numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edited:
+    """What an edit has made."""
+
+    fabric: StitchMesh
+    changes: tuple[Change, ...]
+    """What it changed, in turn."""
+    inverse: tuple[Change, ...]
+    """What undoes it exactly, in turn."""
+
+
+def apply_edit(fabric: StitchMesh, edit: Edit) -> Edited:
+    """Apply an edit; the stitch mesh given stays as it is.
+
+    Args:
+        fabric: stitch faces.
+        edit: what to do.
+
+    Raises:
+        ParameterError: there is no such edit, an argument is missing, unknown or of another kind, or what it names is
+            not there or leaves no room for the edit.
+        MeshError: the surface would not be an oriented manifold, or the mesh has no stitches yet or repeats.
+        LabelError: a face would not be a legal stitch face, or a cable would be cut.
+    """
+    panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
+    if len(panels) or fabric.lattice is not None:
+        what = "repeats on a lattice" if fabric.lattice is not None else f"has panels (face {panels[0]})"
+        raise MeshError(f"edit: the mesh {what}; expected stitches with borders, as `tessellate` makes them")
+    changes = checked(edit)(fabric, **edit.arguments)
+    return apply_changes(fabric, changes)
+
+
+def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
+    """Apply some changes in turn.
+
+    Raises:
+        MeshError: as for ``apply_change``.
+        LabelError: likewise, or a cable would be cut.
+    """
+    inverse: list[Change] = []
+    for change in changes:
+        inverse.insert(0, inverse_change(fabric, change))
+        fabric = apply_change(fabric, change)
+    for change in changes[-1:]:
+        _check_cables(fabric, change)
+    return Edited(fabric, tuple(changes), tuple(inverse))
+
+
+def checked(edit: Edit) -> Callable[..., list[Change]]:
+    """The function of an edit, its arguments checked for their names and kinds.
+
+    Raises:
+        ParameterError: there is no such edit, or an argument is missing, unknown or of another kind.
+    """
+    if edit.name not in EDITS:
+        near = difflib.get_close_matches(edit.name, EDITS, n=1) or [", ".join(EDITS)]
+        raise ParameterError(f"edit {edit.name!r}: is unknown; expected {near[0]}")
+    hints, needed = _arguments(edit.name)
+    for name in needed:
+        if name not in edit.arguments:
+            raise ParameterError(f"{edit.name}: needs {name!r}; got {', '.join(edit.arguments) or 'nothing'}")
+    for name, value in edit.arguments.items():
+        if name not in hints:
+            raise ParameterError(f"{edit.name}: has no {name!r}; its arguments are {', '.join(hints)}")
+        if not _is_of(value, hints[name]):
+            raise ParameterError(f"{edit.name}: {name} is {json.dumps(value)}; expected {_kind(hints[name])}")
+    return EDITS[edit.name]
+
+
+@cache
+def _arguments(name: str) -> tuple[dict[str, object], list[str]]:
+    """Types of an edit's arguments, and the names of those that must be given."""
+    edit = EDITS[name]
+    parameters = list(inspect.signature(edit).parameters.values())[1:]
+    hints = get_type_hints(edit)
+    needed = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
+    return {parameter.name: hints[parameter.name] for parameter in parameters}, needed
+
+
+def _is_of(value: object, hint: object) -> bool:
+    """Whether a value from JSON has a type."""
+    if get_origin(hint) is Sequence:
+        return isinstance(value, list | tuple) and all(_is_of(entry, int) for entry in value)
+    if hint is int:
+        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < LARGEST
+    if hint is str:
+        return isinstance(value, str)
+    return value is None or any(_is_of(value, option) for option in get_args(hint) if option is not type(None))
+
+
+def _kind(hint: object) -> str:
+    if get_origin(hint) is Sequence:
+        return "a list of whole numbers"
+    if hint in (int, str):
+        return "a whole number" if hint is int else "a text"
+    return _kind(get_args(hint)[0])
+
+
+def _check_cables(fabric: StitchMesh, change: Change) -> None:
+    """Check the cables on the course lines that a change touches."""
+    if not fabric.cable_shift.any():
+        return
+    seen: set[int] = set()
+    for side in _loops_touched(fabric, change).tolist():
+        if side not in seen:
+            line, is_ring = course_line(fabric, side)
+            seen.update(line.tolist())
+            if fabric.cable_shift[line].any():
+                groups_on_line(fabric, line, is_ring)
+
+
+def _loops_touched(fabric: StitchMesh, change: Change) -> IntArray:
+    """Top sides of faces that a change put in or marked, and those below them."""
+    if isinstance(change, Marks):
+        sides = change.places if change.name.startswith("cable") else np.zeros(0, dtype=np.int64)
+    else:
+        sides = fabric.sides_of(change.added_faces)
+    across = fabric.twin[sides]
+    sides = np.concatenate([sides, across[across != BORDER]])
+    return sides[fabric.side_role[sides] == 2]

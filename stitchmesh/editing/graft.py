@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Graft two lines of loops together, and take a seam apart.
+
+Grafted are the loops of two borders with as many loops each. Where both are top borders the wale directions meet head
+on, and every two neighbouring stitches are linked by a closed ring of yarn across the seam, as in Kitchener stitch
+(Yuksel et al. 2012, section 4.4). A top border also takes the bottom sides of stitches that hold loops.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.editing.fans import corner_fans, reconnected
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.stitch import Stitch
+
+TOP = 2
+
+
+def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
+    """Join two lines of border loops. Vertices that meet move to the middle between them.
+
+    Args:
+        fabric: a stitch mesh with both borders; they may be of two pieces that lie apart.
+        first_side: a course side on one border; its line goes on up to the next wale sides of the border, or around.
+        second_side: a course side on the other. Around a tube, the two sides themselves come to lie on one another.
+
+    Raises:
+        ParameterError: a side is no course side on a border, has no loop to graft, both lines are the same, or their
+            loops differ in number.
+    """
+    _check(fabric, first_side, second_side)
+    first, second = _border_line(fabric, first_side), _border_line(fabric, second_side)
+    if second_side in first:
+        raise ParameterError(f"graft: sides {first_side} and {second_side} lie on one line; choose two borders")
+    if len(first) != len(second):
+        raise ParameterError(
+            f"graft: got {len(first)} loops at side {first_side} and {len(second)} at side {second_side}; expected as "
+            "many: increase or decrease in the row before"
+        )
+    if _is_ring(fabric, first) != _is_ring(fabric, second):
+        raise ParameterError(f"graft: one of sides {first_side} and {second_side} lies on a ring; expected both")
+    across = [second[0], *second[:0:-1]] if _is_ring(fabric, first) else second[::-1]
+    twin = fabric.twin.copy()
+    twin[first], twin[across] = across, first
+    return _merged(fabric, twin)
+
+
+def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
+    """Take two rows apart along the course line through a side: the inverse of ``graft``, exact in the twins of sides.
+
+    Args:
+        fabric: the stitch mesh.
+        side: a course side inside the fabric; the line goes on up to borders, or around.
+
+    Raises:
+        ParameterError: the side is no course side between two faces.
+    """
+    if not 0 <= side < fabric.side_count or fabric.is_wale[side] or fabric.twin[side] == BORDER:
+        raise ParameterError(f"ungraft: got side {side}; expected a course side between two faces")
+    line = _inner_line(fabric, side)
+    twin = fabric.twin.copy()
+    twin[fabric.twin[line]], twin[line] = BORDER, BORDER
+    fan = corner_fans(fabric, twin)
+    vertex = np.zeros(fan.max() + 1, dtype=np.int64)
+    vertex[fan] = fabric.face_vertex
+    first = np.unique(vertex, return_index=True)[1]
+    again = np.setdiff1d(np.arange(len(vertex)), first)
+    vertices = np.concatenate([fabric.vertices, fabric.vertices[vertex[again]]])
+    vertex[again] = len(fabric.vertices) + np.arange(len(again))
+    return reconnected(fabric, vertices, vertex[fan], twin)
+
+
+def _check(fabric: StitchMesh, *sides: int) -> None:
+    for side in sides:
+        if not 0 <= side < fabric.side_count or fabric.is_wale[side] or fabric.twin[side] != BORDER:
+            raise ParameterError(f"graft: got side {side}; expected a course side on a border")
+        if fabric.side_role[side] != TOP and fabric.stitch[fabric.side_face[side]] == Stitch.CAST_ON:
+            raise ParameterError(f"graft: {fabric.side_name(side)} is cast on: it has no loop; graft a top border")
+    if all(fabric.side_role[side] != TOP for side in sides):
+        raise ParameterError(f"graft: sides {sides[0]} and {sides[1]} are both bottoms; one must be a top with loops")
+
+
+def _border_line(fabric: StitchMesh, side: int) -> list[int]:
+    """Border sides of the same role on either side of one, in walking order; a ring starts at the side itself."""
+    role = fabric.side_role[side]
+    loop = next(loop for loop in fabric.boundary_loops if side in loop)
+    loop = np.roll(loop, -int(np.flatnonzero(loop == side)[0]))
+    others = np.flatnonzero(fabric.side_role[loop] != role)
+    if len(others) == 0:
+        return loop.tolist()
+    return [*loop[others[-1] + 1 :].tolist(), *loop[: others[0]].tolist()]
+
+
+def _is_ring(fabric: StitchMesh, line: list[int]) -> bool:
+    return fabric.next_border_side(line[-1]) == line[0]
+
+
+def _inner_line(fabric: StitchMesh, side: int) -> list[int]:
+    """Course sides that follow one another along a course line, on one side of it."""
+    line = [side]
+    while (following := _beyond(fabric, line[-1], fabric.side_next)) not in (BORDER, side):
+        line.append(following)
+    if following == side:
+        return line
+    while (before := _beyond(fabric, line[0], fabric.side_previous)) != BORDER:
+        line.insert(0, before)
+    return line
+
+
+def _beyond(fabric: StitchMesh, side: int, step: IntArray) -> int:
+    """The next course side of the line, in the same face or in the one across a wale side; ``BORDER`` at its end."""
+    following = int(step[side])
+    if fabric.is_wale[following]:
+        across = int(fabric.twin[following])
+        following = BORDER if across == BORDER else int(step[across])
+    ends = following == BORDER or fabric.twin[following] == BORDER
+    return BORDER if ends else following
+
+
+def _merged(fabric: StitchMesh, twin: IntArray) -> StitchMesh:
+    """The fabric with other twins; vertices that become one keep the lowest number and lie in their middle."""
+    fan = corner_fans(fabric, twin)
+    pairs = np.unique(np.stack([fan, fabric.face_vertex], axis=1), axis=0)
+    count = np.bincount(pairs[:, 0])
+    middle = np.stack([np.bincount(pairs[:, 0], axis) / count for axis in fabric.vertices[pairs[:, 1]].T], axis=1)
+    lowest = pairs[np.searchsorted(pairs[:, 0], np.arange(len(count))), 1]
+    order = np.argsort(lowest, kind="stable")
+    number = np.empty(len(count), dtype=np.int64)
+    number[order] = np.arange(len(count))
+    return reconnected(fabric, middle[order], number[fan], twin)

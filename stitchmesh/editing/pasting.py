@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Paste a pattern as an edit."""
+
+from __future__ import annotations
+
+from stitchmesh.editing.sides import check_face
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patch import Change
+from stitchmesh.patterns.apply import pattern_changes
+from stitchmesh.patterns.columns import check_remainder
+from stitchmesh.patterns.library import read_pattern
+from stitchmesh.patterns.parse import parse_pattern
+
+
+def paste_pattern(
+    fabric: StitchMesh, pattern: str, face: int | None = None, remainder: str = "centre"
+) -> list[Change]:
+    """Knit a fabric in a pattern, as ``apply_pattern`` does.
+
+    Args:
+        fabric: stitch faces.
+        pattern: a name in the library, the path of a file, or the text of a pattern, which has more than one line.
+        face: a plain stitch of the grid to fill; the whole fabric where not given.
+        remainder: as for ``apply_pattern``.
+
+    Raises:
+        ParameterError: as for ``apply_pattern``, or the library has no such pattern.
+        FileError: the file cannot be read.
+        PatternError: the text says no pattern.
+    """
+    if face is not None:
+        check_face(fabric, face)
+    read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
+    return pattern_changes(fabric, read, face=face, remainder=check_remainder(remainder))

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Edits that leave all sides as they are: stitches, twists of loops, yarns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stitchmesh.editing.fitting import check_fit, stitch_named
+from stitchmesh.editing.sides import check_face, check_side
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.patch import Change, Marks
+
+
+def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list[Change]:
+    """Knit some faces with another stitch, one for as many loops below and above.
+
+    Args:
+        fabric: stitch faces.
+        faces: which of them.
+        stitch: code of the stitch, ``cast-on`` or ``draw-through``.
+
+    Raises:
+        ParameterError: a face is gone or has other sides, the stitch is unknown, or takes loops where the border is.
+    """
+    wanted, places = stitch_named(stitch), _faces(fabric, faces)
+    for face in places.tolist():
+        start, n_bottom = int(fabric.face_start[face]), int(fabric.n_bottom[face])
+        free = int((fabric.twin[start : start + n_bottom] == BORDER).sum())
+        check_fit(f"face {face}", wanted, n_bottom, int(fabric.n_top[face]), free)
+    return [Marks("stitch", places, np.full(len(places), int(wanted)))]
+
+
+def twist_loop(fabric: StitchMesh, side: int, twist: int) -> list[Change]:
+    """Give the loop on a top side half a turn, or none.
+
+    Args:
+        fabric: stitch faces.
+        side: the top side.
+        twist: 1 where the leg from the left is in front, -1 where it is behind, 0 for no twist.
+
+    Raises:
+        ParameterError: the side is no top side, or the twist is another number.
+    """
+    check_side(fabric, side, "top")
+    if twist not in (-1, 0, 1):
+        raise ParameterError(f"{fabric.side_name(side)}: twist {twist}; expected -1, 0 or 1")
+    return [Marks("twist", np.array([side]), np.array([twist]))]
+
+
+def stripe(
+    fabric: StitchMesh, yarn: int, rows: Sequence[int] | None = None, faces: Sequence[int] | None = None
+) -> list[Change]:
+    """Knit rows or faces with another yarn.
+
+    Args:
+        fabric: stitch faces.
+        yarn: number of the yarn, from 0.
+        rows: numbers of whole rows.
+        faces: single faces.
+
+    Raises:
+        ParameterError: a row or a face is gone, neither is given, or the yarn's number is negative.
+    """
+    if yarn < 0:
+        raise ParameterError(f"yarn: got {yarn}; yarns are numbered from 0")
+    numbers = np.unique(np.asarray(rows or [], dtype=np.int64))
+    missing = numbers[~np.isin(numbers, fabric.row)]
+    if len(missing):
+        raise ParameterError(f"row {missing[0]}: is gone; the mesh has rows 0 to {fabric.row.max()}")
+    places = np.flatnonzero(np.isin(fabric.row, numbers))
+    if faces or not rows:
+        places = np.union1d(places, _faces(fabric, faces or []))
+    return [Marks("yarn", places, np.full(len(places), yarn))]
+
+
+def _faces(fabric: StitchMesh, faces: Sequence[int]) -> IntArray:
+    """Some faces, each once, ascending."""
+    if not faces:
+        raise ParameterError("faces: got none; expected at least one")
+    for face in faces:
+        check_face(fabric, face)
+    return np.unique(np.asarray(faces, dtype=np.int64))

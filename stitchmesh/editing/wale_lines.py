@@ -1,0 +1,298 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Insert and remove a column of stitches along a wale line.
+
+A wale line runs upwards over wale edges while exactly one goes on from each vertex. Opening it makes an edge of each
+of its vertices and a stitch between every two. Where it ends inside the fabric, the new edge goes to the face beyond
+on the right: the column begins in an increase and ends in a decrease.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stitchmesh.editing.fitting import stitch_named
+from stitchmesh.editing.sides import check_face, check_side, edge_of, role_of
+from stitchmesh.editing.sketch import Sketch, SketchFace, like
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.patch import Change
+from stitchmesh.stitch import SIDE_COUNTS, Stitch
+
+
+@dataclass(frozen=True)
+class _WaleEdge:
+    """A wale edge and the faces beside it, ``BORDER`` where there is none."""
+
+    name: int
+    foot: int
+    head: int
+    left: int
+    right: int
+
+
+def insert_wale(fabric: StitchMesh, side: int, courses: int | None = None, stitch: str = "k") -> list[Change]:
+    """Insert a column of stitches along the wale line of a wale edge.
+
+    Args:
+        fabric: stitch faces.
+        side: either side of the edge; the column runs both ways as far as the line goes.
+        courses: stitches of the column, counted upwards from this edge; where not given the whole line.
+        stitch: code of the new stitches, one of one loop on one loop.
+
+    Raises:
+        ParameterError: the side is no wale side, the faces beside the line run opposite ways, the line is shorter
+            than ``courses``, the stitch does not fit, or a face at an end has no room for one loop more.
+        MeshError: a face would touch itself.
+    """
+    check_side(fabric, side, "wale")
+    made = stitch_named(stitch)
+    if SIDE_COUNTS.get(made) != (1, 1):
+        raise ParameterError(f"stitch {stitch}: does not make one loop on one; expected such a stitch for a column")
+    sketch = Sketch(fabric)
+    line, is_closed = _line(sketch, side, courses)
+    opened = _Opening(sketch, line, is_closed)
+    for edge in line:
+        opened.put_between(edge, made)
+    return [sketch.patch()]
+
+
+def remove_wale(fabric: StitchMesh, face: int, courses: int | None = None) -> list[Change]:
+    """Take out the column of stitches through a face: as far as each stands on the single loop of another.
+
+    Where it begins and ends inside the fabric, the faces there make or take one loop less.
+
+    Args:
+        fabric: stitch faces.
+        face: a face of the column; the column runs both ways as far as it goes.
+        courses: stitches to take out, counted upwards from this face; where not given the whole column.
+
+    Raises:
+        ParameterError: there is no such face, it does not make one loop of one, the column is shorter than
+            ``courses``, or a face at an end has no stitch for one loop less.
+        MeshError: the column joins two borders, or a face would touch itself.
+    """
+    check_face(fabric, face)
+    column, is_closed = _column(fabric, face, courses)
+    sketch = Sketch(fabric)
+    gone = [sketch.drop(number) for number in column]
+    for number, stitch in zip(column, gone, strict=True):
+        _close_wale(sketch, number, stitch, column)
+    first, last = int(fabric.face_start[column[0]]), int(fabric.right_wale[column[-1]]) + 1
+    ends = [] if is_closed else [(first, edge) for edge in gone[0].below] + [(last, edge) for edge in gone[-1].above]
+    beyond = [(_across(sketch, side), edge) for side, edge in ends]
+    for chain in [*(stitch.low for stitch in gone), *([] if is_closed else [gone[-1].high])]:
+        if len(chain) == 2:
+            sketch.merge(*chain)
+    for outer, edge in beyond:
+        if outer is not None:
+            on_top = edge in outer.above
+            outer.close(on_top, outer.chain(on_top)[1].index(edge))
+            sketch.settle(outer)
+    return [sketch.patch()]
+
+
+def _line(sketch: Sketch, side: int, courses: int | None) -> tuple[list[_WaleEdge], bool]:
+    """Wale edges of a line upwards, and whether it closes."""
+    fabric = sketch.fabric
+    edge = _wale_edge(fabric, side)
+    line = [edge]
+    while (courses is None or len(line) < courses) and (onwards := _onwards(sketch, line[-1].head, 1)) is not None:
+        if onwards.name == edge.name:
+            return line, True
+        line.append(onwards)
+    if courses is not None and len(line) != courses:
+        raise ParameterError(f"courses: got {courses}; the line has {len(line)} from {fabric.side_name(side)} on")
+    while courses is None and (onwards := _onwards(sketch, line[0].foot, -1)) is not None:
+        line.insert(0, onwards)
+    return line, line[-1].head == line[0].foot
+
+
+def _wale_edge(fabric: StitchMesh, side: int) -> _WaleEdge:
+    across = int(fabric.twin[side])
+    if across != BORDER and role_of(fabric, side) == role_of(fabric, across):
+        raise ParameterError(f"{fabric.side_name(side)}: its two faces run opposite ways; flip one of the rows first")
+    ends = [int(fabric.face_vertex[side]), int(fabric.face_vertex[fabric.side_next[side]])]
+    faces = [int(fabric.side_face[side]), BORDER if across == BORDER else int(fabric.side_face[across])]
+    if role_of(fabric, side) == 3:
+        ends, faces = ends[::-1], faces[::-1]
+    if faces[0] == faces[1]:
+        raise ParameterError(f"{fabric.side_name(side)}: has one face on both sides; there is no room for a column")
+    return _WaleEdge(edge_of(fabric, side), ends[0], ends[1], faces[0], faces[1])
+
+
+def _onwards(sketch: Sketch, vertex: int, step: int) -> _WaleEdge | None:
+    """The wale edge upwards (1) or downwards (-1) of a vertex, where just one leads up to it and just one on."""
+    fabric = sketch.fabric
+    up: dict[int, int] = {}
+    down: dict[int, int] = {}
+    for corner in sketch.corners.around(vertex):
+        before = int(fabric.side_previous[corner])
+        for side, found in ((corner, {1: up, 3: down}), (before, {1: down, 3: up})):
+            role = role_of(fabric, side)
+            if role in found:
+                found[role][edge_of(fabric, side)] = side
+    if len(up) != 1 or len(down) != 1:
+        return None
+    return _wale_edge(fabric, *(up if step > 0 else down).values())
+
+
+class _Opening:
+    """A wale line while it is opened: two vertices for each of its own."""
+
+    def __init__(self, sketch: Sketch, line: list[_WaleEdge], is_closed: bool) -> None:
+        self._sketch = sketch
+        self._split: dict[int, tuple[int, int]] = {}
+        before = [line[-1] if is_closed else None, *line[:-1]]
+        for low, edge in zip(before, line, strict=True):
+            self._open(low, edge)
+        if not is_closed:
+            self._open(line[-1], None)
+
+    def put_between(self, edge: _WaleEdge, made: Stitch) -> None:
+        """Put a stitch between the two copies of a wale edge."""
+        sketch = self._sketch
+        beside = [sketch.face(number) for number in (edge.right, edge.left) if number != BORDER]
+        opened = ("opened", edge.name)
+        if edge.right != BORDER:
+            beside[0].rename_edge(edge.name, opened)
+        low, high = (list(dict.fromkeys(self._split[vertex])) for vertex in (edge.foot, edge.head))
+        kept = beside[0].stitch in (Stitch.CAST_ON, Stitch.DRAW_THROUGH)
+        face = like(
+            beside[0], low=low, high=high,
+            below=[("across", edge.foot)] * (len(low) - 1), above=[("across", edge.head)] * (len(high) - 1),
+            left=edge.name, right=opened, stitch=beside[0].stitch if kept else made,
+        )  # fmt: skip
+        sketch.add(face)
+        sketch.settle(face)
+
+    def _open(self, below: _WaleEdge | None, above: _WaleEdge | None) -> None:
+        """Split the vertex between two wale edges of the line, or at an end of it."""
+        sketch, fabric = self._sketch, self._sketch.fabric
+        vertex = below.head if below is not None else above.foot  # type: ignore[union-attr]
+        sides = [_turn(fabric, edge, is_head, rightwards)
+                 for edge, is_head in ((below, True), (above, False)) if edge is not None
+                 for rightwards in (False, True)]  # fmt: skip
+        left, right = sides[0::2], sides[1::2]
+        lines = [next((line for line in each if line.side != BORDER), None) for each in (left, right)]
+        if lines == [None, None]:
+            self._split[vertex] = (vertex, vertex)  # all wales end here: the column runs to a point
+            return
+        pair = self._pair(vertex, lines)
+        self._split[vertex] = pair
+        near = [{face for turn in each for face in turn.faces} for each in (left, right)]
+        if below is None or above is None:
+            self._widen(vertex, pair, near, lines)
+        for faces, new in zip(near, pair, strict=True):
+            for number in faces:
+                _replace(sketch.face(number), vertex, new)
+
+    def _pair(self, vertex: int, lines: list[_Turn | None]) -> tuple[int, int]:
+        """Two vertices on the course line, a third of the way to the next vertices; one stays on a border."""
+        sketch = self._sketch
+        here = sketch.position(vertex)
+        share = 1 / 3 if None not in lines else 1 / 2
+        ends = [here if line is None else here + share * (sketch.position(line.end) - here) for line in lines]
+        return sketch.vertex(ends[0]), sketch.vertex(ends[1])
+
+    def _widen(
+        self, vertex: int, pair: tuple[int, int], near: list[set[int]], lines: list[_Turn | None]
+    ) -> None:  # fmt: skip
+        """Give the new edge at an end of the line to the face beyond on the right, if there is none on the left."""
+        sketch, fabric = self._sketch, self._sketch.fabric
+        far = set(sketch.faces_around([vertex])) - near[0] - near[1]
+        across = [BORDER if line is None else int(fabric.twin[line.side]) for line in lines]
+        on_right = across[1] != BORDER
+        side = across[1] if on_right else across[0]
+        if side == BORDER:
+            return
+        face, on_top, place = sketch.course_side(side)
+        vertices, _ = face.chain(on_top)
+        first = vertices[place] == vertex
+        order = pair if first == on_right else pair[::-1]
+        face.widen(on_top, place if first else place + 1, order, ("across", vertex))
+        sketch.settle(face)
+        for number in far - {int(fabric.side_face[side])}:
+            _replace(sketch.face(number), vertex, pair[0] if on_right else pair[1])
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """What lies around a vertex between the wale line and the course line beside it."""
+
+    faces: tuple[int, ...]
+    side: int
+    """Side on the course line, ``BORDER`` where there is none."""
+    end: int
+    """The other vertex of that side."""
+
+
+def _turn(fabric: StitchMesh, edge: _WaleEdge, is_head: bool, rightwards: bool) -> _Turn:
+    """Turn around the head or the foot of a wale edge, away from it, up to the course line."""
+    face = edge.right if rightwards else edge.left
+    if face == BORDER:
+        return _Turn((), BORDER, BORDER)
+    wale = int(fabric.left_wale[face] if rightwards else fabric.right_wale[face])
+    step = fabric.side_previous if is_head == rightwards else fabric.side_next
+    side, faces = int(step[wale]), [face]
+    while role_of(fabric, side) % 2 == 1:
+        across = int(fabric.twin[side])
+        if across == BORDER or int(fabric.side_face[across]) in faces:
+            return _Turn(tuple(faces), BORDER, BORDER)
+        faces.append(int(fabric.side_face[across]))
+        side = int(step[across])
+    end = side if is_head == rightwards else fabric.side_next[side]
+    return _Turn(tuple(faces), side, int(fabric.face_vertex[end]))
+
+
+def _replace(face: SketchFace, old: int, new: int) -> None:
+    for vertices in (face.low, face.high):
+        vertices[:] = [new if vertex == old else vertex for vertex in vertices]
+
+
+def _column(fabric: StitchMesh, face: int, courses: int | None) -> tuple[list[int], bool]:
+    """Faces of a column upwards, and whether it closes."""
+    if fabric.n_bottom[face] > 1 or fabric.n_top[face] > 1:
+        raise ParameterError(f"face {face}: does not make one loop of one; expected a face of a plain column")
+    column = [face]
+    while (courses is None or len(column) < courses) and (onwards := _stacked(fabric, column[-1], 1)) != BORDER:
+        if onwards == face:
+            return column, True
+        column.append(onwards)
+    if courses is not None and len(column) != courses:
+        raise ParameterError(f"courses: got {courses}; the column runs over {len(column)} from face {face}")
+    while courses is None and (onwards := _stacked(fabric, column[0], -1)) != BORDER:
+        column.insert(0, onwards)
+    return column, _stacked(fabric, column[-1], 1) == column[0]
+
+
+def _stacked(fabric: StitchMesh, face: int, step: int) -> int:
+    """The face above (1) or below (-1) that works the same single loop and no other, ``BORDER`` where there is none."""
+    if (fabric.n_top if step > 0 else fabric.n_bottom)[face] == 0:
+        return BORDER
+    side = int(fabric.right_wale[face]) + 1 if step > 0 else int(fabric.face_start[face])
+    across = int(fabric.twin[side])
+    if across == BORDER or role_of(fabric, across) != 1 - step:
+        return BORDER
+    other = int(fabric.side_face[across])
+    return BORDER if fabric.n_bottom[other] > 1 or fabric.n_top[other] > 1 else other
+
+
+def _close_wale(sketch: Sketch, number: int, stitch: SketchFace, column: list[int]) -> None:
+    """Make the neighbours of a stitch of the column each other's."""
+    fabric = sketch.fabric
+    across, on_left = int(fabric.twin[fabric.right_wale[number]]), int(fabric.twin[fabric.left_wale[number]])
+    if across == on_left == BORDER:
+        raise ParameterError(f"{stitch.name}: is all of its row; without it the fabric would fall apart")
+    if across == BORDER:
+        return
+    right = int(fabric.side_face[across])
+    if right in column:
+        raise ParameterError(f"{stitch.name}: has its column on both sides; there is nothing that could close the gap")
+    sketch.face(right).rename_edge(stitch.right, stitch.left)
+
+
+def _across(sketch: Sketch, side: int) -> SketchFace | None:
+    """The face across a side, to be redrawn."""
+    across = int(sketch.fabric.twin[side])
+    return None if across == BORDER else sketch.face(int(sketch.fabric.side_face[across]))

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Spirals and grafts as edits: a change that puts the whole stitch mesh in anew."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.editing import graft as grafting
+from stitchmesh.editing import spiral as spirals
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patch import Change, Patch, inverse_change
+
+
+def spiral(fabric: StitchMesh, seam: int | None = None) -> list[Change]:
+    """Turn stacked rings into one row that climbs, as ``spiral.spiral`` does."""
+    return [_replacement(fabric, spirals.spiral(fabric, seam))]
+
+
+def unspiral(fabric: StitchMesh) -> list[Change]:
+    """Turn every spiral back into rings, as ``spiral.unspiral`` does."""
+    return [_replacement(fabric, spirals.unspiral(fabric))]
+
+
+def graft(fabric: StitchMesh, first_side: int, second_side: int) -> list[Change]:
+    """Join the loops of two borders, as ``graft.graft`` does."""
+    return [_replacement(fabric, grafting.graft(fabric, first_side, second_side))]
+
+
+def ungraft(fabric: StitchMesh, side: int) -> list[Change]:
+    """Take two rows apart, as ``graft.ungraft`` does."""
+    return [_replacement(fabric, grafting.ungraft(fabric, side))]
+
+
+def _replacement(before: StitchMesh, after: StitchMesh) -> Change:
+    """All of one stitch mesh in the place of all of another: what undoes its taking away."""
+    nothing = np.zeros(0, dtype=np.int64)
+    gone = Patch(
+        removed_faces=np.arange(after.face_count), removed_vertices=np.arange(len(after.vertices)),
+        added_faces=np.arange(before.face_count), added_vertices=np.arange(len(before.vertices)),
+        positions=np.zeros((0, 3)), face_size=nothing, corners=nothing, twin=np.zeros((0, 2), dtype=np.int64),
+        faces={}, sides={}, stretch=np.zeros(0),
+    )  # fmt: skip
+    return inverse_change(after, gone)

@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Course edges and wale edges: what an edit adds, its opposite takes away, to the last bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.editing.edit import Edit, apply_edit
+from stitchmesh.editing.fitting import fitting_stitch
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.stitch import CODES, Stitch
+from stitchmesh.yarngen import generate_yarns
+from tests.editing.fabrics import around, face_at, flat, names, top_of
+from tests.editing.random_edits import bits
+
+
+def edited(fabric: StitchMesh, name: str, **arguments: object) -> StitchMesh:
+    return apply_edit(fabric, Edit(name, arguments)).fabric
+
+
+def widened(fabric: StitchMesh, face: int) -> StitchMesh:
+    """The fabric with an increase in a face and a decrease above it."""
+    return edited(fabric, "split_course_edge", side=top_of(fabric, face))
+
+
+@pytest.mark.parametrize("make", [flat, around])
+def test_every_course_edge_can_be_split_and_collapsed_again(make):
+    fabric = make()
+    for side in np.flatnonzero(~fabric.is_wale).tolist():
+        face, role = int(fabric.side_face[side]), fabric.side_role[side]
+        split = edited(fabric, "split_course_edge", side=side)
+        new = top_of(split, face, 1) if role == 2 else int(split.face_start[face])
+        assert bits(edited(split, "collapse_course_edge", side=new)) == bits(fabric)
+
+
+def test_a_split_adds_one_vertex_one_edge_and_no_face():
+    fabric = flat()
+    split = widened(fabric, face_at(fabric, 2, 3))
+    assert (len(split.vertices), len(split.edge_side), split.face_count) == (
+        len(fabric.vertices) + 1, len(fabric.edge_side) + 1, fabric.face_count,
+    )  # fmt: skip
+    assert names(split, face_at(fabric, 2, 3), face_at(fabric, 3, 3)) == [Stitch.KY, Stitch.D12K]
+
+
+def test_at_a_border_only_one_face_changes():
+    fabric = flat()
+    for side in np.flatnonzero(~fabric.is_wale & (fabric.twin == BORDER)).tolist():
+        split = edited(fabric, "split_course_edge", side=side)
+        assert np.flatnonzero(np.diff(split.face_start) != 4).tolist() == [fabric.side_face[side]]
+        cast_on = fabric.side_role[side] == 0
+        assert names(split, fabric.side_face[side]) == [Stitch.CAST_ON if cast_on else Stitch.KY]
+
+
+def test_a_loop_more_on_the_last_row_is_bound_off():
+    """No wale ends in the new vertex of the border: the bind-off stands on those of the faces around it."""
+    fabric = flat()
+    split = edited(fabric, "split_course_edge", side=top_of(fabric, face_at(fabric, 5, 3)))
+    assert generate_yarns(split).yarn_count == 1
+
+
+def test_arguments_name_the_stitches():
+    fabric = flat()
+    low, high = face_at(fabric, 2, 3), face_at(fabric, 3, 3)
+    side = top_of(fabric, low)
+    split = edited(fabric, "split_course_edge", side=side, stitch_below="kp", stitch_above="d21p")
+    assert names(split, low, high) == [Stitch.KP, Stitch.D21P]
+    with pytest.raises(ParameterError, match=f"face {low}: kyk needs 1 and 3; the face has 1 bottom and 2 top sides"):
+        edited(fabric, "split_course_edge", side=side, stitch_below="kyk")
+
+
+@pytest.mark.parametrize(
+    ("code", "sides", "then"),
+    [("k", (1, 2), "ky"), ("p", (1, 2), "py"), ("k", (2, 1), "d12k"), ("p", (2, 1), "d12p"), ("d12k", (3, 1), "d213k"),
+     ("ky", (1, 3), "kyk"), ("kp", (1, 3), "kpk"), ("pyp", (1, 2), "py"), ("kpk", (1, 2), "kp"), ("yk", (1, 1), "k"),
+     ("d321p", (2, 1), "d21p"), ("d312k", (2, 1), "d21k"), ("d123k", (2, 1), "d12k"), ("d21p", (1, 1), "p"),
+     ("b", (1, 2), "ky"), ("k", (0, 1), "y"), ("b", (1, 1), "b"), ("sk", (1, 3), "kyk")],
+)  # fmt: skip
+def test_a_stitch_stays_what_it_was_as_far_as_it_can(code, sides, then):
+    assert fitting_stitch(CODES[code], *sides) == CODES[then]
+
+
+def test_no_stitch_makes_two_loops_of_two():
+    assert all(fitting_stitch(stitch, 2, 2) is None for stitch in Stitch)
+
+
+@pytest.mark.parametrize("code", ["ky", "yk"])
+def test_an_increase_divides_into_a_stitch_and_a_yarn_over_and_back(code):
+    fabric = flat()
+    face = face_at(fabric, 2, 3)
+    wide = edited(widened(fabric, face), "change_stitch", faces=[face], stitch=code)
+    knit_first = code == "ky"
+    parts = edited(wide, "add_wale_edge", face=face, below=int(knit_first), above=1)
+    assert names(parts, face, wide.face_count) == [CODES[letter] for letter in code]
+    assert parts.twin[parts.right_wale[face]] == parts.left_wale[wide.face_count]
+    assert bits(edited(parts, "remove_wale_edge", side=int(parts.right_wale[face]))) == bits(wide)
+
+
+def test_a_wale_edge_that_is_shifted_hands_a_loop_to_the_neighbour():
+    fabric = flat()
+    left, right = face_at(fabric, 2, 3), face_at(fabric, 2, 4)
+    wide = widened(fabric, left)
+    side = int(wide.right_wale[left])
+    shifted = edited(wide, "shift_wale_edge", side=side, end="top", direction="left")
+    assert names(shifted, left, right) == [Stitch.KNIT, Stitch.KY]
+    np.testing.assert_array_equal(shifted.vertices, wide.vertices)
+    side = int(shifted.right_wale[left])
+    assert bits(edited(shifted, "shift_wale_edge", side=side, end="top", direction="right")) == bits(wide)
+
+
+def test_a_decrease_wanders_at_the_bottom_end():
+    fabric = flat()
+    wide = widened(fabric, face_at(fabric, 2, 3))
+    left, right = face_at(fabric, 3, 3), face_at(fabric, 3, 4)
+    side = int(wide.right_wale[left])
+    shifted = edited(wide, "shift_wale_edge", side=side, end="bottom", direction="left")
+    assert names(shifted, left, right) == [Stitch.KNIT, Stitch.D12K]
+
+
+def test_twists_stay_with_their_loops():
+    fabric = flat()
+    low, side = face_at(fabric, 2, 3), top_of(flat(), face_at(flat(), 2, 3))
+    twisted = edited(fabric, "twist_loop", side=side, twist=1)
+    split = edited(twisted, "split_course_edge", side=side)
+    assert [split.twist[top_of(split, low, loop)] for loop in (0, 1)] == [1, 1]
+
+
+REFUSED = {
+    "gone": ("split_course_edge", {"side": 10_000}, "side 10000: is gone"),
+    "negative": ("collapse_course_edge", {"side": -1}, "side -1: is gone"),
+    "wale side": ("split_course_edge", {"side": 1}, "is a right wale side; expected a course side"),
+    "course side": ("shift_wale_edge", {"side": 0, "end": "top", "direction": "left"}, "is a bottom side; expected a"),
+    "last loop": ("collapse_course_edge", {"side": 100}, "would have 1 bottom and 0 top sides; no stitch has them"),
+    "two of two": ("remove_wale_edge", {"side": 101}, "would have 2 bottom and 2 top sides; no stitch has them"),
+    "border": ("remove_wale_edge", {"side": 3}, "lies on the border; expected a wale edge between two faces"),
+    "nothing to divide": ("add_wale_edge", {"face": 10, "below": 2, "above": 0}, "below: got 2; face 10 has 1 such"),
+    "no such face": ("add_wale_edge", {"face": 42, "below": 0, "above": 0}, "face 42: is gone; .* 0 to 41"),
+    "no such end": ("shift_wale_edge", {"side": 101, "end": "up", "direction": "left"}, "end: got 'up'; expected top"),
+    "no loop to give": ("shift_wale_edge", {"side": 101, "end": "top", "direction": "left"}, "1 bottom and 0 top"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "arguments", "message"), REFUSED.values(), ids=REFUSED)
+def test_what_is_refused_is_said(name, arguments, message):
+    with pytest.raises(ParameterError, match=message):
+        edited(flat(), name, **arguments)
+
+
+def test_a_decrease_needs_loops_below():
+    fabric = flat()
+    split = edited(fabric, "split_course_edge", side=0)
+    with pytest.raises(ParameterError, match=r"face 0: stands on the border .* no loop for d12k; only cast-on"):
+        edited(split, "change_stitch", faces=[0], stitch="d12k")

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Grafted seams."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stitchmesh.editing.graft import graft, ungraft
+from stitchmesh.errors import ParameterError
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, Mesh, StitchMesh
+from stitchmesh.tessellate import tessellate
+from stitchmesh.yarngen import generate_yarns
+from tests.gallery import grid, tube
+
+
+def two_pieces(piece: Mesh, other: Mesh) -> StitchMesh:
+    """Two pieces, the second turned upside down above the first, its outside still outside."""
+    turned = other.vertices * [-1.0, -1.0, 1.0] + [other.vertices[:, 0].max() + other.vertices[:, 0].min(), 8.0, 0.0]
+    corners = [piece.face_vertex.reshape(-1, 4), other.face_vertex.reshape(-1, 4) + len(piece.vertices)]
+    mesh = Mesh.from_polygons(np.concatenate([piece.vertices, turned]), np.concatenate(corners).tolist())
+    lowest = [0, piece.side_count]
+    return tessellate(label(mesh, seeds=[tuple(mesh.face_vertex[[s, mesh.side_next[s]]].tolist()) for s in lowest]),
+                      stitch_width=0.6)  # fmt: skip
+
+
+def top_sides(fabric: StitchMesh) -> list[int]:
+    """A side on each of the two top borders."""
+    sides = np.flatnonzero((fabric.side_role == 2) & (fabric.twin == BORDER))
+    height = fabric.vertices[fabric.face_vertex[sides], 1]
+    return [int(sides[height.argmin()]), int(sides[height.argmax()])]
+
+
+PIECES = {
+    "flat": lambda: two_pieces(grid(1, 1, width=4.0, height=2.0), grid(1, 1, width=4.0, height=2.0)),
+    "round": lambda: two_pieces(tube(8, 2, radius=2.0), tube(8, 2, radius=2.0)),
+}
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_two_tops_are_linked_by_a_ring_between_every_two_wales(name):
+    fabric = PIECES[name]()
+    first, second = top_sides(fabric)
+    sewn = graft(fabric, first, second)
+    loops = int(sewn.mismatched.sum()) // 2
+    assert loops == int((fabric.row == 0).sum())
+    yarns = generate_yarns(sewn, quality="draft")
+    faces = [set(yarns.face[a:b]) for a, b in pairwise(yarns.start)]
+    rings = sum(len(each) == 4 for each, closed in zip(faces, yarns.closed, strict=True) if closed)
+    assert rings == (loops if name == "round" else loops - 1)
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_a_seam_taken_apart_leaves_the_two_pieces(name):
+    fabric = PIECES[name]()
+    first, second = top_sides(fabric)
+    again = ungraft(graft(fabric, first, second), first)
+    np.testing.assert_array_equal(again.twin, fabric.twin)
+    assert len(again.vertices) == len(fabric.vertices)
+    assert generate_yarns(again, quality="draft").yarn_count == generate_yarns(fabric, quality="draft").yarn_count
+
+
+def test_vertices_that_meet_lie_in_the_middle():
+    fabric = PIECES["round"]()
+    first, second = top_sides(fabric)
+    sewn = graft(fabric, first, second)
+    start, end = fabric.face_vertex, fabric.face_vertex[fabric.side_next]
+    middle = (fabric.vertices[start[first]] + fabric.vertices[end[second]]) / 2
+    np.testing.assert_allclose(sewn.vertices[sewn.face_vertex[first]], middle, atol=1e-14)  # rounding of a mean
+
+
+def test_lines_of_different_counts_are_refused():
+    fabric = two_pieces(grid(1, 1, width=4.0, height=2.0), grid(1, 1, width=6.0, height=2.0))
+    first, second = top_sides(fabric)
+    with pytest.raises(ParameterError, match=r"got 7 loops at side \d+ and 10 at side \d+; expected as many"):
+        graft(fabric, first, second)
+
+
+def test_only_loops_can_be_grafted():
+    fabric = PIECES["flat"]()
+    first, _ = top_sides(fabric)
+    cast_on = int(np.flatnonzero((fabric.side_role == 0) & (fabric.twin == BORDER))[0])
+    wale = int(fabric.right_wale[0])
+    with pytest.raises(ParameterError, match="is cast on: it has no loop"):
+        graft(fabric, first, cast_on)
+    with pytest.raises(ParameterError, match=f"got side {wale}; expected a course side on a border"):
+        graft(fabric, wale, first)
+    with pytest.raises(ParameterError, match="lie on one line"):
+        graft(fabric, first, first)
+    with pytest.raises(ParameterError, match="ungraft: got side"):
+        ungraft(fabric, first)

@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Edits as data: undo, redo, the log and its replay, and the command."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.editing.edit import EDITS, Edit, apply_changes, apply_edit
+from stitchmesh.editing.history import History
+from stitchmesh.editing.log import read_log, replay, write_log
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io import read_stitches, write_stitches
+from tests.editing.fabrics import flat, top_of
+from tests.editing.random_edits import bits
+
+EDITED = (
+    Edit("change_stitch", {"faces": [10], "stitch": "p"}),
+    Edit("insert_row", {"face": 20}),
+    Edit("bobble", {"face": 17}),
+)
+
+
+def history_of(edits: tuple[Edit, ...] = EDITED) -> History:
+    history = History(flat())
+    for edit in edits:
+        history.apply(edit)
+    return history
+
+
+def test_an_edit_carries_its_exact_inverse():
+    fabric = flat()
+    for edit in EDITED:
+        edited = apply_edit(fabric, edit)
+        assert bits(apply_changes(edited.fabric, edited.inverse).fabric) == bits(fabric)
+        assert bits(apply_changes(fabric, edited.changes).fabric) == bits(edited.fabric)
+
+
+def test_undo_and_redo_walk_along_the_history():
+    history = history_of()
+    assert history.edits == EDITED and history.undone == ()
+    history.undo()
+    history.undo()
+    assert history.edits == EDITED[:1] and history.undone == EDITED[1:]
+    assert bits(history.redo()) == bits(history_of(EDITED[:2]).fabric)
+
+
+def test_a_new_edit_forgets_what_was_undone():
+    history = history_of()
+    history.undo()
+    history.apply(Edit("flip_row", {"face": 20}))
+    assert history.undone == ()
+    with pytest.raises(ParameterError, match="redo: there is no edit to redo"):
+        history.redo()
+
+
+def test_a_refused_edit_changes_nothing():
+    history = history_of()
+    history.undo()
+    before = history.fabric
+    with pytest.raises(ParameterError, match="face 9999: is gone"):
+        history.apply(Edit("bobble", {"face": 9999}))
+    assert history.fabric is before and history.edits == EDITED[:2] and history.undone == EDITED[2:]
+
+
+def test_nothing_is_undone_before_the_first_edit():
+    with pytest.raises(ParameterError, match="undo: there is no edit to undo"):
+        History(flat()).undo()
+
+
+def test_a_log_holds_the_edits_one_a_line(tmp_path):
+    history = history_of()
+    history.save(tmp_path / "log.jsonl")
+    lines = (tmp_path / "log.jsonl").read_text().splitlines()
+    assert json.loads(lines[1]) == {"edit": "insert_row", "arguments": {"face": 20}}
+    assert tuple(read_log(tmp_path / "log.jsonl")) == EDITED
+    assert bits(replay(flat(), tmp_path / "log.jsonl")) == bits(history.fabric)
+
+
+def test_an_empty_log_is_no_edit(tmp_path):
+    write_log(tmp_path / "log.jsonl", [])
+    fabric = flat()
+    assert replay(fabric, tmp_path / "log.jsonl") is fabric
+
+
+BAD_LINES = {
+    "no JSON": ("{", "line 2: is no JSON .*expected one edit a line"),
+    "empty": ("", "line 2: is no JSON"),
+    "not an object": ("[1]", "line 2: is no edit; expected"),
+    "no arguments": ('{"edit": "bobble"}', "line 2: is no edit; expected"),
+    "a number": ('{"edit": 3, "arguments": {}}', "line 2: is no edit; expected a name"),
+    "unknown edit": ('{"edit": "bobbel", "arguments": {}}', "line 2: edit 'bobbel': is unknown; expected bobble"),
+    "missing": ('{"edit": "bobble", "arguments": {}}', "line 2: bobble: needs 'face'; got nothing"),
+    "too many": ('{"edit": "bobble", "arguments": {"face": 1, "size": 2}}', "bobble: has no 'size'; its arguments"),
+    "text": ('{"edit": "bobble", "arguments": {"face": "one"}}', 'face is "one"; expected a whole number'),
+    "half": ('{"edit": "bobble", "arguments": {"face": 1.5}}', "face is 1.5; expected a whole number"),
+    "truth": ('{"edit": "bobble", "arguments": {"face": true}}', "face is true; expected a whole number"),
+    "huge": ('{"edit": "bobble", "arguments": {"face": 1e400}}', "face is Infinity; expected a whole number"),
+    "list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": [1, "a"]}}', "expected a list of whole numbers"),
+    "option": ('{"edit": "insert_row", "arguments": {"face": 1, "stitch": 3}}', "stitch is 3; expected a text"),
+}
+
+
+@pytest.mark.parametrize(("line", "message"), BAD_LINES.values(), ids=BAD_LINES)
+def test_a_bad_line_is_named(tmp_path, line, message):
+    log = tmp_path / "log.jsonl"
+    log.write_text('{"edit": "flip_row", "arguments": {"face": 1}}\n' + line + "\n")
+    with pytest.raises(FileError, match=message):
+        replay(flat(), log)
+
+
+def test_an_edit_refused_in_a_replay_is_named(tmp_path):
+    log = tmp_path / "log.jsonl"
+    write_log(log, [*EDITED, Edit("bobble", {"face": 0})])
+    with pytest.raises(ParameterError, match=r"log\.jsonl line 4: bobble: face 0: does not work one loop to one loop"):
+        replay(flat(), log)
+
+
+def test_a_log_that_is_not_there_is_said(tmp_path):
+    with pytest.raises(FileError, match=r"none\.jsonl: cannot be read"):
+        read_log(tmp_path / "none.jsonl")
+
+
+@pytest.mark.parametrize("name", sorted(set(EDITS) - {"spiral", "unspiral"}))
+def test_every_edit_names_an_argument_that_it_lacks(name):
+    with pytest.raises(ParameterError, match=f"{name}: needs '"):
+        apply_edit(flat(), Edit(name))
+
+
+@pytest.fixture
+def files(tmp_path):
+    write_stitches(tmp_path / "flat.h5", flat())
+    write_log(tmp_path / "log.jsonl", EDITED)
+    return tmp_path
+
+
+def test_the_command_replays_a_log(files, capsys):
+    words = ["edit", "flat.h5", "--replay", "log.jsonl", "-o", "edited.h5"]
+    assert cli.main([str(files / word) if "." in word else word for word in words]) == 0
+    assert bits(read_stitches(files / "edited.h5")) == bits(history_of().fabric)
+    assert capsys.readouterr().out == "42 stitches, now 53\n"
+
+
+def test_a_refused_replay_writes_nothing(files, capsys):
+    write_log(files / "log.jsonl", [*EDITED, Edit("twist_loop", {"side": top_of(flat(), 10), "twist": 3})])
+    words = ["edit", str(files / "flat.h5"), "--replay", str(files / "log.jsonl"), "-o", str(files / "edited.h5")]
+    assert cli.main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "line 4: twist_loop: side 42" in line and "twist 3; expected -1, 0 or 1" in line
+    assert not (files / "edited.h5").exists()
+
+
+def test_without_a_log_the_command_says_what_it_needs(files, capsys):
+    assert cli.main(["edit", str(files / "flat.h5")]) == 2
+    assert "edit: needs a log of edits and a file for the result; give --replay LOG" in capsys.readouterr().err

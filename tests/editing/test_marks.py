@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Edits that leave all faces as they are: stitches, twists, yarns, cables, patterns of plain stitches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.cables import cable_groups
+from stitchmesh.editing.edit import Edit, apply_edit
+from stitchmesh.errors import LabelError, MeshError, ParameterError
+from stitchmesh.labeling import label
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patterns import apply_pattern, read_pattern
+from stitchmesh.stitch import Stitch
+from tests.editing.fabrics import around, face_at, flat, names, top_of
+from tests.editing.random_edits import bits
+from tests.gallery import grid
+
+
+def edited(fabric: StitchMesh, name: str, **arguments: object) -> StitchMesh:
+    return apply_edit(fabric, Edit(name, arguments)).fabric
+
+
+def test_only_the_faces_named_change_their_stitch():
+    fabric = flat()
+    changed = edited(fabric, "change_stitch", faces=[10, 12, 10], stitch="p")
+    assert np.flatnonzero(changed.stitch != fabric.stitch).tolist() == [10, 12]
+    assert names(changed, 10, 12) == [Stitch.PURL] * 2
+    assert bits(edited(changed, "change_stitch", faces=[10, 12], stitch="k")) == bits(fabric)
+
+
+def test_a_loop_is_twisted_and_untwisted():
+    fabric = flat()
+    side = top_of(fabric, 10)
+    twisted = edited(fabric, "twist_loop", side=side, twist=-1)
+    assert twisted.twist[side] == -1 and np.count_nonzero(twisted.twist) == 1
+    assert bits(edited(twisted, "twist_loop", side=side, twist=0)) == bits(fabric)
+
+
+def test_stripes_are_rows_and_single_faces():
+    fabric = flat()
+    striped = edited(fabric, "stripe", yarn=2, rows=[1, 3], faces=[0])
+    assert (striped.yarn == np.where(np.isin(fabric.row, [1, 3]) | (np.arange(42) == 0), 2, 0)).all()
+
+
+@pytest.mark.parametrize(("front", "layers"), [("left", [1, 1, 0]), ("right", [0, 0, 1])])
+def test_a_cable_is_crossed_and_cleared(front, layers):
+    fabric = flat()
+    side = top_of(fabric, face_at(fabric, 2, 1))
+    crossed = edited(fabric, "cross_cable", side=side, left=2, right=1, front=front)
+    (group,) = cable_groups(crossed)
+    assert group.sides[0] == side and group.destination.tolist() == [1, 2, 0] and group.layer.tolist() == layers
+    named = edited(fabric, "set_cable", side=side, destinations=[1, 2, 0], layers=layers)
+    assert bits(named) == bits(crossed)
+    assert bits(edited(crossed, "clear_cable", side=int(group.sides[2]))) == bits(fabric)
+
+
+def test_a_cable_leads_across_the_seam_of_a_tube():
+    fabric = around()
+    for column in range(9):
+        side = top_of(fabric, face_at(fabric, 2, column))
+        crossed = edited(fabric, "cross_cable", side=side, left=2, right=2, front="left")
+        assert sorted(crossed.cable_shift[np.flatnonzero(crossed.cable_shift)]) == [-2, -2, 2, 2]
+
+
+def test_a_cable_is_not_cut():
+    fabric = flat()
+    side = top_of(fabric, face_at(fabric, 2, 2))
+    crossed = edited(fabric, "set_cable", side=side, destinations=[2, 1, 0], layers=[2, 1, 0])
+    middle = top_of(fabric, face_at(fabric, 2, 3))
+    assert crossed.cable_shift[middle] == 0
+    with pytest.raises(LabelError, match="cable_shift"):
+        edited(crossed, "split_course_edge", side=middle)
+    with pytest.raises(ParameterError, match="its loop is part of a cable; clear the cable first"):
+        edited(crossed, "split_course_edge", side=side)
+    with pytest.raises(ParameterError, match="its loop is part of another cable; clear it first"):
+        edited(crossed, "cross_cable", side=middle, left=1, right=1, front="left")
+    with pytest.raises(LabelError, match="the row above runs the other way"):
+        edited(crossed, "flip_row", face=face_at(fabric, 3, 0))
+
+
+def test_a_pattern_is_pasted_as_it_is_applied():
+    fabric = flat(columns=12, rows=12)
+    face = face_at(fabric, 5, 5)
+    for name in ("rib2x2", "eyelet-lace"):
+        pasted = edited(fabric, "paste_pattern", pattern=name, face=face)
+        assert bits(pasted) == bits(apply_pattern(fabric, read_pattern(name), face=face)) != bits(fabric)
+
+
+REFUSED = {
+    "face gone": ("change_stitch", {"faces": [3, 42], "stitch": "p"}, "face 42: is gone"),
+    "no face": ("change_stitch", {"faces": [], "stitch": "p"}, "faces: got none"),
+    "no such stitch": ("change_stitch", {"faces": [3], "stitch": "z"}, "stitch 'z': is unknown; expected one of k, p"),
+    "other counts": ("change_stitch", {"faces": [10], "stitch": "d12k"}, "face 10: d12k needs 2 and 1; the face has 1"),
+    "border": ("change_stitch", {"faces": [0], "stitch": "k"}, "face 0: stands on the border with 1 of its 1 bottom"),
+    "cast on loops": ("change_stitch", {"faces": [10], "stitch": "cast-on"}, "face 10: cast-on has loops on top and"),
+    "ends nowhere": ("change_stitch", {"faces": [10], "stitch": "draw-through"}, "face 10: yarn drawn through has"),
+    "bottom": ("twist_loop", {"side": 40, "twist": 1}, "is a bottom side; expected a top side"),
+    "two turns": ("twist_loop", {"side": 42, "twist": 2}, "twist 2; expected -1, 0 or 1"),
+    "no row": ("stripe", {"yarn": 1, "rows": [6]}, "row 6: is gone; the mesh has rows 0 to 5"),
+    "no yarn": ("stripe", {"yarn": -1, "rows": [1]}, "yarn: got -1; yarns are numbered from 0"),
+    "nothing striped": ("stripe", {"yarn": 1}, "faces: got none; expected at least one"),
+    "too wide": ("cross_cable", {"side": 42, "left": 4, "right": 4, "front": "left"}, "a cable of 8 loops does not"),
+    "no front": ("cross_cable", {"side": 42, "left": 1, "right": 1, "front": "up"}, "front: got 'up'; expected left"),
+    "no loops": ("cross_cable", {"side": 42, "left": 0, "right": 1, "front": "left"}, "got 0 loops on the left and 1"),
+    "no permutation": ("set_cable", {"side": 42, "destinations": [0, 0], "layers": [0, 1]}, "expected the places 0 to"),
+    "few layers": ("set_cable", {"side": 42, "destinations": [1, 0], "layers": [0]}, "layers: got 1 for 2 loops"),
+    "no cable": ("clear_cable", {"side": 42}, "its loop is in no cable"),
+    "no pattern": ("paste_pattern", {"pattern": "ribb2x2"}, "pattern 'ribb2x2': is not in the library"),
+    "how": ("paste_pattern", {"pattern": "garter", "remainder": "cut"}, "remainder 'cut': is unknown"),
+}
+
+
+@pytest.mark.parametrize(("name", "arguments", "message"), REFUSED.values(), ids=REFUSED)
+def test_what_is_refused_is_said(name, arguments, message):
+    with pytest.raises(ParameterError, match=message):
+        edited(flat(), name, **arguments)
+
+
+def test_loops_of_one_layer_do_not_cross():
+    with pytest.raises(LabelError, match=r"crosses the loop from .* in the same cable_layer 0"):
+        edited(flat(), "set_cable", side=42, destinations=[1, 0], layers=[0, 0])
+
+
+def test_panels_are_no_stitches():
+    with pytest.raises(MeshError, match=r"edit: the mesh has panels \(face 0\); expected stitches"):
+        edited(label(grid(2, 2)), "flip_row", face=0)
