@@ -172,7 +172,7 @@ def test_a_word_of_another_form_is_refused(word):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["q=1.1"], r"rest length q: unknown stitch; expected one of k, p, ky"),
+        (["q=1.1"], r"rest length q: unknown stitch; expected one of k, p, y, b"),
         (["k=0"], r"rest length k: got 0.0; expected a positive number"),
         (["row:3=-1"], r"rest length row:3: got -1.0; expected a positive number"),
         (["yarn:3=inf"], r"rest length yarn:3: got inf; expected a positive number"),
