@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from stitchmesh.editing.edit import Edit, apply_edit
     from stitchmesh.editing.history import History
     from stitchmesh.editing.log import replay
+    from stitchmesh.editing.spiral import spiral
     from stitchmesh.errors import StitchMeshError
+    from stitchmesh.instructions import knitting_instructions
     from stitchmesh.io import (
         read_mesh,
         read_stitches,
@@ -30,13 +32,13 @@ if TYPE_CHECKING:
     from stitchmesh.lattice import Lattice
     from stitchmesh.mesh import Mesh, StitchMesh
     from stitchmesh.meshrelax import relax_mesh
-    from stitchmesh.patterns import Pattern, apply_pattern, parse_pattern, pattern_mesh, read_pattern
+    from stitchmesh.patterns import Pattern, apply_pattern, parse_pattern, pattern_mesh, pattern_names, read_pattern
     from stitchmesh.quality import Quality
     from stitchmesh.rest_length import RestLengths, apply_rest_lengths
     from stitchmesh.stitch import Stitch
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarn_radius import estimate_radius
-    from stitchmesh.yarngen import generate_yarns
+    from stitchmesh.yarngen import Finish, check_loops, generate_yarns, regenerate_yarns
     from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
     from stitchmesh.yarnrelax.body import Body
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -53,7 +55,9 @@ _HOME = {
     "apply_edit": "editing.edit",
     "History": "editing.history",
     "replay": "editing.log",
+    "spiral": "editing.spiral",
     "StitchMeshError": "errors",
+    "knitting_instructions": "instructions",
     "read_mesh": "io",
     "read_stitches": "io",
     "read_yarns": "io",
@@ -69,6 +73,7 @@ _HOME = {
     "apply_pattern": "patterns",
     "parse_pattern": "patterns",
     "pattern_mesh": "patterns",
+    "pattern_names": "patterns",
     "read_pattern": "patterns",
     "Quality": "quality",
     "RestLengths": "rest_length",
@@ -76,7 +81,10 @@ _HOME = {
     "Stitch": "stitch",
     "YarnSet": "yarn",
     "estimate_radius": "yarn_radius",
+    "Finish": "yarngen",
+    "check_loops": "yarngen",
     "generate_yarns": "yarngen",
+    "regenerate_yarns": "yarngen",
     "YarnMaterial": "yarnrelax",
     "linking_certificate": "yarnrelax",
     "relax_yarns": "yarnrelax",
@@ -96,6 +104,7 @@ __all__ = [
     "Body",
     "Checkpoints",
     "Edit",
+    "Finish",
     "Friction",
     "Gravity",
     "History",
@@ -115,19 +124,24 @@ __all__ = [
     "apply_edit",
     "apply_pattern",
     "apply_rest_lengths",
+    "check_loops",
     "estimate_radius",
     "generate_yarns",
+    "knitting_instructions",
     "label",
     "linking_certificate",
     "parse_pattern",
     "pattern_mesh",
+    "pattern_names",
     "read_mesh",
     "read_pattern",
     "read_stitches",
     "read_yarns",
+    "regenerate_yarns",
     "relax_mesh",
     "relax_yarns",
     "replay",
+    "spiral",
     "tessellate",
     "write_mesh",
     "write_stitches",

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cables: loops that change places before the next row works them (Yuksel et al. 2012, section 4.5).
 
-A course line is the top sides of a course (``courses.py``) from left to right. On it the marks of a stitch mesh say
+A course line is the top sides of a course (``courses``) from left to right. On it the marks of a stitch mesh say
 how far each loop moves (``cable_shift``) and which one lies in front (``cable_layer``). Loops that cross form groups:
 the smallest stretches of the line that no loop leaves.
 """
@@ -13,11 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stitchmesh.courses import course_through, top_sides
 from stitchmesh.errors import LabelError
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
-
-NONE = -1
-"""Neighbour of an end of a course line."""
+from stitchmesh.mesh import BORDER, BOTTOM, IntArray, StitchMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +30,12 @@ class CableGroup:
     """Layer of each loop; of two loops that cross, the one of the higher number lies in front, shape (n,)."""
 
 
-def cable_groups(fabric: StitchMesh) -> list[CableGroup]:
-    """The crossing groups of a stitch mesh, in the order of their lowest-numbered marked sides.
+def cable_groups(fabric: StitchMesh, sides: IntArray | None = None) -> list[CableGroup]:
+    """The crossing groups on the course lines of some top sides, in the order of the first side named of each line.
+
+    Args:
+        fabric: stitch faces.
+        sides: top sides; all those with marks where not given.
 
     Raises:
         LabelError: a loop is moved off its row or all around it, two loops are moved to one place, loops of one layer
@@ -41,64 +43,31 @@ def cable_groups(fabric: StitchMesh) -> list[CableGroup]:
     """
     if not np.any(fabric.cable_shift):
         return []
-    groups, seen = [], set()
-    for side in np.flatnonzero(fabric.cable_shift).tolist():
+    groups: list[CableGroup] = []
+    seen: set[int] = set()
+    for side in (np.flatnonzero(fabric.cable_shift) if sides is None else sides).tolist():
         if side not in seen:
             line, is_ring = course_line(fabric, side)
             seen.update(line.tolist())
-            groups += groups_on_line(fabric, line, is_ring)
+            groups += _groups_on_line(fabric, line, is_ring) if fabric.cable_shift[line].any() else []
     return groups
 
 
 def course_line(fabric: StitchMesh, side: int) -> tuple[IntArray, bool]:
-    """The top sides of a side's course line from left to right, and whether it closes around a tube.
+    """The top sides of a side's course from left to right, and whether they close around a tube.
 
     Args:
         fabric: stitch faces.
         side: any top side of the line; a line that closes starts with it.
     """
-    rightwards = _walk(fabric, side, 1)
-    if len(rightwards) > 1 and _beside(fabric, rightwards[-1], 1) == side:
-        return np.array(rightwards), True
-    return np.array(_walk(fabric, side, -1)[:0:-1] + rightwards), False
+    course = course_through(fabric, int(fabric.side_face[side]))
+    line = top_sides(fabric, course.faces)
+    first = line.index(side) if course.closed else 0
+    return np.array(line[first:] + line[:first]), course.closed and len(line) > 1
 
 
-def _walk(fabric: StitchMesh, side: int, step: int) -> list[int]:
-    """Top sides from this one on, to the right or to the left, until the line ends or closes."""
-    line, following = [side], _beside(fabric, side, step)
-    while following not in (NONE, side):
-        line.append(following)
-        following = _beside(fabric, following, step)
-    return line
-
-
-def _beside(fabric: StitchMesh, side: int, step: int) -> int:
-    """The next top side to the right (1) or left (-1), ``NONE`` at an end; they run right to left around their face.
-
-    A face without top sides is passed: loops on both sides of it are neighbours.
-    """
-    leaving, entered = (1, 3) if step > 0 else (3, 1)
-    row = fabric.row[fabric.side_face[side]]
-    side -= step
-    while fabric.side_role[side] == leaving:
-        across = int(fabric.twin[side])
-        if across == BORDER or fabric.side_role[across] != entered or fabric.row[fabric.side_face[across]] != row:
-            return NONE
-        side = across - step
-    return side
-
-
-def groups_on_line(fabric: StitchMesh, line: IntArray, is_ring: bool) -> list[CableGroup]:
-    """The crossing groups of one course line: it is cut wherever no loop passes.
-
-    Args:
-        fabric: stitch faces.
-        line: as ``course_line`` gives it.
-        is_ring: likewise.
-
-    Raises:
-        LabelError: as for ``cable_groups``.
-    """
+def _groups_on_line(fabric: StitchMesh, line: IntArray, is_ring: bool) -> list[CableGroup]:
+    """The crossing groups of one course line: it is cut wherever no loop passes."""
     shift, count = fabric.cable_shift[line], len(line)
     destination = np.arange(count) + shift
     _check_destinations(fabric, line, destination, is_ring)
@@ -142,7 +111,7 @@ def _check_destinations(fabric: StitchMesh, line: IntArray, destination: IntArra
 
 def _check_group(fabric: StitchMesh, group: CableGroup) -> None:
     across = fabric.twin[group.sides]
-    against = np.flatnonzero((across != BORDER) & (fabric.side_role[across] != 0))
+    against = np.flatnonzero((across != BORDER) & (fabric.side_role[across] != BOTTOM))
     if len(against):
         raise LabelError(
             f"{fabric.side_name(group.sides[against[0]])}: crosses where the row above runs the other way; cables need "

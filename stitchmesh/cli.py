@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn, get_args
@@ -18,6 +19,7 @@ BAD_INPUT, INTERRUPTED = 2, 130
 """Exit statuses."""
 READ_YARNS = "yarns: .h5, .bcc, .usda, .usdc, .vtp or .obj"
 WRITTEN_YARNS = "yarns: .h5, .bcc, .usda, .usdc, .vtp, .glb or .obj"
+STITCHES = "stitch mesh, .h5 or .smobj"
 GENERATED_RADIUS = "an eighth of the stitch width"
 FOUND_RADIUS = "the file's own, else estimated from the distances of yarns"
 
@@ -34,12 +36,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_ToStandardError()])
     try:
         getattr(commands, arguments.command.replace("-", "_"))(arguments)
+        sys.stdout.flush()
     except StitchMeshError as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         print("interrupted; what was saved last is whole", file=sys.stderr)
         return INTERRUPTED
+    except BrokenPipeError:  # who reads the output, `head` say, has seen enough; what is left goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
 
@@ -78,7 +83,11 @@ def _add_knit(commands: argparse._SubParsersAction) -> None:
     _add_stitch_size(knit)
     knit.add_argument("--pattern", metavar="NAME|FILE", help="pattern that the stitches are worked in (all knit)")
     _add_remainder(knit, "--pattern-remainder")
+    what = "knit tubes in one row that climbs, a single yarn (rings)"
+    knit.add_argument("--spiral", action="store_true", help=what)
     _add_yarn(knit, GENERATED_RADIUS)
+    _add_finish(knit)
+    _add_rest_lengths(knit)
     _add_relaxation(knit)
     _add_device(knit)
     knit.add_argument("--no-picture", action="store_true", help="write no preview.png")
@@ -87,20 +96,20 @@ def _add_knit(commands: argparse._SubParsersAction) -> None:
 def _add_stages(commands: argparse._SubParsersAction) -> None:
     label = commands.add_parser("label", help="a polygon mesh to knitting rows")
     label.add_argument("mesh", metavar="MESH", help="any polygon mesh")
-    _add_output(label, "FILE", "labeled mesh, .h5")
+    _add_output(label, "FILE", "labeled mesh, .h5 or .smobj")
     _add_unit(label)
     _add_rows(label)
 
     tessellate = commands.add_parser("tessellate", help="a labeled mesh to stitches")
-    tessellate.add_argument("labeled", metavar="LABELED", help="what `label` wrote, .h5")
-    _add_output(tessellate, "FILE", "stitch mesh, .h5")
+    tessellate.add_argument("labeled", metavar="LABELED", help="what `label` wrote")
+    _add_output(tessellate, "FILE", STITCHES)
     _add_stitch_size(tessellate)
     tessellate.add_argument("--stitch-height", type=float, metavar="CM", help="course spacing (0.77 of the width)")
 
     pattern = commands.add_parser("pattern", help="work a stitch mesh in a pattern")
-    pattern.add_argument("fabric", metavar="FABRIC", help="what `tessellate` wrote, .h5")
-    pattern.add_argument("pattern", metavar="PATTERN", help="name of a pattern of the library, or a file")
-    _add_output(pattern, "FILE", "stitch mesh, .h5")
+    pattern.add_argument("fabric", metavar="FABRIC", help=STITCHES)
+    pattern.add_argument("pattern", metavar="PATTERN", help="name of a pattern (`stitchmesh patterns`), or a file")
+    _add_output(pattern, "FILE", STITCHES)
     pattern.add_argument(
         "--face", type=int, metavar="FACE",
         help="only the largest grid of plain stitches around this face, counted from 0 (the whole fabric)",
@@ -108,32 +117,45 @@ def _add_stages(commands: argparse._SubParsersAction) -> None:
     _add_remainder(pattern, "--remainder")
 
     edit = commands.add_parser("edit", help="edit stitches: apply a log of edits")
-    edit.add_argument("fabric", metavar="FABRIC", help="stitch mesh, .h5")
+    edit.add_argument("fabric", metavar="FABRIC", help=STITCHES)
     edit.add_argument("--replay", metavar="LOG", help="edits to apply, one JSON object a line (docs/editing.md)")
-    edit.add_argument("-o", "--output", metavar="FILE", help="stitch mesh, .h5")
+    edit.add_argument("-o", "--output", metavar="FILE", help=STITCHES)
 
     relax_mesh = commands.add_parser("relax-mesh", help="even out stitches on the surface")
-    relax_mesh.add_argument("fabric", metavar="FABRIC", help="what `tessellate` wrote, .h5")
-    relax_mesh.add_argument("--surface", required=True, metavar="LABELED", help="what `label` wrote, .h5")
-    _add_output(relax_mesh, "FILE", "stitch mesh, .h5")
+    relax_mesh.add_argument("fabric", metavar="FABRIC", help=STITCHES)
+    relax_mesh.add_argument("--surface", required=True, metavar="LABELED", help="what `label` wrote")
+    _add_output(relax_mesh, "FILE", STITCHES)
 
     yarns = commands.add_parser("yarns", help="stitches to yarn curves")
-    yarns.add_argument("fabric", metavar="FABRIC", help="stitch mesh, .h5")
+    yarns.add_argument("fabric", metavar="FABRIC", help=STITCHES)
     _add_output(yarns, "FILE", WRITTEN_YARNS)
     _add_yarn(yarns, GENERATED_RADIUS)
+    _add_finish(yarns)
 
     relax = commands.add_parser("relax", help="relax yarns physically")
     relax.add_argument("yarns", metavar="YARNS", help=READ_YARNS)
     _add_output(relax, "FILE", WRITTEN_YARNS)
-    relax.add_argument("--report", metavar="DIR", help="folder for report.json, convergence.csv and convergence.png")
+    _add_report(relax)
     fabric = relax.add_mutually_exclusive_group()
-    fabric.add_argument("--keep-shape", metavar="FABRIC", help="stitch mesh, .h5, whose shape the yarns keep")
-    fabric.add_argument("--fabric", help="stitch mesh, .h5, that the yarns were made from, if they need not keep it")
+    fabric.add_argument("--keep-shape", metavar="FABRIC", help=f"{STITCHES}, whose shape the yarns keep")
+    fabric.add_argument("--fabric", help=f"{STITCHES}, that the yarns were made from, if they need not keep it")
     _add_yarn(relax, FOUND_RADIUS)
+    _add_rest_lengths(relax)
     _add_relaxation(relax)
     _add_pins(relax)
     _add_unit(relax)
     _add_device(relax)
+
+    again = commands.add_parser("relax-edited", help="relax yarns again after an edit, from where they were at rest")
+    again.add_argument("yarns", metavar="YARNS", help="yarns at rest before the edit, .h5")
+    again.add_argument("--before", required=True, metavar="FABRIC", help=f"{STITCHES}, that they were made from")
+    again.add_argument("--after", required=True, metavar="FABRIC", help=f"{STITCHES}, edited; the yarns keep its shape")
+    _add_output(again, "FILE", WRITTEN_YARNS)
+    _add_report(again)
+    _add_quality(again)
+    _add_finish(again)
+    _add_relaxation(again)
+    _add_device(again)
 
 
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:
@@ -145,8 +167,10 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:
     check.add_argument("file", metavar="FILE")
     _add_reading(check)
 
+    commands.add_parser("patterns", help="the patterns of the library, their sizes and sources")
+
     instructions = commands.add_parser("instructions", help="a stitch mesh in words, to knit by hand")
-    instructions.add_argument("fabric", metavar="FABRIC", help="stitch mesh, .h5 or .smobj")
+    instructions.add_argument("fabric", metavar="FABRIC", help=STITCHES)
     instructions.add_argument("-o", "--output", metavar="FILE", help="text file (printed)")
 
     what = "one yarn or mesh format to another; stitch meshes: .h5, .smobj, or .k for a knitting machine"
@@ -170,6 +194,11 @@ def _add_reading(command: argparse.ArgumentParser) -> None:
 
 def _add_output(command: argparse.ArgumentParser, metavar: str, text: str) -> None:
     command.add_argument("-o", "--output", required=True, metavar=metavar, help=text)
+
+
+def _add_report(command: argparse.ArgumentParser) -> None:
+    what = "folder for report.json, convergence.csv and convergence.png"
+    command.add_argument("--report", metavar="DIR", help=what)
 
 
 def _add_unit(command: argparse.ArgumentParser) -> None:
@@ -198,6 +227,10 @@ def _add_remainder(command: argparse.ArgumentParser, flag: str) -> None:
 
 def _add_yarn(command: argparse.ArgumentParser, radius: str) -> None:
     _add_radius(command, radius)
+    _add_quality(command)
+
+
+def _add_quality(command: argparse.ArgumentParser) -> None:
     command.add_argument("--quality", default="standard", help="draft, standard (default) or reference")
 
 
@@ -205,8 +238,17 @@ def _add_radius(command: argparse.ArgumentParser, otherwise: str) -> None:
     command.add_argument("--yarn-radius", type=float, metavar="CM", help=f"yarn radius ({otherwise})")
 
 
+def _add_finish(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("first and last rows, and floats")
+    what = "backward loops (default), or open yarn-overs"
+    group.add_argument("--cast-on", default="backward", metavar="backward|open", help=what)
+    what = "yarn drawn through the last loops (default), or a chain"
+    group.add_argument("--bind-off", default="drawn", metavar="drawn|chain", help=what)
+    what = "stitches of other yarns behind which a yarn is carried on; beyond, it is cut (12)"
+    group.add_argument("--longest-float", type=int, default=12, metavar="N", help=what)
+
+
 def _add_relaxation(command: argparse.ArgumentParser) -> None:
-    _add_rest_lengths(command)
     _add_terms(command)
     _add_solver(command)
 

@@ -13,27 +13,27 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from stitchmesh.description import description, kind_of, stitch_counts
 from stitchmesh.errors import DisplayError, FileError, ParameterError
 from stitchmesh.instructions import knitting_instructions
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.atomic import write_json, write_text
+from stitchmesh.io.contents import suffix_of
 from stitchmesh.io.history import HistoryEntry, write_history
 from stitchmesh.io.stitches import WRITABLE as WRITABLE_STITCHES
 from stitchmesh.io.yarns import check_writable
 from stitchmesh.labeling import label as label_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.patterns import read_pattern
+from stitchmesh.patterns import pattern_names, read_pattern
 from stitchmesh.patterns.columns import check_remainder
-from stitchmesh.pipeline import KnitOptions, RelaxOptions, relax_as_told, stitch_counts, with_pattern
+from stitchmesh.pipeline import KnitOptions, RelaxOptions, relax_as_told, with_pattern
 from stitchmesh.pipeline import knit as knit_mesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.tessellate import tessellate as tessellate_mesh
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen import Finish, generate_yarns, regenerate_yarns
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -53,7 +53,9 @@ def knit(arguments: Namespace) -> None:
         flip=arguments.flip,
         pattern=None if arguments.pattern is None else read_pattern(arguments.pattern),
         pattern_remainder=check_remainder(arguments.pattern_remainder),
-        relaxation=_relax_options(arguments, Path(arguments.output)),
+        spiral=arguments.spiral,
+        finish=_finish(arguments),
+        relaxation=_relax_options(arguments, Path(arguments.output), _rest_lengths(arguments)),
     )
     with _output_folder(arguments.output) as folder:
         mesh = read_mesh(arguments.mesh, unit=arguments.unit)
@@ -119,32 +121,52 @@ def relax_mesh(arguments: Namespace) -> None:
 
 def yarns(arguments: Namespace) -> None:
     """Yarn curves."""
+    finish = dataclasses.asdict(_finish(arguments))
     fabric = read_stitches(arguments.fabric)
-    made = generate_yarns(fabric, yarn_radius=arguments.yarn_radius, quality=arguments.quality)
+    made = generate_yarns(fabric, yarn_radius=arguments.yarn_radius, quality=arguments.quality, **finish)
     write_yarns(arguments.output, made)
     print(f"{made.yarn_count} yarns, {len(made.points)} control points, {made.lengths.sum():.1f} cm")
 
 
 def relax(arguments: Namespace) -> None:
-    """Relaxed yarns; an interrupt leaves the last good state in the output file."""
+    """Relaxed yarns."""
+    given = read_yarns(arguments.yarns, unit=arguments.unit, radius=arguments.yarn_radius)
+    options = _relax_options(arguments, _checkpoint_folder(arguments), _rest_lengths(arguments))
+    options = dataclasses.replace(options, constraints=_constraints(arguments))
+    check_writable(arguments.output, given)
+    shape = arguments.keep_shape or arguments.fabric
+    fabric = None if shape is None else read_stitches(shape)
+    _relax_to_file(arguments, given, options, fabric=fabric, keep_shape=arguments.keep_shape is not None)
+
+
+def relax_edited(arguments: Namespace) -> None:
+    """Yarns of an edited fabric, relaxed from where those of the fabric before were at rest."""
+    finish, quality = dataclasses.asdict(_finish(arguments)), _quality(arguments)
+    options = _relax_options(arguments, _checkpoint_folder(arguments), RestLengths())
+    rested = read_yarns(arguments.yarns)
+    check_writable(arguments.output, rested)
+    before, after = read_stitches(arguments.before), read_stitches(arguments.after)
+    made, start = regenerate_yarns(rested, before, after, quality=quality, **finish)
+    _relax_to_file(arguments, made, options, fabric=after, keep_shape=True, start=start)
+
+
+def _relax_to_file(
+    arguments: Namespace, given: YarnSet, options: RelaxOptions, *, fabric: StitchMesh | None, keep_shape: bool,
+    start: YarnSet | None = None,
+) -> None:  # fmt: skip
+    """Relax yarns and write them; an interrupt leaves the last good state in the output file."""
     from stitchmesh.progress import on_terminal
 
-    given = read_yarns(arguments.yarns, unit=arguments.unit, radius=arguments.yarn_radius)
     output, quality = Path(arguments.output), _quality(arguments)
-    check_writable(output, given)
-    options = _relax_options(arguments, output.with_suffix(".checkpoints"))
-    options = dataclasses.replace(options, constraints=_constraints(arguments))
-    shape = arguments.keep_shape or arguments.fabric
-    last = [given]
+    last = [start or given]
     with ExitStack() as stack:
         stack.enter_context(_output_folder(str(output.parent)))
         folder = None if arguments.report is None else stack.enter_context(_output_folder(arguments.report))
         progress = stack.enter_context(on_terminal())
         try:
             relaxed = relax_as_told(
-                given, options, quality=quality, device=arguments.device,
-                fabric=None if shape is None else read_stitches(shape), keep_shape=arguments.keep_shape is not None,
-                progress=progress, on_state=lambda state: last.__setitem__(0, state),
+                given, options, quality=quality, device=arguments.device, fabric=fabric, keep_shape=keep_shape,
+                start=start, progress=progress, on_state=lambda state: last.__setitem__(0, state),
             )  # fmt: skip
         except KeyboardInterrupt:
             write_yarns(output, last[0])
@@ -161,14 +183,24 @@ def relax(arguments: Namespace) -> None:
 
 def info(arguments: Namespace) -> None:
     """What a file holds."""
-    for line in _describe(_read(arguments)):
+    for line in description(_read(arguments)):
         print(line)
 
 
 def check(arguments: Namespace) -> None:
     """Reading a file validates it."""
     noun = _read(arguments)
-    print(f"{arguments.file}: sound {_kind(noun)}")
+    print(f"{arguments.file}: sound {kind_of(noun)}")
+
+
+def patterns(arguments: Namespace) -> None:
+    """The library."""
+    width = max(map(len, pattern_names()))
+    print(f"{'name':{width}}    size  yarns  title; source")
+    for name in pattern_names():
+        found = read_pattern(name)
+        size = f"{found.width} x {found.height}"
+        print(f"{name:{width}}  {size:>7}  {found.yarn_count:5}  {found.name}; {found.source}")
 
 
 def instructions(arguments: Namespace) -> None:
@@ -185,7 +217,7 @@ def convert(arguments: Namespace) -> None:
     noun = _read(arguments)
     if isinstance(noun, YarnSet):
         write_yarns(arguments.output, noun)
-    elif isinstance(noun, StitchMesh) and Path(arguments.output).suffix.lower() in WRITABLE_STITCHES:
+    elif isinstance(noun, StitchMesh) and suffix_of(arguments.output, (*WRITABLE_STITCHES, ".obj")) != ".obj":
         write_stitches(arguments.output, noun)
     else:
         write_mesh(arguments.output, noun)
@@ -213,11 +245,15 @@ def _quality(arguments: Namespace) -> str | Quality:
     return dataclasses.replace(quality_named(arguments.quality), **changes) if changes else str(arguments.quality)
 
 
-def _relax_options(arguments: Namespace, checkpoints: Path) -> RelaxOptions:
+def _finish(arguments: Namespace) -> Finish:
+    return Finish(arguments.bind_off, arguments.cast_on, arguments.longest_float)
+
+
+def _relax_options(arguments: Namespace, checkpoints: Path, rest_lengths: RestLengths) -> RelaxOptions:
     """What the arguments tell the relaxation of yarns; checkpoints, if asked for, go into the folder named."""
     return RelaxOptions(
         material=arguments.material,
-        rest_lengths=_rest_lengths(arguments),
+        rest_lengths=rest_lengths,
         terms=_terms(arguments),
         checkpoint=_checkpoint(arguments, checkpoints),
         resume=arguments.resume,
@@ -257,6 +293,11 @@ def _constraints(arguments: Namespace) -> list[ConstraintChoice]:
     from stitchmesh.yarnrelax.pins import Pins
 
     return [Pins(points=arguments.pin_point, faces=arguments.pin_face)]
+
+
+def _checkpoint_folder(arguments: Namespace) -> Path:
+    """Beside the output, in a folder of its name."""
+    return Path(arguments.output).with_suffix(".checkpoints")
 
 
 def _checkpoint(arguments: Namespace, folder: Path) -> Checkpoints | None:
@@ -304,34 +345,3 @@ def _output_folder(name: str) -> Iterator[Path]:
     finally:
         if made and not any(folder.iterdir()):
             folder.rmdir()
-
-
-def _kind(noun: Mesh | YarnSet) -> str:
-    return {YarnSet: "yarns", StitchMesh: "stitch mesh", Mesh: "polygon mesh"}[type(noun)]
-
-
-def _describe(noun: Mesh | YarnSet) -> list[str]:
-    if isinstance(noun, YarnSet):
-        return [
-            f"yarns: {noun.yarn_count} ({int(noun.closed.sum())} closed)",
-            f"control points: {len(noun.points)}",
-            f"length: {noun.lengths.sum():.2f} cm",
-            f"radius: {noun.radius.min():.4g} to {noun.radius.max():.4g} cm",
-            f"strain: {noun.strain.min():.3%} to {noun.strain.max():.3%}",
-            *_extent(noun.points),
-        ]
-    lines = [
-        f"{_kind(noun)}: {noun.face_count} faces, {len(noun.vertices)} vertices, {len(noun.edge_side)} edges",
-        f"borders: {len(noun.boundary_loops)}",
-        f"area: {np.linalg.norm(noun.face_vector_area, axis=1).sum():.2f} cm2",
-        *_extent(noun.vertices),
-    ]
-    if isinstance(noun, StitchMesh):
-        lines.append(f"rows: {noun.row.max() + 1}")
-        lines += [f"{name}: {count}" for name, count in stitch_counts(noun).items() if name != "faces"]
-    return lines
-
-
-def _extent(points: np.ndarray) -> list[str]:
-    size = points.max(axis=0) - points.min(axis=0)
-    return [f"extent: {size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} cm"]

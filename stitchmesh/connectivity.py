@@ -15,6 +15,13 @@ from stitchmesh.errors import MeshError, first_few
 IntArray = NDArray[np.int64]
 
 
+def next_sides(face_start: IntArray) -> IntArray:
+    """Next side around the same face of each side, shape (C,)."""
+    following = np.arange(1, face_start[-1] + 1)
+    following[face_start[1:] - 1] = face_start[:-1]
+    return following
+
+
 def find_twins(face_start: IntArray, face_vertex: IntArray, vertex_count: int) -> IntArray:
     """The side across each side, -1 at borders, found from vertex numbers, shape (C,).
 
@@ -32,9 +39,7 @@ def find_twins(face_start: IntArray, face_vertex: IntArray, vertex_count: int) -
     if len(bad):
         where = f"face {face[bad[0]]}: vertex {face_vertex[bad[0]]} does not exist"
         raise MeshError(f"{where}; the mesh has vertices 0 to {vertex_count - 1}")
-    following = np.arange(1, len(face_vertex) + 1)
-    following[face_start[1:] - 1] = face_start[:-1]
-    head = face_vertex[following]
+    head = face_vertex[next_sides(face_start)]
     _check_repeats(face_start, face_vertex, face)
     return _pair_sides(face_vertex, head, face, vertex_count)
 
@@ -117,6 +122,21 @@ def _flips_that_agree(
     return flips
 
 
+def find_fans(neighbour: IntArray) -> IntArray:
+    """Number of the fan of faces around one vertex that each corner belongs to, shape (n,).
+
+    Args:
+        neighbour: next corner around the same vertex, -1 across a border, shape (n,).
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    count, inner = len(neighbour), np.flatnonzero(neighbour >= 0)
+    link = coo_array((np.ones(len(inner)), (inner, neighbour[inner])), shape=(count, count))
+    fan: IntArray = connected_components(link.tocsr(), directed=False)[1].astype(np.int64)
+    return fan
+
+
 def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:
     """Every vertex's faces must form one fan.
 
@@ -128,14 +148,8 @@ def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) 
     Raises:
         MeshError: two fans of faces touch in a single vertex.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(corner_vertex)
-    inner = np.flatnonzero(neighbour >= 0)
-    link = coo_array((np.ones(len(inner)), (inner, neighbour[inner])), shape=(count, count))
-    fans, fan = connected_components(link.tocsr(), directed=False)
-    of_fan = np.empty(fans, dtype=np.int64)
+    fan = find_fans(neighbour)
+    of_fan = np.empty(fan.max(initial=-1) + 1, dtype=np.int64)
     of_fan[fan] = corner_vertex
     bad = np.flatnonzero(np.bincount(of_fan, minlength=vertex_count) > 1)
     if len(bad):

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stitchmesh.errors import MeshError
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.patch import PER_FACE, PER_SIDE, UNKNOWN_STRETCH, Patch, stretch_at
+from stitchmesh.mesh import BORDER, PER_FACE, PER_SIDE, FloatArray, IntArray, StitchMesh
+from stitchmesh.numbering import Numbering
+from stitchmesh.patch import UNKNOWN_STRETCH, Patch, stretch_at, vertices_left
 from stitchmesh.stitch import Stitch
 
 
@@ -45,6 +46,12 @@ class DraftFace:
         """A mark of all its sides, in their order."""
         tops = list(getattr(self, name)) or [0] * self.n_top
         return [0] * (self.n_bottom + 1) + tops[::-1] + [0]
+
+
+def edge_of(fabric: StitchMesh, side: int) -> int:
+    """Name of the edge of a side of the mesh."""
+    across = int(fabric.twin[side])
+    return int(side) if across == BORDER else min(int(side), across)
 
 
 class Draft:
@@ -76,10 +83,6 @@ class Draft:
         """Put a face in."""
         self._faces.append(face)
 
-    def edge_of(self, side: int) -> int:
-        """The name of a side's edge."""
-        return min(int(side), int(self._fabric.twin[side])) if self._fabric.twin[side] != BORDER else int(side)
-
     def patch(self) -> Patch:
         """The patch so far; numbers that become free are taken first, more are counted on.
 
@@ -88,20 +91,19 @@ class Draft:
         """
         fabric = self._fabric
         removed = np.array(sorted(self._removed), dtype=np.int64)
-        gone = self._vertices_left(removed)
-        vertices = free_numbers(len(fabric.vertices), gone, len(self._positions))
-        faces = free_numbers(fabric.face_count, removed, len(self._faces))
-        after = np.concatenate([numbers_after(len(fabric.vertices), gone, vertices), vertices])
-        corners = [int(after[corner]) for face in self._faces for corner in face.corners]
+        corners = np.array([corner for face in self._faces for corner in face.corners], dtype=np.int64)
+        gone = vertices_left(fabric, removed, corners[corners < len(fabric.vertices)])
+        vertices = Numbering.filling(len(fabric.vertices), gone, len(self._positions))
+        faces = Numbering.filling(fabric.face_count, removed, len(self._faces))
         return Patch(
             removed_faces=removed,
             removed_vertices=gone,
-            added_faces=faces,
-            added_vertices=vertices,
+            added_faces=faces.added,
+            added_vertices=vertices.added,
             positions=np.array(self._positions, dtype=np.float64).reshape(-1, 3),
             face_size=np.array([len(face.corners) for face in self._faces], dtype=np.int64),
-            corners=np.array(corners, dtype=np.int64),
-            twin=self._twins(faces, numbers_after(fabric.face_count, removed, faces)),
+            corners=np.concatenate([vertices.after, vertices.added])[corners],
+            twin=self._twins(faces.added, faces.after),
             faces={name: np.array([getattr(face, name) for face in self._faces], dtype=np.int64) for name in PER_FACE},
             sides={
                 name: np.array([mark for face in self._faces for mark in face.at_sides(name)], dtype=np.int64)
@@ -109,16 +111,6 @@ class Draft:
             },
             stretch=self._stretch(),
         )
-
-    def _vertices_left(self, removed: IntArray) -> IntArray:
-        """Vertices that only faces taken out use, and no face put in."""
-        fabric = self._fabric
-        left = fabric.face_vertex[fabric.sides_of(removed)]
-        uses = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
-        uses -= np.bincount(left, minlength=len(fabric.vertices))
-        known = [corner for face in self._faces for corner in face.corners if corner < len(fabric.vertices)]
-        uses[known] += 1
-        return np.unique(left[uses[left] == 0])
 
     def _twins(self, faces: IntArray, after: IntArray) -> IntArray:
         """(face after, place) across each side put in."""
@@ -149,20 +141,3 @@ class Draft:
         if self._fabric.stretch is None or not len(sides):
             return np.full(len(sides), UNKNOWN_STRETCH)
         return np.where(sides == BORDER, UNKNOWN_STRETCH, stretch_at(self._fabric, sides))
-
-
-def free_numbers(count: int, removed: IntArray, added: int) -> IntArray:
-    """Numbers of things put in: those that become free, and then on from the last; ascending."""
-    more = np.arange(count, count + max(added - len(removed), 0))
-    return np.concatenate([removed[:added], more]).astype(np.int64)
-
-
-def numbers_after(count: int, removed: IntArray, added: IntArray) -> IntArray:
-    """Number after of each old thing; -1 where it is taken out."""
-    stays = np.ones(count, dtype=bool)
-    stays[removed] = False
-    free = np.ones(int(stays.sum()) + len(added), dtype=bool)
-    free[added] = False
-    after = np.full(count, -1)
-    after[stays] = np.flatnonzero(free)
-    return after

@@ -11,17 +11,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stitchmesh.connectivity import check_fans, find_twins
+from stitchmesh.connectivity import check_fans, find_twins, next_sides
 from stitchmesh.errors import LabelError, MeshError, first_few
 from stitchmesh.lattice import Lattice
 from stitchmesh.stitch import SIDE_COUNTS, Stitch
 
 BORDER = -1
 """Twin of a side that no face lies across."""
+BOTTOM, RIGHT, TOP, LEFT = range(4)
+"""Roles of the sides of a stitch face; bottom and top sides are course sides, right and left ones wale sides."""
+PER_FACE = ("n_bottom", "n_top", "stitch", "row", "yarn")
+"""Fields of a stitch mesh with one number for each face."""
+PER_SIDE = ("twist", "cable_shift", "cable_layer")
+"""Marks of the loops: fields of a stitch mesh with one number for each side."""
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -120,9 +127,7 @@ class Mesh:
     @cached_property
     def side_next(self) -> IntArray:
         """Next side around the same face, shape (C,)."""
-        following = np.arange(1, self.side_count + 1)
-        following[self.face_start[1:] - 1] = self.face_start[:-1]
-        return following
+        return next_sides(self.face_start)
 
     @cached_property
     def side_previous(self) -> IntArray:
@@ -322,8 +327,7 @@ class StitchMesh(Mesh):
             raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number for each edge")
 
     def _fill_marks(self) -> None:
-        counts = {"yarn": self.face_count, "twist": self.side_count,
-                  "cable_shift": self.side_count, "cable_layer": self.side_count}  # fmt: skip
+        counts = {"yarn": self.face_count, **dict.fromkeys(PER_SIDE, self.side_count)}
         for name, count in counts.items():
             values = np.asarray(getattr(self, name), dtype=np.int64)
             values = frozen_array(values if values.size else np.zeros(count), np.int64)
@@ -333,13 +337,19 @@ class StitchMesh(Mesh):
 
     @cached_property
     def side_role(self) -> IntArray:
-        """Role of each side: 0 bottom, 1 right wale, 2 top, 3 left wale, shape (C,)."""
-        return self._role_of(np.arange(self.side_count))
+        """Role of each side: ``BOTTOM``, ``RIGHT``, ``TOP`` or ``LEFT``, shape (C,)."""
+        return self.role_of(np.arange(self.side_count))
 
-    def _role_of(self, sides: IntArray) -> IntArray:
+    @overload
+    def role_of(self, sides: int) -> int: ...
+    @overload
+    def role_of(self, sides: IntArray) -> IntArray: ...
+    def role_of(self, sides: IntArray | int) -> IntArray | int:
+        """Role of some sides, or of one, without a look at the whole mesh."""
         face = self.side_face[sides]
         above = sides - self.face_start[face] - self.n_bottom[face]  # 0 on the right wale side
-        return (above >= 0) + 1 * (above > 0) + (above > self.n_top[face])
+        role: IntArray = (above >= 0) + 1 * (above > 0) + (above > self.n_top[face])
+        return role
 
     @cached_property
     def side_place(self) -> IntArray:
@@ -393,7 +403,7 @@ class StitchMesh(Mesh):
             found = f"{bottom[bad[0]]} bottom and {top[bad[0]]} top sides of {sizes[bad[0]]}"
             raise LabelError(f"face {faces[bad[0]]}: got {found}; a stitch face needs exactly 2 wale sides beside them")
         across = np.where(self.twin[sides] == BORDER, sides, self.twin[sides])
-        bad = sides[self._role_of(sides) % 2 != self._role_of(across) % 2]
+        bad = sides[self.role_of(sides) % 2 != self.role_of(across) % 2]
         if len(bad):
             other = self.side_face[self.twin[bad[0]]]
             raise LabelError(f"{self.side_name(bad[0])}: wale to one face and course to face {other}")
@@ -410,9 +420,9 @@ class StitchMesh(Mesh):
             raise LabelError(f"face {face}: {name} on {found}; it needs {bottom[bad[0]]} and {top[bad[0]]}")
 
     def _check_marks(self, faces: IntArray, sides: IntArray) -> None:
-        for name in ("twist", "cable_shift", "cable_layer"):
+        for name in PER_SIDE:
             marked = sides[getattr(self, name)[sides] != 0]
-            bad = marked[self._role_of(marked) != 2]
+            bad = marked[self.role_of(marked) != TOP]
             if len(bad):
                 raise LabelError(f"{self.side_name(bad[0])}: has a {name}; only top sides of a face carry one")
         bad = sides[np.abs(self.twist[sides]) > 1]

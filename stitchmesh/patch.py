@@ -16,12 +16,9 @@ import numpy as np
 
 from stitchmesh.connectivity import check_fans
 from stitchmesh.errors import MeshError
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh, ranges
+from stitchmesh.mesh import BORDER, PER_FACE, PER_SIDE, FloatArray, IntArray, StitchMesh, ranges
+from stitchmesh.numbering import Numbering
 
-PER_FACE = ("n_bottom", "n_top", "stitch", "row", "yarn")
-"""Fields of a stitch mesh with one number a face."""
-PER_SIDE = ("twist", "cable_shift", "cable_layer")
-"""Fields of a stitch mesh with one number a side."""
 UNKNOWN_STRETCH = np.nan
 """Stretch of an edge that no mesh relaxation has seen."""
 
@@ -111,6 +108,15 @@ def stretch_at(fabric: StitchMesh, sides: IntArray) -> FloatArray:
     return fabric.stretch[fabric.side_edge[sides]]
 
 
+def vertices_left(fabric: StitchMesh, removed: IntArray, corners: IntArray) -> IntArray:
+    """Vertices of faces taken out that no other face uses and no corner of those put in, ascending."""
+    left = fabric.face_vertex[fabric.sides_of(removed)]
+    uses = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
+    uses -= np.bincount(left, minlength=len(fabric.vertices))
+    uses[corners] += 1
+    return np.unique(left[uses[left] == 0])
+
+
 def _marked(fabric: StitchMesh, change: Marks) -> StitchMesh:
     values = {part.name: getattr(fabric, part.name) for part in fields(StitchMesh)}
     array = values[change.name].copy()
@@ -125,81 +131,48 @@ def _marked(fabric: StitchMesh, change: Marks) -> StitchMesh:
     return result
 
 
-@dataclass(frozen=True)
-class _Numbering:
-    """Which old things stay, and their numbers after."""
-
-    kept: IntArray
-    """Numbers before of the things that stay, ascending."""
-    after: IntArray
-    """Number after of each old thing, -1 where it leaves."""
-    count: int
-    """How many things there are after."""
-
-    @classmethod
-    def of(cls, count: int, removed: IntArray, added: IntArray, what: str) -> _Numbering:
-        if len(removed) and (removed[0] < 0 or removed[-1] >= count):
-            raise MeshError(f"change: {what} {removed[-1]} is gone; expected 0 to {count - 1}")
-        stays = np.ones(count, dtype=bool)
-        stays[removed] = False
-        kept = np.flatnonzero(stays)
-        free = np.ones(len(kept) + len(added), dtype=bool)
-        free[added] = False
-        after = np.full(count, -1)
-        after[kept] = np.flatnonzero(free)
-        return cls(kept, after, len(free))
-
-
-class _Merge:
-    """Puts values of what stays and of what comes in their places after."""
-
-    def __init__(self, before: IntArray, after: IntArray, added: IntArray) -> None:
-        self.before, self.after, self.added = before, after, added
-
-    def __call__(self, kept: Any, added: Any) -> Any:
-        result = np.empty((len(self.after) + len(self.added), *kept.shape[1:]), dtype=kept.dtype)
-        result[self.after], result[self.added] = kept[self.before], added
-        return result
-
-
 def _patched(fabric: StitchMesh, patch: Patch) -> StitchMesh:
-    face = _Numbering.of(fabric.face_count, patch.removed_faces, patch.added_faces, "face")
-    vertex = _Numbering.of(len(fabric.vertices), patch.removed_vertices, patch.added_vertices, "vertex")
-    face_merge = _Merge(face.kept, face.after[face.kept], patch.added_faces)
-    vertex_merge = _Merge(vertex.kept, vertex.after[vertex.kept], patch.added_vertices)
-    start = np.concatenate([[0], np.cumsum(face_merge(np.diff(fabric.face_start), patch.face_size))])
-    put = ranges(start, patch.added_faces)
-    side_merge = _Merge(fabric.sides_of(face.kept), ranges(start, face.after[face.kept]), put)
-    side_after = np.full(fabric.side_count + 1, BORDER)  # its last entry is that of BORDER
-    side_after[side_merge.before] = side_merge.after
-    corner = side_merge(vertex.after[fabric.face_vertex], patch.corners)
+    face = _numbering("face", fabric.face_count, patch.removed_faces, patch.added_faces)
+    vertex = _numbering("vertex", len(fabric.vertices), patch.removed_vertices, patch.added_vertices)
+    start = np.concatenate([[0], np.cumsum(face.merged(np.diff(fabric.face_start), patch.face_size))])
+    kept, moved, put = fabric.sides_of(face.kept), ranges(start, face.moved), ranges(start, patch.added_faces)
+    side = Numbering(fabric.side_count, kept, moved, put)
+    side_after = np.append(side.after, BORDER)  # its last entry is that of BORDER
+    corner = side.merged(vertex.after[fabric.face_vertex], patch.corners)
     if corner.min(initial=0) < 0:
         raise MeshError("change: takes out a vertex that a face still uses; take out all faces around it")
     result = _unchecked({
-        "vertices": vertex_merge(fabric.vertices, patch.positions),
+        "vertices": vertex.merged(fabric.vertices, patch.positions),
         "face_start": start,
         "face_vertex": corner,
-        "twin": _linked(side_merge, side_after[fabric.twin], start, patch.twin),
+        "twin": _linked(side, side_after[fabric.twin], start, patch.twin),
         "lattice": None,
         "corner_image": None,
         "stretch": None,
-        **{name: face_merge(getattr(fabric, name), patch.faces[name]) for name in PER_FACE},
-        **{name: side_merge(getattr(fabric, name), patch.sides[name]) for name in PER_SIDE},
+        **{name: face.merged(getattr(fabric, name), patch.faces[name]) for name in PER_FACE},
+        **{name: side.merged(getattr(fabric, name), patch.sides[name]) for name in PER_SIDE},
     })  # fmt: skip
     if fabric.stretch is not None:
-        by_side = side_merge(stretch_at(fabric, np.arange(fabric.side_count)), patch.stretch)
+        by_side = side.merged(stretch_at(fabric, np.arange(fabric.side_count)), patch.stretch)
         _set(result, "stretch", by_side[result.edge_side])
     lost = fabric.twin[fabric.sides_of(patch.removed_faces)]
     _check_touched(result, patch.added_faces, side_after[lost])
     return result
 
 
-def _linked(merge: _Merge, kept: IntArray, start: IntArray, wanted: IntArray) -> IntArray:
+def _numbering(what: str, count: int, removed: IntArray, added: IntArray) -> Numbering:
+    """Numbers before and after of faces or vertices."""
+    if len(removed) and (removed[0] < 0 or removed[-1] >= count):
+        raise MeshError(f"change: {what} {removed[-1]} is gone; expected 0 to {count - 1}")
+    return Numbering.of(count, removed, added)
+
+
+def _linked(side: Numbering, kept: IntArray, start: IntArray, wanted: IntArray) -> IntArray:
     """Twins after: those that stay, and those of the sides put in, both ways."""
     at_border = wanted[:, 0] < 0
     across = np.where(at_border, BORDER, start[wanted[:, 0]] + wanted[:, 1])
-    twin: IntArray = merge(kept, across)
-    twin[across[~at_border]] = merge.added[~at_border]
+    twin = side.merged(kept, across)
+    twin[across[~at_border]] = side.added[~at_border]
     return twin
 
 

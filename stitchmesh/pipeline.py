@@ -14,7 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh import __version__
+from stitchmesh.description import stitch_counts
 from stitchmesh.device import device_named
+from stitchmesh.editing.spiral import spiral
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
@@ -32,7 +34,7 @@ from stitchmesh.quality import Quality, quality_named
 from stitchmesh.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen import Finish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -90,6 +92,10 @@ class KnitOptions:
     """What the stitches are worked in, if not all knit."""
     pattern_remainder: Remainder = "centre"
     """What is done with stitches that whole tiles of the pattern leave over, as in ``apply_pattern``."""
+    spiral: bool = False
+    """Whether the rings of tubes become turns of one row that climbs."""
+    finish: Finish = field(default_factory=Finish)
+    """How rows are cast on and bound off, and which floats are cut."""
     relaxation: RelaxOptions = field(default_factory=RelaxOptions)
     """How the yarns are relaxed."""
 
@@ -146,8 +152,8 @@ def knit(
 
 def relax_as_told(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
-    fabric: StitchMesh | None = None, keep_shape: bool = False, progress: Progress = silent,
-    on_state: Callable[[YarnSet], None] | None = None,
+    fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
+    progress: Progress = silent, on_state: Callable[[YarnSet], None] | None = None,
 ) -> Relaxation:  # fmt: skip
     """Give yarns their rest lengths and relax them.
 
@@ -158,6 +164,7 @@ def relax_as_told(
         device: Warp's name of the device; its preferred one unless given.
         fabric: the fabric that the yarns were made from, if it is known.
         keep_shape: whether the fabric's borders and shape are to be kept.
+        start: the same yarns in another place to start from.
         progress: told how far the relaxation is.
         on_state: called now and then with the last good state.
 
@@ -168,6 +175,7 @@ def relax_as_told(
     tell = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
     return relax_yarns(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
+        start=start,
         material=YarnMaterial.named(options.material).scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS),
         quality=quality,
         device=device,
@@ -229,6 +237,9 @@ def _stitches(
         fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
     )
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
+    if options.spiral:
+        rings, relaxed = relaxed, spiral(relaxed)
+        report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
     return relaxed
 
 
@@ -246,23 +257,12 @@ def with_pattern(
     return fabric, changed_face_count(changes)
 
 
-def stitch_counts(fabric: StitchMesh) -> dict[str, int]:
-    """Faces, increases and decreases of a stitch mesh."""
-    more, fewer = fabric.n_top > fabric.n_bottom, fabric.n_top < fabric.n_bottom
-    shaped = (fabric.n_top > 0) & (fabric.n_bottom > 0)
-    return {
-        "faces": fabric.face_count,
-        "increases": int((more & shaped).sum()),
-        "decreases": int((fewer & shaped).sum()),
-    }
-
-
 def _yarns(
     fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress
 ) -> YarnSet:
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
-    yarns = generate_yarns(fabric, yarn_radius=options.yarn_radius, quality=quality)
+    yarns = generate_yarns(fabric, yarn_radius=options.yarn_radius, quality=quality, **asdict(options.finish))
     report["yarngen"] = {
         "seconds": clock.lap(),
         "yarns": yarns.yarn_count,

@@ -178,8 +178,9 @@ def test_help_names_every_command(capsys):
         cli.main(["--help"])
     assert stop.value.code == 0
     text = capsys.readouterr().out
-    for command in "knit label tessellate relax-mesh yarns relax info check convert render".split():
-        assert command in text
+    commands = "knit label tessellate pattern edit relax-mesh yarns relax relax-edited info check patterns instructions"
+    for command in [*commands.split(), "convert", "render"]:
+        assert f"\n    {command}" in text
 
 
 def test_the_module_runs_as_a_program():

@@ -16,10 +16,11 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"lattice", "stitch", "connectivity"},
+    {"lattice", "stitch", "connectivity", "numbering"},
     {"mesh"},
-    {"mean_value", "cables", "patch", "yarn", "quality", "device", "tube", "dyes", "courses"},
-    {"curves", "draft", "rest_length", "yarn_radius", "instructions"},
+    {"courses"},
+    {"mean_value", "standing_rows", "cables", "patch", "yarn", "quality", "device", "tube", "dyes"},
+    {"curves", "draft", "rest_length", "yarn_radius", "instructions", "description"},
     {"knitting_machine"},
     {"io"},
     {"patterns"},

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh import label, tessellate
-from stitchmesh.draft import Draft, DraftFace
+from stitchmesh.draft import Draft, DraftFace, edge_of
 from stitchmesh.errors import LabelError, MeshError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patch import Marks, Patch, apply_change, inverse_change
@@ -47,7 +47,7 @@ def more_loops(mesh: StitchMesh, face: int) -> Patch:
     draft.remove(face)
     draft.remove(above)
     middle = draft.vertex(mesh.vertices[a[2:4]].mean(axis=0))
-    e, f = [draft.edge_of(side) for side in low], [draft.edge_of(side) for side in high]
+    e, f = [edge_of(mesh, side) for side in low], [edge_of(mesh, side) for side in high]
     left, right = ("left",), ("right",)
     rows = mesh.row[[face, above]].tolist()
     draft.put(DraftFace([a[0], a[1], a[2], middle, a[3]], [e[0], e[1], right, left, e[3]], 1, 2, Stitch.KY, rows[0],
@@ -162,7 +162,7 @@ def test_an_edge_with_three_sides_is_refused():
     face = inner_knit(mesh)
     sides, corners = sides_and_corners(mesh, face)
     draft = Draft(mesh)
-    edges = [draft.edge_of(side) for side in sides]
+    edges = [edge_of(mesh, side) for side in sides]
     draft.put(DraftFace(corners, edges, 1, 1, Stitch.KNIT, 2))
     with pytest.raises(MeshError, match="would belong to 3 faces"):
         draft.patch()

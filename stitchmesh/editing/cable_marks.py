@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stitchmesh.cables import CableGroup, course_line, groups_on_line
+from stitchmesh.cables import cable_groups, course_line
 from stitchmesh.editing.sides import check_side
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray, StitchMesh
@@ -75,7 +75,7 @@ def clear_cable(fabric: StitchMesh, side: int) -> list[Change]:
         ParameterError: the side is no top side, or its loop is in no cable.
     """
     check_side(fabric, side, "top")
-    sides = next((group.sides for group in _groups(fabric, side) if side in group.sides), None)
+    sides = next((group.sides for group in cable_groups(fabric, np.array([side])) if side in group.sides), None)
     if sides is None:
         raise ParameterError(f"{fabric.side_name(side)}: its loop is in no cable")
     nothing = np.zeros(len(sides), dtype=np.int64)
@@ -94,16 +94,11 @@ def _loops(fabric: StitchMesh, side: int, count: int) -> IntArray:
             f"{fabric.side_name(side)}: a cable of {count} loops does not fit; there are {room} {kind}"
         )
     sides = line[first : first + count]
-    for group in _groups(fabric, side):
+    for group in cable_groups(fabric, np.array([side])):
         taken = np.intersect1d(sides, group.sides)
         if len(taken):
             raise ParameterError(f"{fabric.side_name(taken[0])}: its loop is part of another cable; clear it first")
     return sides
-
-
-def _groups(fabric: StitchMesh, side: int) -> list[CableGroup]:
-    line, is_ring = course_line(fabric, side)
-    return groups_on_line(fabric, line, is_ring) if fabric.cable_shift[line].any() else []
 
 
 def _marks(sides: IntArray, shift: IntArray, layer: IntArray) -> list[Change]:

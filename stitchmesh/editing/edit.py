@@ -14,7 +14,7 @@ from typing import get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from stitchmesh.cables import course_line, groups_on_line
+from stitchmesh.cables import cable_groups
 from stitchmesh.editing.bobble import bobble
 from stitchmesh.editing.cable_marks import clear_cable, cross_cable, set_cable
 from stitchmesh.editing.course_edges import collapse_course_edge, split_course_edge
@@ -25,7 +25,7 @@ from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift
 from stitchmesh.editing.wale_lines import insert_wale, remove_wale
 from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
 from stitchmesh.errors import MeshError, ParameterError
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.patch import Change, Marks, apply_change, inverse_change
 from stitchmesh.stitch import Stitch
 
@@ -101,8 +101,8 @@ def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
     for change in changes:
         inverse.insert(0, inverse_change(fabric, change))
         fabric = apply_change(fabric, change)
-    for change in changes[-1:]:
-        _check_cables(fabric, change)
+    if changes and fabric.cable_shift.any():
+        cable_groups(fabric, _loops_touched(fabric, changes[-1]))  # raises where it cuts one
     return Edited(fabric, tuple(changes), tuple(inverse))
 
 
@@ -156,19 +156,6 @@ def _kind(hint: object) -> str:
     return _kind(get_args(hint)[0])
 
 
-def _check_cables(fabric: StitchMesh, change: Change) -> None:
-    """Check the cables on the course lines that a change touches."""
-    if not fabric.cable_shift.any():
-        return
-    seen: set[int] = set()
-    for side in _loops_touched(fabric, change).tolist():
-        if side not in seen:
-            line, is_ring = course_line(fabric, side)
-            seen.update(line.tolist())
-            if fabric.cable_shift[line].any():
-                groups_on_line(fabric, line, is_ring)
-
-
 def _loops_touched(fabric: StitchMesh, change: Change) -> IntArray:
     """Top sides of faces that a change put in or marked, and those below them."""
     if isinstance(change, Marks):
@@ -177,4 +164,4 @@ def _loops_touched(fabric: StitchMesh, change: Change) -> IntArray:
         sides = fabric.sides_of(change.added_faces)
     across = fabric.twin[sides]
     sides = np.concatenate([sides, across[across != BORDER]])
-    return sides[fabric.side_role[sides] == 2]
+    return sides[fabric.side_role[sides] == TOP]

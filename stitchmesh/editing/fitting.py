@@ -27,6 +27,22 @@ def stitch_named(code: str) -> Stitch:
     return NAMED[code]
 
 
+def plain_stitch_named(code: str, what: str) -> Stitch:
+    """The stitch of a code, if it makes one loop on one.
+
+    Args:
+        code: of the stitch.
+        what: what it is to be repeated to, for the message.
+
+    Raises:
+        ParameterError: it makes or takes another number of loops, or there is none.
+    """
+    stitch = stitch_named(code)
+    if SIDE_COUNTS.get(stitch) != (1, 1):
+        raise ParameterError(f"stitch {code}: does not make one loop on one; expected such a stitch for {what}")
+    return stitch
+
+
 def fitting_stitch(like: Stitch, n_bottom: int, n_top: int, free: int = 0) -> Stitch | None:
     """The stitch most like another on a face with these sides, None where there is none.
 

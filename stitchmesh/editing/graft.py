@@ -9,14 +9,15 @@ on, and every two neighbouring stitches are linked by a closed ring of yarn acro
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from stitchmesh.editing.fans import corner_fans, reconnected
+from stitchmesh.courses import chain_through
+from stitchmesh.editing.reconnect import corner_fans, reconnected
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.stitch import Stitch
-
-TOP = 2
 
 
 def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
@@ -60,7 +61,8 @@ def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
     """
     if not 0 <= side < fabric.side_count or fabric.is_wale[side] or fabric.twin[side] == BORDER:
         raise ParameterError(f"ungraft: got side {side}; expected a course side between two faces")
-    line = _inner_line(fabric, side)
+    after, before = (partial(_beyond, fabric, step=step) for step in (fabric.side_next, fabric.side_previous))
+    line = np.array(chain_through(side, after, before)[0])
     twin = fabric.twin.copy()
     twin[fabric.twin[line]], twin[line] = BORDER, BORDER
     fan = corner_fans(fabric, twin)
@@ -98,19 +100,7 @@ def _is_ring(fabric: StitchMesh, line: list[int]) -> bool:
     return fabric.next_border_side(line[-1]) == line[0]
 
 
-def _inner_line(fabric: StitchMesh, side: int) -> list[int]:
-    """Course sides that follow one another along a course line, on one side of it."""
-    line = [side]
-    while (following := _beyond(fabric, line[-1], fabric.side_next)) not in (BORDER, side):
-        line.append(following)
-    if following == side:
-        return line
-    while (before := _beyond(fabric, line[0], fabric.side_previous)) != BORDER:
-        line.insert(0, before)
-    return line
-
-
-def _beyond(fabric: StitchMesh, side: int, step: IntArray) -> int:
+def _beyond(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
     """The next course side of the line, in the same face or in the one across a wale side; ``BORDER`` at its end."""
     following = int(step[side])
     if fabric.is_wale[following]:

@@ -64,6 +64,8 @@ def _edit(line: str, where: str) -> Edit:
         content = json.loads(line)
     except json.JSONDecodeError as error:
         raise FileError(f"{where}: is no JSON ({error.msg}, column {error.colno}); expected one edit a line") from error
+    except RecursionError as error:
+        raise FileError(f"{where}: is nested too deeply for an edit; expected one edit a line") from error
     if not isinstance(content, dict) or set(content) != {"edit", "arguments"}:
         raise FileError(f'{where}: is no edit; expected {{"edit": NAME, "arguments": {{...}}}}')
     if not isinstance(content["edit"], str) or not isinstance(content["arguments"], dict):

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from stitchmesh.editing.sides import check_face
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patch import Change
 from stitchmesh.patterns.apply import pattern_changes
@@ -29,7 +28,5 @@ def paste_pattern(
         FileError: the file cannot be read.
         PatternError: the text says no pattern.
     """
-    if face is not None:
-        check_face(fabric, face)
     read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
     return pattern_changes(fabric, read, face=face, remainder=check_remainder(remainder))

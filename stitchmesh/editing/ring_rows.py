@@ -1,50 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows as lists of faces, and stacks of rows that run around a tube."""
+"""Rows that run around a tube, and stacks of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from stitchmesh.courses import right_neighbours
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.courses import Course, bottom_sides, find_courses, sides_across, top_sides
+from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
 
 
-@dataclass(frozen=True)
-class Strip:
-    """Faces that one row leads through, from left to right."""
-
-    faces: tuple[int, ...]
-    is_ring: bool
-    """Whether the last face lies beside the first."""
-
-
-def strips(fabric: StitchMesh) -> list[Strip]:
-    """All rows; a ring starts at its lowest face."""
-    following = right_neighbours(fabric).tolist()
-    ends = sorted(set(range(fabric.face_count)) - set(following))
-    seen, result = [False] * fabric.face_count, []
-    for first in [*ends, *range(fabric.face_count)]:
-        faces, face = [], first
-        while face != BORDER and not seen[face]:
-            seen[face] = True
-            faces.append(face)
-            face = following[face]
-        if faces:
-            result.append(Strip(tuple(faces), face == first))
-    return result
-
-
-def ring_stacks(fabric: StitchMesh) -> list[list[Strip]]:
+def ring_stacks(fabric: StitchMesh) -> list[list[Course]]:
     """Maximal stacks of rings, each from below: the whole top of one is the whole bottom of the next."""
-    rings = [strip for strip in strips(fabric) if strip.is_ring]
+    rings = [ring for ring in find_courses(fabric, climbing=True) if ring.closed]
     ring_of = np.full(fabric.face_count, BORDER)
     for number, ring in enumerate(rings):
         ring_of[list(ring.faces)] = number
-    above = [_only_neighbour(fabric, ring, ring_of, 2) for ring in rings]
-    below = [_only_neighbour(fabric, ring, ring_of, 0) for ring in rings]
+    above = [_only_neighbour(fabric, ring, ring_of, TOP) for ring in rings]
+    below = [_only_neighbour(fabric, ring, ring_of, BOTTOM) for ring in rings]
     stacks, used = [], [False] * len(rings)
     for number in range(len(rings)):
         lowest = number
@@ -61,11 +34,11 @@ def ring_stacks(fabric: StitchMesh) -> list[list[Strip]]:
     return stacks
 
 
-def _only_neighbour(fabric: StitchMesh, ring: Strip, ring_of: IntArray, role: int) -> int:
-    """The ring that lies across all top (2) or all bottom (0) sides of a ring the same way up, else ``BORDER``."""
-    sides = np.flatnonzero(np.isin(fabric.side_face, ring.faces) & (fabric.side_role == role))
-    across = fabric.twin[sides]
-    if len(sides) == 0 or (across == BORDER).any() or (fabric.side_role[across] != 2 - role).any():
+def _only_neighbour(fabric: StitchMesh, ring: Course, ring_of: IntArray, role: int) -> int:
+    """The ring that lies across all top or all bottom sides of a ring the same way up, else ``BORDER``."""
+    sides = top_sides(fabric, ring.faces) if role == TOP else bottom_sides(fabric, ring.faces)
+    across = sides_across(fabric, np.array(sides, dtype=np.int64), BOTTOM if role == TOP else TOP)
+    if len(sides) == 0 or (across == BORDER).any():
         return BORDER
     found = np.unique(ring_of[fabric.side_face[across]])
     return int(found[0]) if len(found) == 1 else BORDER

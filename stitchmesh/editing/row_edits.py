@@ -9,14 +9,14 @@ from collections.abc import Hashable
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.editing.fitting import stitch_named
-from stitchmesh.editing.ring_rows import Strip
-from stitchmesh.editing.sides import check_face, role_of
+from stitchmesh.courses import Course, course_through
+from stitchmesh.editing.fitting import plain_stitch_named
+from stitchmesh.editing.sides import check_face
 from stitchmesh.editing.sketch import Sketch, SketchFace, like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.patch import Change, Marks, apply_change
-from stitchmesh.stitch import SIDE_COUNTS, Stitch
+from stitchmesh.stitch import Stitch
 
 
 def flip_row(fabric: StitchMesh, face: int) -> list[Change]:
@@ -34,7 +34,7 @@ def flip_row(fabric: StitchMesh, face: int) -> list[Change]:
     """
     check_face(fabric, face)
     sketch = Sketch(fabric)
-    for number in row_through(fabric, face).faces:
+    for number in course_through(fabric, face, climbing=True).faces:
         turned = sketch.face(number)
         turned.turn()
         sketch.settle(turned)
@@ -56,14 +56,12 @@ def insert_row(fabric: StitchMesh, face: int, stitch: str = "k") -> list[Change]
             drawn through at its top.
     """
     check_face(fabric, face)
-    made = stitch_named(stitch)
-    if SIDE_COUNTS.get(made) != (1, 1):
-        raise ParameterError(f"stitch {stitch}: does not make one loop on one; expected such a stitch for a new row")
-    strip = row_through(fabric, face)
-    row = _only_row(fabric, strip)
+    made = plain_stitch_named(stitch, "a new row")
+    whole = course_through(fabric, face, climbing=True)
+    row = _only_row(fabric, whole)
     numbered, fabric = _numbered(fabric, fabric.row > row, 1)
     sketch = Sketch(fabric)
-    faces = [sketch.face(number) for number in strip.faces]
+    faces = [sketch.face(number) for number in whole.faces]
     ended = next((lower for lower in faces if not lower.above), None)
     if ended is not None:
         raise ParameterError(f"{ended.name}: its row ends here, it has no loops to knit on")
@@ -86,59 +84,37 @@ def remove_row(fabric: StitchMesh, face: int) -> list[Change]:
         MeshError: a face would touch itself.
     """
     check_face(fabric, face)
-    strip = row_through(fabric, face)
-    row = _only_row(fabric, strip)
-    alone = np.count_nonzero(fabric.row == row) == len(strip.faces)
+    whole = course_through(fabric, face, climbing=True)
+    row = _only_row(fabric, whole)
+    alone = np.count_nonzero(fabric.row == row) == len(whole.faces)
     numbered, fabric = _numbered(fabric, (fabric.row > row) & alone, -1)
     sketch = Sketch(fabric)
-    faces = [sketch.drop(number) for number in strip.faces]
-    for number, gone in zip(strip.faces, faces, strict=True):
+    faces = [sketch.drop(number) for number in whole.faces]
+    for number, gone in zip(whole.faces, faces, strict=True):
         if (len(gone.below), len(gone.above)) != (1, 1):
             raise ParameterError(f"{gone.name}: does not make one loop of one; change it first to remove its row")
         if fabric.twin[fabric.face_start[number]] == BORDER:
             raise ParameterError(f"{gone.name}: stands on the border; the first row holds all others, keep it")
-    for number, gone in zip(strip.faces, faces, strict=True):
+    for number, gone in zip(whole.faces, faces, strict=True):
         below = sketch.face(int(fabric.side_face[fabric.twin[fabric.face_start[number]]]))
         below.rename_edge(gone.below[0], gone.above[0])
     wales = [(gone.low[0], gone.high[0]) for gone in faces]
-    if not strip.is_ring:
+    if not whole.closed:
         wales.append((faces[-1].low[-1], faces[-1].high[-1]))
     for low, high in wales:
         sketch.merge(low, high, prefer=high)
     return [*numbered, sketch.patch()]
 
 
-def row_through(fabric: StitchMesh, face: int) -> Strip:
-    """The faces that the row through a face leads through, from left to right."""
-    rightwards = _walk(fabric, face, 1)
-    if len(rightwards) > 1 and rightwards[-1] == face:
-        return Strip(tuple(rightwards[:-1]), is_ring=True)
-    return Strip((*_walk(fabric, face, -1)[:0:-1], *rightwards), is_ring=False)
-
-
-def _walk(fabric: StitchMesh, face: int, step: int) -> list[int]:
-    """Faces from this one on, to the right or to the left, up to the end of the row or to this one again."""
-    faces = [face]
-    while True:
-        last = faces[-1]
-        leaving = int(fabric.right_wale[last] if step > 0 else fabric.left_wale[last])
-        across = int(fabric.twin[leaving])
-        if across == BORDER or role_of(fabric, across) == role_of(fabric, leaving):
-            return faces
-        faces.append(int(fabric.side_face[across]))
-        if faces[-1] == face:
-            return faces
-
-
-def _only_row(fabric: StitchMesh, strip: Strip) -> int:
+def _only_row(fabric: StitchMesh, whole: Course) -> int:
     """The row number that all faces share."""
-    rows = np.unique(fabric.row[list(strip.faces)])
+    rows = np.unique(fabric.row[list(whole.faces)])
     if len(rows) > 1:
         raise ParameterError(
-            f"face {strip.faces[0]}: its row climbs from row {rows[0]} to row {rows[-1]}; turn the spiral back first"
+            f"face {whole.faces[0]}: its row climbs from row {rows[0]} to row {rows[-1]}; turn the spiral back first"
         )
-    for side in (fabric.left_wale[strip.faces[0]], fabric.right_wale[strip.faces[-1]]):
-        if not strip.is_ring and fabric.twin[side] != BORDER:
+    for side in (fabric.left_wale[whole.faces[0]], fabric.right_wale[whole.faces[-1]]):
+        if not whole.closed and fabric.twin[side] != BORDER:
             raise ParameterError(f"{fabric.side_name(side)}: the row goes on the other way up; flip a part of it first")
     return int(rows[0])
 

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Single faces and sides by their numbers: checks and names, without looking at the whole mesh."""
+"""Single faces and sides by their numbers: checks, places and neighbours, without looking at the whole mesh."""
 
 from __future__ import annotations
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, LEFT, RIGHT, TOP, StitchMesh
 
 
 def check_face(fabric: StitchMesh, face: int) -> None:
@@ -26,17 +26,10 @@ def check_side(fabric: StitchMesh, side: int, kind: str) -> None:
     """
     if not 0 <= side < fabric.side_count:
         raise ParameterError(f"side {side}: is gone; the mesh has sides 0 to {fabric.side_count - 1}")
-    role = role_of(fabric, side)
-    if role not in {"course": (0, 2), "wale": (1, 3), "top": (2,)}[kind]:
+    role = fabric.role_of(side)
+    if role not in {"course": (BOTTOM, TOP), "wale": (RIGHT, LEFT), "top": (TOP,)}[kind]:
         found = ("bottom", "right wale", "top", "left wale")[role]
         raise ParameterError(f"{fabric.side_name(side)}: is a {found} side; expected a {kind} side")
-
-
-def role_of(fabric: StitchMesh, side: int) -> int:
-    """Role of one side, as ``StitchMesh.side_role`` numbers them."""
-    face = int(fabric.side_face[side])
-    above = side - int(fabric.face_start[face]) - int(fabric.n_bottom[face])
-    return int(above >= 0) + int(above > 0) + int(above > fabric.n_top[face])
 
 
 def course_place(fabric: StitchMesh, side: int) -> tuple[bool, int]:
@@ -47,7 +40,17 @@ def course_place(fabric: StitchMesh, side: int) -> tuple[bool, int]:
     return (False, place) if place < n_bottom else (True, n_bottom + n_top - place)
 
 
-def edge_of(fabric: StitchMesh, side: int) -> int:
-    """Name of a side's edge, as ``Draft.edge_of`` has it."""
-    across = int(fabric.twin[side])
-    return side if across == BORDER else min(side, across)
+def faces_beside(fabric: StitchMesh, side: int) -> tuple[int, int]:
+    """The faces left and right of a wale edge, given by either of its sides; ``BORDER`` where there is none.
+
+    Raises:
+        ParameterError: they run opposite ways, or are one face.
+    """
+    across, role = int(fabric.twin[side]), fabric.role_of(side)
+    if across != BORDER and fabric.role_of(across) == role:
+        raise ParameterError(f"{fabric.side_name(side)}: its two faces run opposite ways; flip one of the rows first")
+    face = int(fabric.side_face[side])
+    other = BORDER if across == BORDER else int(fabric.side_face[across])
+    if face == other:
+        raise ParameterError(f"{fabric.side_name(side)}: has one face on both sides; expected two")
+    return (face, other) if role == RIGHT else (other, face)

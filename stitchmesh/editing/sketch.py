@@ -16,9 +16,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.draft import Draft, DraftFace
+from stitchmesh.draft import Draft, DraftFace, edge_of
 from stitchmesh.editing.fitting import check_fit, fitting_stitch, stitch_named
-from stitchmesh.editing.sides import check_face, course_place, edge_of
+from stitchmesh.editing.sides import check_face, course_place
 from stitchmesh.editing.vertex_corners import VertexCorners
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
@@ -251,17 +251,9 @@ def face_of(fabric: StitchMesh, number: int) -> SketchFace:
     )  # fmt: skip
 
 
-
 def like(face: SketchFace, **changes: object) -> SketchFace:
     """A new face of the same row and yarn."""
     return replace(face, name=f"the face beside {face.name}", loops=[], **changes)  # type: ignore[arg-type]
-
-
-
-
-
-
-
 
 
 def _settled(face: SketchFace, code: str | None, free: int) -> Stitch:

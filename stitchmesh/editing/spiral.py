@@ -20,19 +20,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.editing.fans import corner_fans, reconnected
-from stitchmesh.editing.ring_rows import Strip, ring_stacks, strips
+from stitchmesh.courses import Course, bottom_sides, find_courses, top_sides
+from stitchmesh.editing.reconnect import corner_fans, reconnected
+from stitchmesh.editing.ring_rows import ring_stacks
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.standing_rows import lean, stood_up
 
 CROWDED_STEP = 0.5
 """Part of its wale that the highest course line climbs where it is crowded: below stitches, and where wales run
 together."""
-
-NARROWING = 0.2
-"""Part by which a stitch may narrow beyond the top border before its row stands up."""
-STAND_UP = 6.0
-"""How fast it stands up with what is beyond that."""
 
 
 @dataclass(frozen=True)
@@ -93,19 +90,19 @@ def unspiral(fabric: StitchMesh) -> StitchMesh:
     return fabric
 
 
-def _stacks_to_turn(fabric: StitchMesh, seam: int | None) -> list[list[Strip]]:
+def _stacks_to_turn(fabric: StitchMesh, seam: int | None) -> list[list[Course]]:
     if seam is not None and not 0 <= seam < fabric.face_count:
         raise ParameterError(f"seam: got face {seam}; the mesh has faces 0 to {fabric.face_count - 1}")
     return [stack for stack in ring_stacks(fabric) if seam is None or any(seam in ring.faces for ring in stack)]
 
 
-def _is_closing(fabric: StitchMesh, ring: Strip) -> bool:
+def _is_closing(fabric: StitchMesh, ring: Course) -> bool:
     """Whether a ring's wales all begin, or all end, in one vertex."""
     faces = list(ring.faces)
     return not fabric.n_top[faces].any() or not fabric.n_bottom[faces].any()
 
 
-def _cut(fabric: StitchMesh, stack: list[Strip], seam: int | None, taken: set[int]) -> list[Turns]:
+def _cut(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[Turns]:
     """The stack in pieces of two rings and more, each with a seam through all of it that ends in free vertices."""
     own = {face for ring in stack for face in ring.faces}
     stack = [ring for ring in stack if not _is_closing(fabric, ring)]
@@ -256,8 +253,8 @@ def _join(twin: IntArray, first: int, second: int) -> None:
 def _spirals(fabric: StitchMesh) -> list[Turns]:
     """Rows that climb, by turns."""
     found = []
-    for strip in strips(fabric):
-        faces = np.array(strip.faces)
+    for course in find_courses(fabric, climbing=True):
+        faces = np.array(course.faces)
         rings = np.split(faces, np.flatnonzero(np.diff(fabric.row[faces])) + 1)
         firsts = np.array([ring[0] for ring in rings])
         heads = fabric.face_vertex[fabric.left_wale[firsts[:-1]]]
@@ -268,8 +265,8 @@ def _spirals(fabric: StitchMesh) -> list[Turns]:
 
 def _course_lines(fabric: StitchMesh, turns: Turns) -> list[list[int]]:
     """Vertices of the course lines below, between and above the rings, from the seam to the right."""
-    bottoms = [[fabric.face_start[f] + k for f in ring for k in range(fabric.n_bottom[f])] for ring in turns.rings]
-    tops = [fabric.left_wale[f] - k for f in turns.rings[-1] for k in range(fabric.n_top[f])]
+    bottoms = [bottom_sides(fabric, ring) for ring in turns.rings]
+    tops = [side + 1 for side in top_sides(fabric, turns.rings[-1])]  # their ends, which lie on the left
     return [fabric.face_vertex[corners].tolist() for corners in (*bottoms, tops)]
 
 
@@ -290,21 +287,16 @@ def _climb(fabric: StitchMesh, turns: Turns, up: bool) -> FloatArray:
 
 def _is_free(fabric: StitchMesh, turns: Turns) -> NDArray[np.bool_]:
     """Whether there is nothing above each vertex of the highest course line, shape (n, 1)."""
-    sides = [fabric.left_wale[f] - 1 - k for f in turns.rings[-1] for k in range(fabric.n_top[f])]
-    border = fabric.twin[sides] == BORDER
+    border = fabric.twin[top_sides(fabric, turns.rings[-1])] == BORDER
     return (border & np.roll(border, 1))[:, None]
 
 
 def _standing(fabric: StitchMesh, line: list[int], step: FloatArray) -> FloatArray:
     """Steps beyond a top border [cm]; where wales run together there, round a crown, they rise along the normal."""
-    base = fabric.vertices[line]
-    width, after = (np.linalg.norm(np.roll(p, -1, axis=0) - p, axis=1) for p in (base, base + step))
-    narrowed = 1.0 - np.min([after / width, np.roll(after / width, 1)], axis=0)
-    height = np.linalg.norm(step, axis=1, keepdims=True)
-    lean = STAND_UP * np.clip(narrowed - NARROWING, 0.0, None)[:, None]
-    raised = step + lean * height * fabric.vertex_normal[line]
-    part = CROWDED_STEP if narrowed.max() > NARROWING else 1.0
-    return part * raised * height / np.linalg.norm(raised, axis=1, keepdims=True)
+    places = np.arange(len(line))
+    leaning = lean(fabric.vertices[line], step, np.stack([places, np.roll(places, -1)]))
+    part = CROWDED_STEP if leaning.any() else 1.0
+    return part * stood_up(step, leaning, fabric.vertex_normal[line])
 
 
 def _steps(fabric: StitchMesh, ring: list[int], line: list[int]) -> FloatArray:

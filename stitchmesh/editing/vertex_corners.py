@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.editing.sides import role_of
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, TOP, StitchMesh
 
 
 class VertexCorners:
@@ -45,4 +44,4 @@ class VertexCorners:
 
     def is_bare(self, vertex: int) -> bool:
         """Whether no wale edge ends at a vertex."""
-        return all(role_of(self._fabric, side) % 2 == 0 for side in self.sides(vertex))
+        return all(self._fabric.role_of(side) in (BOTTOM, TOP) for side in self.sides(vertex))

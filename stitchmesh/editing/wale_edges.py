@@ -8,7 +8,7 @@ below, stays as it is.
 
 from __future__ import annotations
 
-from stitchmesh.editing.sides import check_face, check_side, role_of
+from stitchmesh.editing.sides import check_face, check_side, faces_beside
 from stitchmesh.editing.sketch import Sketch, SketchFace, like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
@@ -119,17 +119,11 @@ def shift_wale_edge(
 
 def _beside(sketch: Sketch, side: int) -> tuple[SketchFace, SketchFace, int]:
     """The faces left and right of a wale edge, and the number of the right one."""
-    fabric = sketch.fabric
-    check_side(fabric, side, "wale")
-    across = int(fabric.twin[side])
-    if across == BORDER:
-        raise ParameterError(f"{fabric.side_name(side)}: lies on the border; expected a wale edge between two faces")
-    if role_of(fabric, side) == role_of(fabric, across):
-        raise ParameterError(f"{fabric.side_name(side)}: its two faces run opposite ways; flip one of the rows first")
-    sides = (side, across) if role_of(fabric, side) == 1 else (across, side)
-    left, right = (int(fabric.side_face[side]) for side in sides)
-    if left == right:
-        raise ParameterError(f"{fabric.side_name(side)}: has one face on both sides; expected two")
+    check_side(sketch.fabric, side, "wale")
+    left, right = faces_beside(sketch.fabric, side)
+    if BORDER in (left, right):
+        name = sketch.fabric.side_name(side)
+        raise ParameterError(f"{name}: lies on the border; expected a wale edge between two faces")
     return sketch.face(left), sketch.face(right), right
 
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stitchmesh.editing.fitting import stitch_named
-from stitchmesh.editing.sides import check_face, check_side, edge_of, role_of
+from stitchmesh.draft import edge_of
+from stitchmesh.editing.fitting import plain_stitch_named
+from stitchmesh.editing.sides import check_face, check_side, faces_beside
 from stitchmesh.editing.sketch import Sketch, SketchFace, like
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, LEFT, RIGHT, TOP, StitchMesh
 from stitchmesh.patch import Change
-from stitchmesh.stitch import SIDE_COUNTS, Stitch
+from stitchmesh.stitch import Stitch
 
 
 @dataclass(frozen=True)
@@ -46,9 +47,7 @@ def insert_wale(fabric: StitchMesh, side: int, courses: int | None = None, stitc
         MeshError: a face would touch itself.
     """
     check_side(fabric, side, "wale")
-    made = stitch_named(stitch)
-    if SIDE_COUNTS.get(made) != (1, 1):
-        raise ParameterError(f"stitch {stitch}: does not make one loop on one; expected such a stitch for a column")
+    made = plain_stitch_named(stitch, "a column")
     sketch = Sketch(fabric)
     line, is_closed = _line(sketch, side, courses)
     opened = _Opening(sketch, line, is_closed)
@@ -109,16 +108,10 @@ def _line(sketch: Sketch, side: int, courses: int | None) -> tuple[list[_WaleEdg
 
 
 def _wale_edge(fabric: StitchMesh, side: int) -> _WaleEdge:
-    across = int(fabric.twin[side])
-    if across != BORDER and role_of(fabric, side) == role_of(fabric, across):
-        raise ParameterError(f"{fabric.side_name(side)}: its two faces run opposite ways; flip one of the rows first")
+    left, right = faces_beside(fabric, side)
     ends = [int(fabric.face_vertex[side]), int(fabric.face_vertex[fabric.side_next[side]])]
-    faces = [int(fabric.side_face[side]), BORDER if across == BORDER else int(fabric.side_face[across])]
-    if role_of(fabric, side) == 3:
-        ends, faces = ends[::-1], faces[::-1]
-    if faces[0] == faces[1]:
-        raise ParameterError(f"{fabric.side_name(side)}: has one face on both sides; there is no room for a column")
-    return _WaleEdge(edge_of(fabric, side), ends[0], ends[1], faces[0], faces[1])
+    foot, head = ends if fabric.role_of(side) == RIGHT else ends[::-1]
+    return _WaleEdge(edge_of(fabric, side), foot, head, left, right)
 
 
 def _onwards(sketch: Sketch, vertex: int, step: int) -> _WaleEdge | None:
@@ -128,8 +121,8 @@ def _onwards(sketch: Sketch, vertex: int, step: int) -> _WaleEdge | None:
     down: dict[int, int] = {}
     for corner in sketch.corners.around(vertex):
         before = int(fabric.side_previous[corner])
-        for side, found in ((corner, {1: up, 3: down}), (before, {1: down, 3: up})):
-            role = role_of(fabric, side)
+        for side, found in ((corner, {RIGHT: up, LEFT: down}), (before, {RIGHT: down, LEFT: up})):
+            role = fabric.role_of(side)
             if role in found:
                 found[role][edge_of(fabric, side)] = side
     if len(up) != 1 or len(down) != 1:
@@ -235,7 +228,7 @@ def _turn(fabric: StitchMesh, edge: _WaleEdge, is_head: bool, rightwards: bool) 
     wale = int(fabric.left_wale[face] if rightwards else fabric.right_wale[face])
     step = fabric.side_previous if is_head == rightwards else fabric.side_next
     side, faces = int(step[wale]), [face]
-    while role_of(fabric, side) % 2 == 1:
+    while fabric.role_of(side) in (RIGHT, LEFT):
         across = int(fabric.twin[side])
         if across == BORDER or int(fabric.side_face[across]) in faces:
             return _Turn(tuple(faces), BORDER, BORDER)
@@ -272,7 +265,7 @@ def _stacked(fabric: StitchMesh, face: int, step: int) -> int:
         return BORDER
     side = int(fabric.right_wale[face]) + 1 if step > 0 else int(fabric.face_start[face])
     across = int(fabric.twin[side])
-    if across == BORDER or role_of(fabric, across) != 1 - step:
+    if across == BORDER or fabric.role_of(across) != (BOTTOM if step > 0 else TOP):
         return BORDER
     other = int(fabric.side_face[across])
     return BORDER if fabric.n_bottom[other] > 1 or fabric.n_top[other] > 1 else other

@@ -10,9 +10,8 @@ from itertools import groupby
 
 import numpy as np
 
-from stitchmesh.courses import BOTTOM, LEFT, RIGHT, TOP
 from stitchmesh.instructions.pieces import Piece
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, LEFT, RIGHT, TOP, StitchMesh
 
 EDGES = {RIGHT: "right", LEFT: "left"}
 

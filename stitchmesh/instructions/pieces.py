@@ -15,10 +15,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stitchmesh.courses import (
-    BOTTOM,
-    LEFT,
-    RIGHT,
-    TOP,
     Course,
     bottom_sides,
     course_of_faces,
@@ -28,7 +24,7 @@ from stitchmesh.courses import (
     top_sides,
 )
 from stitchmesh.errors import ParameterError, first_few
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, LEFT, RIGHT, TOP, StitchMesh
 from stitchmesh.stitch import Stitch
 
 

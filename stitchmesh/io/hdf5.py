@@ -82,7 +82,7 @@ def stored_format(path: FilePath) -> str:
         with h5py.File(fspath(path), "r") as file:
             return str(file.attrs.get("format", ""))
     except OSError as error:
-        raise FileError(f"{fspath(path)}: is not an HDF5 file, or it is damaged") from error
+        raise FileError(f"{fspath(path)}: is not an HDF5 file, or it is damaged; write it again") from error
 
 
 def _check_format(name: str, file: h5py.File, format_name: str) -> None:

@@ -7,6 +7,10 @@ Also from and to ``.smobj``, and to ``.k``, the instructions of a knitting machi
 
 from __future__ import annotations
 
+from os import fspath
+
+from stitchmesh.cables import cable_groups
+from stitchmesh.errors import FileError, LabelError
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.knitout import write_knitout
@@ -37,8 +41,13 @@ def read_stitches(path: FilePath) -> StitchMesh:
     """Read what ``write_stitches`` wrote, ``.h5`` or ``.smobj``.
 
     Raises:
-        FileError: the file cannot be read, holds something else, is damaged, or is not a valid stitch mesh.
+        FileError: the file cannot be read, holds something else, is damaged, or is not a valid stitch mesh, its cables
+            included.
     """
-    if suffix_of(path, READABLE) == ".smobj":
-        return read_smobj(path)
-    return read_noun(path, StitchMesh, FORMAT)
+    is_text = suffix_of(path, READABLE) == ".smobj"
+    fabric = read_smobj(path) if is_text else read_noun(path, StitchMesh, FORMAT)
+    try:
+        cable_groups(fabric)
+    except LabelError as error:
+        raise FileError(f"{fspath(path)}: {error}") from error
+    return fabric

@@ -30,6 +30,8 @@ class Placement:
     """[cm], shape (V, 3)."""
     normal: FloatArray
     """Unit normal of the surface there or, on a border, next to it, shape (V, 3)."""
+    shape: FloatArray
+    """Change of the normal along the surface, zero at border vertices [1/cm], shape (V, 3, 3)."""
     arc: FloatArray
     """Arc length along its border of each border vertex, zero elsewhere [cm], shape (V,)."""
     tangent: FloatArray
@@ -75,16 +77,17 @@ class Attachment:
             turned = part - np.einsum("vi,vi->v", part, normal)[:, None] * normal
             part = turned * (length / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), TINY))
         arc = placement.arc + np.einsum("vi,vi->v", step, placement.tangent)
-        return self.with_border(position, normal, arc)
+        return self.placed(found[0], position, normal, arc)
 
-    def with_border(self, position: FloatArray, normal: FloatArray, arc: FloatArray) -> Placement:
-        """A placement whose border vertices are at their arc lengths."""
+    def placed(self, triangle: IntArray, position: FloatArray, normal: FloatArray, arc: FloatArray) -> Placement:
+        """The placement of points found on triangles of the surface, border vertices at their arc lengths."""
+        shape = np.where((self.border < 0)[:, None, None], self.surface.shape_operator(triangle, normal), 0.0)
         position, tangent, bend = position.copy(), np.zeros_like(position), np.zeros_like(position)
         for number, border in enumerate(self.surface.borders):
             members = np.flatnonzero(self.border == number)
             position[members], tangent[members], bend[members] = border.at(arc[members])
         tangent[self.fixed] = 0.0
-        return Placement(position, normal, arc, tangent, bend)
+        return Placement(position, normal, shape, arc, tangent, bend)
 
 
 def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None) -> tuple[Attachment, Placement]:
@@ -100,13 +103,14 @@ def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str 
         MeshError: the fabric has a border where the surface has none.
     """
     flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
-    position, normal = surface.evaluate(*flat.find(fabric.vertices, fabric.vertex_normal))
+    triangle, weights = flat.find(fabric.vertices, fabric.vertex_normal)
+    position, normal = surface.evaluate(triangle, weights)
     border, arc = _locate_borders(fabric, surface)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
     held = Attachment(surface, closest, border, np.zeros(len(border), dtype=bool))
-    fixed = border_corners(fabric, held.with_border(position, normal, arc).position)
+    fixed = border_corners(fabric, held.placed(triangle, position, normal, arc).position)
     attachment = replace(held, fixed=fixed)
-    return attachment, attachment.with_border(position, normal, arc)
+    return attachment, attachment.placed(triangle, position, normal, arc)
 
 
 def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_]:

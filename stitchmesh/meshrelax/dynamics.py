@@ -26,6 +26,7 @@ from stitchmesh.meshrelax.conjugate_gradients import modified_conjugate_gradient
 from stitchmesh.meshrelax.forces import element_forces
 from stitchmesh.meshrelax.preconditioner import Patches, preconditioner
 from stitchmesh.meshrelax.sub_quads import Springs
+from stitchmesh.meshrelax.turning import turning_stiffness
 
 Progress = Callable[[int, float], None]
 """Called after each iteration with its number and the residual."""
@@ -64,7 +65,7 @@ class State:
     """Net force along the allowed directions, shape (V, 3)."""
     jacobian: FloatArray
     """Of every element [1/cm], shape (elements, 3, 3)."""
-    border_stiffness: FloatArray
+    turning_stiffness: FloatArray
     """Of each vertex [1/cm], shape (V, 3, 3)."""
     residual: float
 
@@ -103,7 +104,7 @@ class Relaxation:
         Raises:
             SolverError: they are not finite.
         """
-        element_force, jacobian = element_forces(self.springs, placement.position)
+        element_force, jacobian = element_forces(self.springs, placement)
         projector = self.attachment.projector(placement)
         whole = self.assembly.force(element_force)
         force = np.einsum("vij,vj->vi", projector, whole)
@@ -111,11 +112,11 @@ class Relaxation:
         if not np.isfinite(residual):
             bad = int(np.flatnonzero(~np.isfinite(force).all(axis=1))[0])
             raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")
-        return State(placement, projector, force, jacobian, border_stiffness(placement, whole), residual)
+        return State(placement, projector, force, jacobian, turning_stiffness(placement, whole), residual)
 
     def stepped(self, state: State, time_step: float) -> Placement:
         """The placement after one backward Euler step, cut to the largest step."""
-        matrix = self.assembly.system(state.jacobian, state.border_stiffness + np.eye(3) / time_step)
+        matrix = self.assembly.system(state.jacobian, state.turning_stiffness + np.eye(3) / time_step)
         diagonal = matrix.data[self.assembly.diagonal]
         step, _ = modified_conjugate_gradients(
             matrix,
@@ -129,14 +130,3 @@ class Relaxation:
         longest = float(np.linalg.norm(step, axis=1).max())
         step *= min(1.0, LARGEST_STEP * unit / max(longest, np.finfo(float).tiny))
         return self.attachment.moved(state.placement, step, STRIDE * unit)
-
-
-def border_stiffness(placement: Placement, force: FloatArray) -> FloatArray:
-    """Resistance to moves along a bent border, shape (V, 3, 3) [1/cm].
-
-    The force along the border is f . t, which changes with the tangent t by f . dt/ds: where the border turns within a
-    stitch, at the ends of a slit, this outweighs the springs. Only the part that holds a vertex back is kept.
-    """
-    change = np.einsum("vi,vi->v", force, placement.bend)
-    tangent = placement.tangent
-    return np.maximum(-change, 0.0)[:, None, None] * (tangent[:, :, None] * tangent[:, None, :])

@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The forces of mesh relaxation together (Yuksel et al. 2012, section 6.1)."""
+"""The forces of mesh relaxation together: those of Yuksel et al. 2012, section 6.1, and the area of stitches."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
+from stitchmesh.meshrelax.area import area_forces
 from stitchmesh.meshrelax.assembly import Assembly, assembly
+from stitchmesh.meshrelax.attachment import Placement
 from stitchmesh.meshrelax.shear import shear_force
 from stitchmesh.meshrelax.stretch import stretch_force
 from stitchmesh.meshrelax.strut import strut_force
@@ -15,6 +17,8 @@ from stitchmesh.meshrelax.sub_quads import Springs
 
 STRETCH, SHEAR, WALE = 2.0, 0.2, 2.0
 """Stiffnesses of Yuksel et al. 2012, free of units."""
+AREA = 1.0
+"""Stiffness of areas: with a fifth of it, openwork on the instep of a sock still wanders."""
 
 
 def force_assembly(springs: Springs, vertex_count: int) -> Assembly:
@@ -23,25 +27,37 @@ def force_assembly(springs: Springs, vertex_count: int) -> Assembly:
         (springs.stretch_ends, [1.0, -1.0]),
         (springs.corners, [-0.5, 1.0, -0.5]),
         (springs.struts[:, [0, 2]], [1.0, -1.0]),
+        (springs.quads[:, [2, 0]], [1.0, -1.0]),
+        (springs.quads[:, [3, 1]], [1.0, -1.0]),
     ]
     return assembly(vertex_count, groups)
 
 
-def element_forces(springs: Springs, position: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Force and semidefinite Jacobian of every spring, corner and strut, in this order.
+def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, FloatArray]:
+    """Force and semidefinite Jacobian of every spring, corner, strut and diagonal of a sub-quad, in this order.
 
     Args:
         springs: what joins which vertices.
-        position: vertices [cm], shape (V, 3).
+        placement: where the vertices are.
 
     Returns:
         Forces, shape (elements, 3), and Jacobians [1/cm], shape (elements, 3, 3).
     """
+    position, rest = placement.position, springs.rest
     i, j = position[springs.stretch_ends[:, 0]], position[springs.stretch_ends[:, 1]]
     stretch = stretch_force(i - j, springs.stretch_rest, STRETCH)
     i, j, k = (position[springs.corners[:, place]] for place in range(3))
-    shear = shear_force(i - j, k - j, springs.rest.unit, SHEAR)
+    shear = shear_force(i - j, k - j, rest.unit, SHEAR)
     i, j, k = (position[springs.struts[:, place]] for place in range(3))
-    strut = strut_force(i - j, k - j, springs.rest.wale, WALE)
-    force, jacobian = zip(stretch, shear, strut, strict=True)
+    strut = strut_force(i - j, k - j, rest.wale, WALE)
+    a, b, c, d = (position[springs.quads[:, place]] for place in range(4))
+    area = area_forces(c - a, d - b, _mean_normal(springs, placement), rest.course * rest.wale, AREA)
+    force, jacobian = zip(stretch, shear, strut, area, strict=True)
     return np.concatenate(force), np.concatenate(jacobian)
+
+
+def _mean_normal(springs: Springs, placement: Placement) -> FloatArray:
+    """Unit normal of the surface at each sub-quad, shape (Q, 3)."""
+    total = placement.normal[springs.quads].sum(axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return total / np.where(length > 0.0, length, 1.0)

@@ -60,6 +60,25 @@ class LimitSurface:
         length = np.linalg.norm(normal, axis=1, keepdims=True)
         return np.einsum("nc,nci->ni", weights, self.vertices[corners]), normal / np.where(length > 0.0, length, 1.0)
 
+    def shape_operator(self, triangle: IntArray, normal: FloatArray) -> FloatArray:
+        """How the normal changes along the surface in some triangles, symmetric [1/cm], shape (N, 3, 3).
+
+        Args:
+            triangle: shape (N,).
+            normal: unit normal, across which nothing changes, shape (N, 3).
+        """
+        corners = self.triangles[triangle]
+        position, normals = self.vertices[corners], self.normals[corners]
+        first, second = position[:, 1] - position[:, 0], position[:, 2] - position[:, 0]
+        across = np.cross(first, second)
+        square = np.einsum("ni,ni->n", across, across)[:, None]
+        square = np.where(square > 0.0, square, 1.0)
+        # gradients of the barycentric coordinates of the last two corners
+        gradients = np.stack([np.cross(second, across) / square, np.cross(across, first) / square], axis=1)
+        change = np.einsum("nci,ncj->nij", normals[:, 1:] - normals[:, :1], gradients)
+        tangential = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        return tangential @ (0.5 * (change + change.transpose(0, 2, 1))) @ tangential
+
 
 def limit_surface(mesh: Mesh, spacing: float) -> LimitSurface:
     """The Catmull-Clark limit of a mesh in triangles.

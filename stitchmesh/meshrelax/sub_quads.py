@@ -24,6 +24,8 @@ class Springs:
     """Neighbour, corner, neighbour at each corner of each sub-quad, shape (A, 3)."""
     struts: IntArray
     """Three vertices in a row along a wale, shape (W, 3)."""
+    quads: IntArray
+    """Corners of each sub-quad, counter-clockwise from the lower left, shape (Q, 4)."""
     rest: RestLengths
 
 
@@ -35,7 +37,8 @@ def springs(fabric: StitchMesh, rest: RestLengths) -> Springs:
     edge_rest = np.where(fabric.is_wale[fabric.edge_side], rest.wale, rest.course)
     lengths = np.concatenate([edge_rest, np.full(len(diagonals), rest.diagonal)])
     around = [quads[:, [(corner - 1) % 4, corner, (corner + 1) % 4]] for corner in range(4)]
-    return Springs(np.concatenate([ends, diagonals]), lengths, np.concatenate(around), wale_struts(fabric), rest)
+    every_end = np.concatenate([ends, diagonals])
+    return Springs(every_end, lengths, np.concatenate(around), wale_struts(fabric), quads, rest)
 
 
 def edge_ends(fabric: StitchMesh) -> IntArray:

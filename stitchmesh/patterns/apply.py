@@ -10,11 +10,11 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patch import Change, Marks, Patch, apply_change
 from stitchmesh.patterns.block import block_of
-from stitchmesh.patterns.columns import LEFT, OUTSIDE, RIGHT, TILE, Remainder, check_remainder, keeps_counts
+from stitchmesh.patterns.columns import OUTSIDE, TILE, Remainder, check_remainder, keeps_counts
 from stitchmesh.patterns.crossing_marks import CrossingMarks
 from stitchmesh.patterns.grid import fill_grid, grid_around
 from stitchmesh.patterns.in_place import changed, changes_in_place
-from stitchmesh.patterns.pattern import Pattern
+from stitchmesh.patterns.pattern import SECTIONS, Pattern
 from stitchmesh.patterns.placement import Placement, side_below
 from stitchmesh.patterns.replace import Replacement, Site, border_sides, find_site
 from stitchmesh.patterns.wales import follow_wales
@@ -89,9 +89,10 @@ def changed_face_count(changes: list[Change]) -> int:
 def _changes_of_faces(fabric: StitchMesh, pattern: Pattern, placement: Placement) -> list[Change]:
     """Blocks of new faces; before them the cables taken away that they cut, after them the marks below them."""
     if not pattern.closes:
-        found = f"leaves {pattern.rows[-1].tops} loops in its sections where it began with {pattern.rows[0].bottoms}"
-        raise ParameterError(f"pattern {pattern.name!r}: {found}; only one that closes can be put into a fabric")
-    blocks = {section: block for section in (LEFT, TILE, RIGHT) if (block := block_of(pattern, section))}
+        last, first = (", ".join(map(str, loops)) for loops in (pattern.rows[-1].tops, pattern.rows[0].bottoms))
+        found = f"its last row leaves {last} loops (left border, tile, right border) where its first begins on {first}"
+        raise ParameterError(f"pattern {pattern.name!r}: {found}; make them equal to put it into a fabric")
+    blocks = {section: block for section in range(len(SECTIONS)) if (block := block_of(pattern, section))}
     sites = [find_site(fabric, placement, section, block) for section, block in blocks.items()]
     sites = [site for site in sites if len(site.grids)]
     if not any(site.section == TILE for site in sites):

@@ -13,12 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray
 from stitchmesh.patterns.course_points import Wale, course_points
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern
-
-BOTTOM, RIGHT, TOP, LEFT = range(4)
-"""Borders of a block, in the order of the roles of sides."""
 
 Edge = tuple[str, int, int]
 """A loop or a wale: its line or row, and its place from the left."""
@@ -43,7 +40,7 @@ class Block:
     twin: IntArray
     """(face, place) across each side; at the border (-1, -1), shape (c, 2)."""
     border: dict[int, IntArray]
-    """(face, place) of the sides of each border: loops from the left, or wale edges from below, shape (m, 2)."""
+    """(face, place) of the sides of each border, by their role: loops from the left, wales from below, shape (m, 2)."""
     twist: IntArray
     """Marks of the sides between the rows, shape (c,); those of the top border are what its stitches make."""
     cable_shift: IntArray

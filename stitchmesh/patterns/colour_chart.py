@@ -94,7 +94,7 @@ def chart_palette(path: FilePath) -> NDArray[np.uint8]:
 
 
 def _open(path: FilePath) -> Image:
-    from PIL import Image
+    from PIL import Image, UnidentifiedImageError
 
     name = fspath(path)
     try:
@@ -104,7 +104,8 @@ def _open(path: FilePath) -> Image:
             raise FileError(f"{name}: has {found}, one a stitch; expected {MOST_STITCHES} at most, scale it down")
         image.load()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise FileError(f"{name}: is not a whole PNG ({error}); write it again as PNG") from error
+        reason = "it is no image" if isinstance(error, UnidentifiedImageError) else error
+        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
     if image.convert("RGBA").getchannel("A").getextrema() != (255, 255):
         raise FileError(f"{name}: has transparent pixels; fill every stitch with a colour")
     return image

@@ -3,7 +3,7 @@
 """Columns of a pattern as numbers, and how they are laid along a row of loops.
 
 A column of the tile is any whole number, counted on from tile to tile; columns of the two borders are counted from
-``LEFT_BORDER`` and ``RIGHT_BORDER``. Loops that stay as they are have the column ``OUTSIDE``.
+``LEFT_BASE`` and ``RIGHT_BASE``. Loops that stay as they are have the column ``OUTSIDE``.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from stitchmesh.patterns.pattern import Pattern
 Remainder = Literal["centre", "stretch", "refuse"]
 """What is done with loops that whole tiles leave over."""
 
-LEFT_BORDER, RIGHT_BORDER = 1 << 40, 1 << 41
+LEFT_BASE, RIGHT_BASE = 1 << 40, 1 << 41
 OUTSIDE = -(1 << 42)
-LEFT, TILE, RIGHT = range(3)
+LEFT_BORDER, TILE, RIGHT_BORDER = range(3)
 """Sections of a pattern's rows, as ``pattern.SECTIONS`` lists them."""
 
 
 def is_tile(columns: IntArray) -> np.ndarray:
     """Whether columns belong to a tile."""
-    return np.abs(columns) < LEFT_BORDER // 2
+    return np.abs(columns) < LEFT_BASE // 2
 
 
 def columns_of(section: int, columns: IntArray) -> IntArray:
     """The columns of one section, counted from its first; ``OUTSIDE`` for those of others."""
     if section == TILE:
         return np.where(is_tile(columns), columns, OUTSIDE)
-    base = LEFT_BORDER if section == LEFT else RIGHT_BORDER
-    return np.where((columns >= base) & (columns < base + LEFT_BORDER), columns - base, OUTSIDE)
+    base = LEFT_BASE if section == LEFT_BORDER else RIGHT_BASE
+    return np.where((columns >= base) & (columns < base + LEFT_BASE), columns - base, OUTSIDE)
 
 
 def check_remainder(remainder: str) -> Remainder:
@@ -93,7 +93,7 @@ def lay_out(pattern: Pattern, count: int, *, closed: bool, remainder: Remainder,
     else:
         middle, before = np.arange(tiles * width), rest if closed else rest // 2
         after = rest - before
-    borders = LEFT_BORDER + np.arange(left), RIGHT_BORDER + np.arange(right)
+    borders = LEFT_BASE + np.arange(left), RIGHT_BASE + np.arange(right)
     return np.concatenate([np.full(before, OUTSIDE), borders[0], middle, borders[1], np.full(after, OUTSIDE)])
 
 

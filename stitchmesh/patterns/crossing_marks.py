@@ -11,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.cables import cable_groups
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.courses import right_neighbours, sides_across
+from stitchmesh.mesh import BORDER, LEFT, RIGHT, TOP, IntArray, StitchMesh
 from stitchmesh.patterns.pattern import Loop, Row, crossings
-from stitchmesh.patterns.placement import right_neighbour, side_below
+from stitchmesh.patterns.placement import side_below
 
 
 class CrossingMarks:
@@ -23,7 +24,7 @@ class CrossingMarks:
         """Start with the marks of a fabric."""
         self.shift, self.layer = fabric.cable_shift.copy(), fabric.cable_layer.copy()
         self._fabric = fabric
-        self._right = right_neighbour(fabric)
+        self._right = right_neighbours(fabric)
 
     def clear(self, sides: IntArray) -> None:
         """Take away the marks of some sides, and all crossings that have a loop there.
@@ -56,10 +57,10 @@ class CrossingMarks:
         """The top side to the right of each top side on its course line, over one wale at most."""
         fabric = self._fabric
         within = sides - 1
-        across = fabric.twin[within]
-        leaves = fabric.side_role[within] == 1
-        joined = (across != BORDER) & (fabric.side_role[across] == 3) & (fabric.side_role[across - 1] == 2)
-        return np.where(leaves, np.where(joined, across - 1, BORDER), within)
+        across = sides_across(fabric, within, LEFT)
+        joined = (across != BORDER) & (fabric.side_role[across - 1] == TOP)
+        joined &= fabric.row[fabric.side_face[across]] == fabric.row[fabric.side_face[sides]]
+        return np.where(fabric.side_role[within] == RIGHT, np.where(joined, across - 1, BORDER), within)
 
 
 def crossings_of(row: Row) -> list[tuple[int, range]]:

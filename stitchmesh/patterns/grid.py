@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stitchmesh.courses import chain_through, right_neighbours
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.patterns.columns import OUTSIDE, Remainder, lay_out
 from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.patterns.placement import Placement, is_plain, plain_above, right_neighbour
+from stitchmesh.patterns.placement import Placement, is_plain, plain_above
 from stitchmesh.stitch import Stitch
 
 
@@ -34,14 +35,9 @@ def grid_around(fabric: StitchMesh, face: int) -> Grid:
     """
     _check_start(fabric, face)
     neighbours = _Neighbours(fabric)
-    right = neighbours.run(face, neighbours.right)
-    closed = len(right) > 1 and neighbours.right[right[-1]] == face
-    if closed:
-        low = int(np.argmin(right))
-        row, place = np.roll(right, -low), (len(right) - low) % len(right)
-    else:
-        left = neighbours.run(face, neighbours.left)[:0:-1]
-        row, place = np.concatenate([left, right]), len(left)
+    chain, closed = chain_through(face, neighbours.right.item, neighbours.left.item)
+    row = np.roll(chain, -int(np.argmin(chain))) if closed else np.array(chain)
+    place, closed = int(np.flatnonzero(row == face)[0]), closed and len(row) > 1
     up, down = neighbours.reach(row, neighbours.above, closed), neighbours.reach(row, neighbours.below, closed)
     columns, rows_up, rows_down = _largest_rectangle(up, down, place, closed)
     faces = row[columns]
@@ -86,18 +82,10 @@ class _Neighbours:
 
     def __init__(self, fabric: StitchMesh) -> None:
         plain = is_plain(fabric)
-        right = right_neighbour(fabric)
+        right = right_neighbours(fabric)
         self.right = np.where(plain & (right != BORDER) & plain[right], right, BORDER)
         self.above = plain_above(fabric)
         self.left, self.below = _reversed(self.right), _reversed(self.above)
-
-    @staticmethod
-    def run(face: int, step: IntArray) -> IntArray:
-        """The face and those that follow it, until there is none or it comes again."""
-        faces = [face]
-        while (following := int(step[faces[-1]])) not in (BORDER, face):
-            faces.append(following)
-        return np.array(faces)
 
     def reach(self, row: IntArray, step: IntArray, closed: bool) -> IntArray:
         """How far up or down each column of a row goes while it stays beside its right neighbour.

@@ -11,7 +11,7 @@ import numpy as np
 
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.patch import Marks
-from stitchmesh.patterns.columns import LEFT, OUTSIDE, RIGHT, TILE, columns_of
+from stitchmesh.patterns.columns import LEFT_BORDER, OUTSIDE, RIGHT_BORDER, TILE, columns_of
 from stitchmesh.patterns.crossing_marks import CrossingMarks, crossings_of
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement import Placement, is_plain, side_below
@@ -50,7 +50,7 @@ def _cells(pattern: Pattern, placement: Placement) -> IntArray:
     """Number of the cell that each face takes, counted row by row, ``BORDER`` where it takes none, shape (F,)."""
     left, width, right = pattern.rows[0].bottoms
     cells = np.full(len(placement.column), BORDER)
-    for section, start, count in ((LEFT, 0, left), (TILE, left, width), (RIGHT, left + width, right)):
+    for section, start, count in ((LEFT_BORDER, 0, left), (TILE, left, width), (RIGHT_BORDER, left + width, right)):
         columns = columns_of(section, placement.column)
         own = np.flatnonzero(columns != OUTSIDE)
         cells[own] = placement.row[own] * (left + width + right) + start + columns[own] % max(count, 1)

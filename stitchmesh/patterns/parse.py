@@ -55,49 +55,50 @@ class _Text:
         self.next = 0
 
     def pattern(self) -> Pattern:
+        """The pattern that all statements make."""
         while self.next < len(self.lines):
             line = self.lines[self.next]
             self.next += 1
             if line.text and not line.text.isspace():
-                self.statement(line)
-        rows = finish_rows(self.chart or self.in_order())
+                self._statement(line)
+        rows = finish_rows(self.chart or self._in_order())
         try:
             return Pattern(self.names["pattern"], self.names["source"], rows)
         except PatternError as error:
             raise Place(self.file, 1, 1).error(str(error)) from None
 
-    def statement(self, line: Line) -> None:
+    def _statement(self, line: Line) -> None:
         tokens = line.tokens()
         word = tokens[0].text.lower()
         if word in self.names:
             self.names[word] = _quoted(tokens)
         elif word in ROW_WORDS:
-            self.one_body(self.chart, tokens[0])
-            self.row(tokens)
+            self._one_body(self.chart, tokens[0])
+            self._row(tokens)
         elif word == "chart":
-            self.one_body(self.chart or self.rows, tokens[0])
-            self.read_chart(tokens)
+            self._one_body(self.chart or self.rows, tokens[0])
+            self._read_chart(tokens)
         else:
             raise tokens[0].unexpected(STATEMENTS)
 
-    def one_body(self, other: object, token: Token) -> None:
+    def _one_body(self, other: object, token: Token) -> None:
         if other:
             raise token.unexpected("no more of it: a pattern is either rows or one chart")
 
-    def row(self, tokens: list[Token]) -> None:
+    def _row(self, tokens: list[Token]) -> None:
         while tokens[-2].text == "," and self.next < len(self.lines):  # a comma at its end goes on in the next line
             tokens = tokens[:-1] + self.lines[self.next].tokens()
             self.next += 1
         items = Items(tokens, 0, leftwards=True)
         word = items.take()
-        numbers = self.free_numbers(items)
+        numbers = self._free_numbers(items)
         side = _side(items, word)
         items.yarn = _yarn(items)
         colon = items.expect(":", "':'")
         if items.token.text.lower() == "repeat":
             if side:
                 raise items.token.unexpected("stitches; a repeat copies rows as they are, leave RS and WS out")
-            self.repeat(items, numbers, word.place)
+            self._repeat(items, numbers, word.place)
             return
         if not side and word.text.lower().startswith("row"):
             raise colon.unexpected("RS or WS before it (or round instead of row)")
@@ -106,7 +107,7 @@ class _Text:
         for number in numbers:
             self.rows[number] = row.turned() if side == "ws" else row
 
-    def free_numbers(self, items: Items) -> list[int]:
+    def _free_numbers(self, items: Items) -> list[int]:
         place = items.token.place
         numbers = _ranges(items, "the number of a row, or a range such as 3-4")
         seen = set(self.rows)
@@ -116,7 +117,7 @@ class _Text:
             seen.add(number)
         return numbers
 
-    def repeat(self, items: Items, numbers: list[int], place: Place) -> None:
+    def _repeat(self, items: Items, numbers: list[int], place: Place) -> None:
         items.take()
         sources = items.token.place
         copied = _ranges(items, "the rows to repeat, such as 1-2")
@@ -131,7 +132,7 @@ class _Text:
         for index, number in enumerate(numbers):
             self.rows[number] = replace(self.rows[copied[index % len(copied)]], place=place)
 
-    def read_chart(self, tokens: list[Token]) -> None:
+    def _read_chart(self, tokens: list[Token]) -> None:
         items = Items(tokens, 0, leftwards=False)
         items.take()
         kind = items.take().text.lower() if items.token.text.lower() in CHART_KINDS else "words"
@@ -140,18 +141,18 @@ class _Text:
         items.expect(":", f"{', '.join(CHART_KINDS)}, upwards, yarn or ':'")
         if items.token.text != END:
             raise items.token.unexpected("the chart on the lines below")
-        lines = self.block()
+        lines = self._block()
         if not lines:
             raise tokens[0].place.error("got a chart without lines; expected one for each row, right below it")
         self.chart = read_chart(kind, lines, yarn, upwards=upwards)
 
-    def block(self) -> list[Line]:
+    def _block(self) -> list[Line]:
         start = self.next
         while self.next < len(self.lines) and self.lines[self.next].text.strip():
             self.next += 1
         return self.lines[start : self.next]
 
-    def in_order(self) -> list[WrittenRow]:
+    def _in_order(self) -> list[WrittenRow]:
         if not self.rows:
             end = self.lines[-1].place if self.lines else Place(self.file, 1, 1)
             raise end.error("got the end of a pattern without rows; expected row 1 RS: and stitches, or a chart")

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.courses import faces_across, sides_across
+from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
 from stitchmesh.patterns.columns import OUTSIDE
 from stitchmesh.stitch import VOCABULARY, Stitch
 
@@ -41,26 +42,13 @@ def is_plain(fabric: StitchMesh) -> np.ndarray:
     return is_worked(fabric) & (fabric.n_bottom == 1) & (fabric.n_top == 1)
 
 
-def right_neighbour(fabric: StitchMesh) -> IntArray:
-    """The face on the right in the same row, ``BORDER`` where there is none, shape (F,)."""
-    return _across(fabric, fabric.right_wale, 3)
-
-
 def plain_above(fabric: StitchMesh) -> IntArray:
     """The plain face above each plain face, else ``BORDER``, shape (F,)."""
     plain = is_plain(fabric)
-    above = _across(fabric, np.where(plain, fabric.face_start[:-1] + 2, 0), 0)
+    above = faces_across(fabric, np.where(plain, fabric.face_start[:-1] + 2, 0), BOTTOM)
     return np.where(plain & (above != BORDER) & plain[above], above, BORDER)
 
 
 def side_below(fabric: StitchMesh, faces: IntArray) -> IntArray:
     """The top side under the first bottom side of each of some faces, ``BORDER`` where there is none."""
-    below = fabric.twin[fabric.face_start[:-1][faces]]
-    return np.where((below != BORDER) & (fabric.side_role[below] == 2), below, BORDER)
-
-
-def _across(fabric: StitchMesh, sides: IntArray, role: int) -> IntArray:
-    """The faces across some sides, where these have the role that fits."""
-    across = fabric.twin[sides]
-    fits = (across != BORDER) & (fabric.side_role[across] == role)
-    return np.where(fits, fabric.side_face[across], BORDER)
+    return sides_across(fabric, fabric.face_start[:-1][faces], TOP)

@@ -11,14 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.draft import free_numbers, numbers_after
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.patch import Marks, Patch, stretch_at
-from stitchmesh.patterns.block import BOTTOM, LEFT, RIGHT, TOP, Block
+from stitchmesh.courses import right_neighbours
+from stitchmesh.mesh import BORDER, BOTTOM, LEFT, PER_SIDE, RIGHT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.numbering import Numbering
+from stitchmesh.patch import UNKNOWN_STRETCH, Marks, Patch, stretch_at, vertices_left
+from stitchmesh.patterns.block import Block
 from stitchmesh.patterns.columns import OUTSIDE, TILE, columns_of
 from stitchmesh.patterns.crossing_marks import CrossingMarks, crossings_of
 from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.patterns.placement import Placement, is_plain, plain_above, right_neighbour, side_below
+from stitchmesh.patterns.placement import Placement, is_plain, plain_above, side_below
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ def find_site(fabric: StitchMesh, placement: Placement, section: int, block: Blo
     """All places where a whole block of plain stitches lies under one whole section of a pattern."""
     plain = is_plain(fabric)
     column = np.where(plain, columns_of(section, placement.column), OUTSIDE)
-    right, above = right_neighbour(fabric), plain_above(fabric)
+    right, above = right_neighbours(fabric), plain_above(fabric)
     at_corner = (column != OUTSIDE) & (column % block.width == 0) & (placement.row == 0)
     if section != TILE:
         at_corner &= column == 0
@@ -79,20 +80,18 @@ class Replacement:
         """Number all that goes and comes."""
         self.fabric, self.pattern, self.sites = fabric, pattern, sites
         self.removed = np.sort(np.concatenate([site.grids.ravel() for site in sites]))
-        self.added = sum(site.face_count for site in sites)
-        self.faces = free_numbers(fabric.face_count, self.removed, self.added)
+        self.face = Numbering.filling(fabric.face_count, self.removed, sum(site.face_count for site in sites))
         self.first_face = _first_faces(sites)
-        self.face_after = numbers_after(fabric.face_count, self.removed, self.faces)
         self.across = self._sides_after()
 
     def _sides_after(self) -> IntArray:
         """(face after, place) of each old side, of its successor on a block's border where its face goes, (C, 2)."""
         fabric = self.fabric
-        after = np.stack([self.face_after[fabric.side_face], fabric.side_place], axis=1)
+        after = np.stack([self.face.after[fabric.side_face], fabric.side_place], axis=1)
         for site, first in zip(self.sites, self.first_face, strict=True):
             for border, sides in border_sides(fabric, site.grids).items():
                 face, place = site.block.border[border].T
-                after[sides, 0] = self.faces[first[:, None] + face]
+                after[sides, 0] = self.face.added[first[:, None] + face]
                 after[sides, 1] = place
         return after
 
@@ -101,17 +100,16 @@ class Replacement:
         fabric = self.fabric
         positions, corners = self._vertices()
         count = len(fabric.vertices)
-        gone = self._vertices_left(corners[corners < count])
-        numbers = free_numbers(count, gone, len(positions))
-        after = np.concatenate([numbers_after(count, gone, numbers), numbers])
+        gone = vertices_left(fabric, self.removed, corners[corners < count])
+        vertex = Numbering.filling(count, gone, len(positions))
         return Patch(
             removed_faces=self.removed,
             removed_vertices=gone,
-            added_faces=self.faces,
-            added_vertices=numbers,
+            added_faces=self.face.added,
+            added_vertices=vertex.added,
             positions=positions,
             face_size=self._of_faces("face_size"),
-            corners=after[corners],
+            corners=np.concatenate([vertex.after, vertex.added])[corners],
             twin=self._twins(),
             faces={
                 "n_bottom": self._of_faces("n_bottom"),
@@ -120,7 +118,7 @@ class Replacement:
                 "row": self._from_old("row"),
                 "yarn": self._of_faces("yarn") if self.pattern.yarn_count > 1 else self._from_old("yarn"),
             },
-            sides={name: self._of_sides(name) for name in ("twist", "cable_shift", "cable_layer")},
+            sides={name: self._of_sides(name) for name in PER_SIDE},
             stretch=self._stretch(),
         )
 
@@ -163,19 +161,11 @@ class Replacement:
             corners.append(np.concatenate(vertices, axis=1)[:, site.block.corners].ravel())
         return np.concatenate(positions or [np.zeros((0, 3))]), np.concatenate(corners)
 
-    def _vertices_left(self, kept: IntArray) -> IntArray:
-        """Vertices that only faces taken out use."""
-        fabric, count = self.fabric, len(self.fabric.vertices)
-        left = fabric.face_vertex[fabric.sides_of(self.removed)]
-        uses = np.bincount(fabric.face_vertex, minlength=count) - np.bincount(left, minlength=count)
-        uses += np.bincount(kept, minlength=count)
-        return np.flatnonzero((uses == 0) & (np.bincount(left, minlength=count) > 0))
-
     def _twins(self) -> IntArray:
         parts = []
         for site, first in zip(self.sites, self.first_face, strict=True):
             inner = site.block.twin
-            faces = self.faces[first[:, None] + inner[:, 0]]
+            faces = self.face.added[first[:, None] + inner[:, 0]]
             twin = np.stack([faces, np.broadcast_to(inner[:, 1], faces.shape)], axis=2)
             for border, sides in border_sides(self.fabric, site.grids).items():
                 across = self.fabric.twin[sides]
@@ -187,7 +177,7 @@ class Replacement:
     def _stretch(self) -> FloatArray:
         parts = []
         for site in self.sites:
-            stretch = np.full((len(site.grids), len(site.block.corners)), np.nan)
+            stretch = np.full((len(site.grids), len(site.block.corners)), UNKNOWN_STRETCH)
             for border, sides in border_sides(self.fabric, site.grids).items():
                 stretch[:, _flat(site.block, border)] = stretch_at(self.fabric, sides.ravel()).reshape(sides.shape)
             parts.append(stretch.ravel())
@@ -208,10 +198,7 @@ class Replacement:
 
     def _starts(self, patch: Patch) -> IntArray:
         """First side of each face after the patch."""
-        sizes = np.empty(self.fabric.face_count - len(self.removed) + self.added, dtype=np.int64)
-        stays = self.face_after >= 0
-        sizes[self.face_after[stays]] = np.diff(self.fabric.face_start)[stays]
-        sizes[patch.added_faces] = patch.face_size
+        sizes = self.face.merged(np.diff(self.fabric.face_start), patch.face_size)
         return np.concatenate([[0], np.cumsum(sizes)])
 
     def _held(self) -> dict[str, tuple[IntArray, IntArray]]:

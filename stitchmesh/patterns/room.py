@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from stitchmesh.courses import right_neighbours
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.patterns.columns import OUTSIDE, Remainder, is_tile, part
 from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.patterns.placement import is_plain, plain_above, right_neighbour
+from stitchmesh.patterns.placement import is_plain, plain_above
 
 
 class Room:
@@ -21,7 +22,7 @@ class Room:
     def __init__(self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder) -> None:
         """Look up as many rows from each face as the pattern has."""
         self._pattern, self._remainder = pattern, remainder
-        right, above = right_neighbour(fabric), plain_above(fabric)
+        right, above = right_neighbours(fabric), plain_above(fabric)
         here = np.where(is_plain(fabric), np.arange(fabric.face_count), BORDER)
         beside = np.where(here == BORDER, BORDER, right)
         self._free = np.ones(fabric.face_count, dtype=bool)

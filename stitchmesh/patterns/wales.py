@@ -12,8 +12,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.courses import Course, course_of_faces, courses_below, find_courses, knitting_order
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.courses import (
+    Course,
+    bottom_sides,
+    course_of_faces,
+    courses_below,
+    find_courses,
+    knitting_order,
+    sides_across,
+    top_sides,
+)
+from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.patterns.columns import OUTSIDE, Remainder, is_tile, keeps_counts, lay_out
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement import Placement, is_worked
@@ -57,8 +66,8 @@ class _Wales:
     def _carry(self, number: int) -> None:
         course, fabric = self.courses[number], self.fabric
         faces = np.array(course.faces)
-        below, known = self._columns_below(number, faces)
-        tops = _spread(fabric.left_wale[faces] - 1, fabric.n_top[faces], -1)
+        below, known = self._columns_below(number)
+        tops = np.array(top_sides(fabric, course.faces), dtype=np.int64)
         cast_on = fabric.stitch[faces] == Stitch.CAST_ON
         if known:
             below = _filled(below, course.closed)
@@ -75,12 +84,12 @@ class _Wales:
         self.column[faces] = own
         self.above[tops] = _columns_made(fabric, faces, own, course.closed)
 
-    def _columns_below(self, number: int, faces: IntArray) -> tuple[IntArray, bool]:
+    def _columns_below(self, number: int) -> tuple[IntArray, bool]:
         """Columns of the loops that a course stands on, and whether any is known; sets its level to that below."""
         fabric = self.fabric
-        sides = fabric.twin[_spread(fabric.face_start[:-1][faces], fabric.n_bottom[faces], 1)]
-        joined = (sides != BORDER) & (fabric.side_role[sides] == 2)
-        columns = np.where(joined, self.above[sides], _UNKNOWN)
+        bottoms = np.array(bottom_sides(fabric, self.courses[number].faces), dtype=np.int64)
+        sides = sides_across(fabric, bottoms, TOP)
+        columns = np.where(sides == BORDER, _UNKNOWN, self.above[sides])
         under = self.course_of[fabric.side_face[sides[columns != _UNKNOWN]]]
         if len(under):
             self.level[number] = self.level[under].max()
@@ -98,12 +107,6 @@ class _Wales:
     def _lay_out(self, count: int, course: Course) -> IntArray:
         where = f"row {self.fabric.row[course.faces[0]]} (face {course.faces[0]})"
         return lay_out(self.pattern, count, closed=course.closed, remainder=self.remainder, where=where)
-
-
-def _spread(first: IntArray, count: IntArray, step: int) -> IntArray:
-    """``count`` numbers on from each first one."""
-    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    return np.repeat(first, count) + step * place
 
 
 def _filled(columns: IntArray, closed: bool) -> IntArray:

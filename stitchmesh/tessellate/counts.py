@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stitchmesh.errors import ParameterError, TessellationError
-from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh import BOTTOM, IntArray, StitchMesh
 
 EdgeName = int | tuple[int, int]
 
@@ -48,7 +48,7 @@ def _check_size(labeled: StitchMesh, width: float, height: float) -> None:
     for name, size in (("stitch width", width), ("stitch height", height)):
         if not (np.isfinite(size) and size > 0.0):
             raise ParameterError(f"{name}: got {size} cm; expected a positive number")
-    bottom = labeled.side_role == 0
+    bottom = labeled.side_role == BOTTOM
     around = np.bincount(labeled.row[labeled.side_face[bottom]], labeled.side_length[bottom])
     if width > around.max():
         raise ParameterError(

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarn generation: from stitch faces to yarn curves (Yuksel et al. 2012, sections 4 and 6.2)."""
 
+from stitchmesh.yarngen.finish import Finish
 from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
+from stitchmesh.yarngen.loop_linking import check_loops
+from stitchmesh.yarngen.regenerate import regenerate_yarns
 
-__all__ = ["generate_yarns", "mean_stitch_width"]
+__all__ = ["Finish", "check_loops", "generate_yarns", "mean_stitch_width", "regenerate_yarns"]

@@ -12,17 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from stitchmesh.courses import find_courses
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, RIGHT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.standing_rows import lean, stood_up
 from stitchmesh.stitch import Stitch
 
 DRAWN_HEIGHT = 0.8
 """Height of a bind-off face over the mean height of the stitches below it; the drawn yarn needs no more."""
 FEW_LOOPS = 16
 """Loops of a border ring up to which a chain has no room: knitters break the yarn and draw it through them."""
-NARROWING = 0.2
-"""Part by which a bind-off face may narrow before its row stands up."""
-STAND_UP = 6.0
-"""How fast it stands up with what is beyond that."""
 
 
 def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMesh:
@@ -32,7 +29,7 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
         fabric: stitch faces.
         height: of the faces added, over the mean height of the stitches below; small rings have ``DRAWN_HEIGHT``.
     """
-    sides = np.flatnonzero((fabric.side_role == 2) & (fabric.twin == BORDER))
+    sides = np.flatnonzero((fabric.side_role == TOP) & (fabric.twin == BORDER))
     if len(sides) == 0:
         return fabric
     right, left = fabric.face_vertex[sides], fabric.face_vertex[fabric.side_next[sides]]
@@ -75,7 +72,7 @@ def _bound_off_in_one_yarn(whole: StitchMesh, first: int) -> StitchMesh:
 def small_rings(fabric: StitchMesh) -> list[IntArray]:
     """Top sides of each border ring of so few loops that they are always drawn together, as a crown or a fingertip."""
     loops = fabric.boundary_loops
-    return [loop for loop in loops if len(loop) <= FEW_LOOPS and (fabric.side_role[loop] == 2).all()]
+    return [loop for loop in loops if len(loop) <= FEW_LOOPS and (fabric.side_role[loop] == TOP).all()]
 
 
 def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: IntArray) -> None:
@@ -95,13 +92,7 @@ def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: floa
     few = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
     shares = np.where(np.isin(vertices, np.concatenate(few)) if few else False, DRAWN_HEIGHT, share)
     base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
-    height = np.linalg.norm(up, axis=1, keepdims=True)
-    width = np.linalg.norm(np.diff(base[sides], axis=0)[0], axis=1)
-    narrowed = 1.0 - np.linalg.norm(np.diff((base + up)[sides], axis=0)[0], axis=1) / width
-    lean = np.zeros(len(vertices))
-    np.maximum.at(lean, sides, np.broadcast_to(STAND_UP * np.clip(narrowed - NARROWING, 0.0, None), sides.shape))
-    up = up + lean[:, None] * height * fabric.vertex_normal[vertices]
-    raised = base + up * height / np.linalg.norm(up, axis=1, keepdims=True)
+    raised = base + stood_up(up, lean(base, up, sides), fabric.vertex_normal[vertices])
     for foot, head in _steps(fabric):
         wale = fabric.vertices[head] - fabric.vertices[foot]
         raised[np.searchsorted(vertices, foot)] = fabric.vertices[foot] + max(share, 1.0) * wale
@@ -114,16 +105,16 @@ def _steps(fabric: StitchMesh) -> list[tuple[int, int]]:
     wales = np.flatnonzero(fabric.is_wale & (fabric.twin == BORDER))
     before = {fabric.next_border_side(int(side)): int(side) for loop in fabric.boundary_loops for side in loop}
     for side in wales.tolist():
-        if fabric.side_role[before[side]] == 2 and fabric.side_role[fabric.next_border_side(side)] == 2:
+        if fabric.side_role[before[side]] == fabric.side_role[fabric.next_border_side(side)] == TOP:
             ends = fabric.face_vertex[[side, fabric.side_next[side]]].tolist()
-            steps.append((ends[0], ends[1]) if fabric.side_role[side] == 1 else (ends[1], ends[0]))
+            steps.append((ends[0], ends[1]) if fabric.side_role[side] == RIGHT else (ends[1], ends[0]))
     return steps
 
 
 def _mean_wale(fabric: StitchMesh) -> FloatArray:
     """Mean of the wale edges that end in each vertex, else of the faces around it, upwards [cm], shape (V, 3)."""
-    ends = np.where(fabric.side_role == 1, fabric.side_next, np.arange(fabric.side_count))
-    starts = np.where(fabric.side_role == 1, np.arange(fabric.side_count), fabric.side_next)
+    is_right, sides = fabric.side_role == RIGHT, np.arange(fabric.side_count)
+    ends, starts = np.where(is_right, fabric.side_next, sides), np.where(is_right, sides, fabric.side_next)
     wales = np.flatnonzero(fabric.is_wale)
     up = fabric.corner_position[ends[wales]] - fabric.corner_position[starts[wales]]
     total, count = np.zeros_like(fabric.vertices), np.zeros(len(fabric.vertices))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.cables import CableGroup
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray, IntArray, StitchMesh
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.embedding import FEWEST_POINTS
 from stitchmesh.yarngen.template import DENSE
@@ -78,11 +78,11 @@ def cross_loops(
 def _corners_right_of(fabric: StitchMesh, side: int) -> list[int]:
     """Corners, below and above the course line, of all faces that meet at the right end of a top side."""
     below, above = [side], [int(fabric.twin[side]) + 1]
-    while fabric.side_role[below[-1] - 1] == 1:
+    while fabric.side_role[below[-1] - 1] == RIGHT:
         below.append(int(fabric.twin[below[-1] - 1]))
-    while fabric.side_role[above[-1]] == 1:
+    while fabric.side_role[above[-1]] == RIGHT:
         across = int(fabric.twin[above[-1]])
-        if across == BORDER or fabric.side_role[across] != 3:
+        if across == BORDER or fabric.side_role[across] != LEFT:
             break
         above.append(int(fabric.side_next[across]))
     return below + above

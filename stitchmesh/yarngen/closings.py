@@ -33,6 +33,8 @@ BEHIND = 8.0
 """How far behind itself a leg is closed, in yarn radii: a stitch width."""
 BEYOND = 3.0
 """How far beyond itself a link that is drawn through loops is closed, over the height of a row."""
+DRAWN_BESIDE = 2
+"""Stitches on either side that a link drawn through loops is extended by, as it slides through them."""
 
 
 Frame = tuple[int, int, int, int, int, int]
@@ -41,7 +43,7 @@ Frame = tuple[int, int, int, int, int, int]
 
 @dataclass(frozen=True)
 class Corner:
-    """A corner of a closing: ``base + (base - inner) + lift front + rise up``."""
+    """A corner of a closing: ``base + (base - inner) / 2 + lift front + rise up``."""
 
     base: int
     inner: int
@@ -78,7 +80,7 @@ class Probes:
         front = np.cross(across, up)
         front /= np.maximum(np.linalg.norm(front, axis=1, keepdims=True), 1e-300)
         rise = np.array([corner.rise for corner in self.corners]).reshape(-1, 1)
-        return np.concatenate([points, base + (base - inner) + lift * front + rise * up])
+        return np.concatenate([points, base + (base - inner) / 2 + lift * front + rise * up])
 
 
 def sampled_points(yarns: YarnSet) -> FloatArray:
@@ -102,9 +104,16 @@ def as_polygons(points: FloatArray, curves: list[list[int]]) -> Polygons:
     return Polygons(points, start, np.array([corner for curve in curves for corner in curve], dtype=np.int64))
 
 
-def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> Probes:
-    """Close all loops, links and legs of slipped loops."""
-    closer = _Closer(arcs, yarns)
+def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs, *, drawn_out: bool = False) -> Probes:
+    """Close all loops, links and legs of slipped loops.
+
+    Args:
+        arcs: loops and links.
+        yarns: their yarns.
+        slipped: the legs.
+        drawn_out: whether to take half of the arcs beside it to each, as yarn that was relaxed has slid through loops.
+    """
+    closer = _Closer(arcs, yarns, drawn_out)
     loops = [closer.reaching(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
     links = [closer.link(link) for link in arcs.links]
     legs = [closer.leg(piece) for piece in slipped.piece.tolist()]
@@ -114,8 +123,8 @@ def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> Probes:
 class _Closer:
     """Closes arcs one by one."""
 
-    def __init__(self, arcs: Arcs, yarns: YarnSet) -> None:
-        self.arcs = arcs
+    def __init__(self, arcs: Arcs, yarns: YarnSet, drawn_out: bool) -> None:
+        self.arcs, self.drawn_out = arcs, drawn_out
         self.pieces, self.whole = arcs.pieces, arcs.whole
         self.start = yarns.start.tolist()
         self.role = self.whole.side_role.tolist()
@@ -132,8 +141,8 @@ class _Closer:
         return self._points(arc.yarn, arc.first, arc.count)
 
     def reaching(self, arc: Arc) -> list[int]:
-        """Sampled points of an arc and of half the arcs beside it, which other loops slide into as yarns relax."""
-        if self._is_ring(arc):
+        """Sampled points of an arc and, drawn out, of half the arcs beside it."""
+        if not self.drawn_out or self._is_ring(arc):
             return self.points_of(arc)
         first, last = self._reach(arc, arc.first, -1), self._reach(arc, arc.last, 1)
         return self._points(arc.yarn, arc.first - first, first + arc.count + last)
@@ -141,13 +150,13 @@ class _Closer:
     def _reach(self, arc: Arc, cut: int, way: int) -> int:
         """Sampled points by which an arc is extended beyond one of its cuts."""
         beside = self.beside.get((cut, -way))
-        if beside is None:
-            return min(self._bridge(arc, way), self.longest)
-        return beside.count - 1 if is_drawn(self.arcs, arc) else min(beside.count // 2, self.longest)
+        return min((self._bridge(arc, way) if beside is None else beside.count) // 2, self.longest)
 
     def _bridge(self, arc: Arc, way: int) -> int:
-        """Sampled points of the bridge or tail beyond the end of a link that has no loop there."""
+        """Sampled points of the turn or tail beyond the border, where a link ends that has no loop there."""
         crossing = arc.ends[(way + 1) // 2]
+        if self.whole.twin[crossing // SLOTS] != BORDER:
+            return 0
         bridges = self.pieces.course.bridges
         points = bridges.ways[crossing].points if crossing in bridges.ways else bridges.tails.get(crossing, ())
         return len(points) * SAMPLES
@@ -155,22 +164,39 @@ class _Closer:
     def link(self, link: Arc) -> list[int]:
         """The closed curve of a link; nothing where it has no loop to pass through."""
         if is_drawn(self.arcs, link):
-            sides = self.whole.twin[self._bottom_sides(int(self.pieces.face[link.pieces[0]]))].tolist()
-            sides = sides if self.role[link.ends[0] // SLOTS] == LEFT_WALE else sides[::-1]
-            points = self.reaching(link)
-            ends = ((points[-1], sides[-1]), (points[0], sides[0]))
-            away = [Corner(end, end, self._frame(side), rise=BEYOND) for end, side in ends]
-            return [*points, *(self._corner(corner) for corner in away)]
+            return [] if int(self.pieces.face[link.pieces[0]]) in self.arcs.chained else self._drawn(link)
         if not any(link.hangs):
             return self.points_of(link) if self._is_ring(link) else []
         ways = [self._along(side, rightwards) for side, rightwards in spanned_sides(self.arcs, link)]
         return [*self.reaching(link), *self._needle(link, ways)]
 
+    def _drawn(self, link: Arc) -> list[int]:
+        """The closed curve of a link that is drawn through loops: a stretch of that yarn, or all of a short ring."""
+        row = [link]
+        for way in (-1, 1):
+            for _ in range(DRAWN_BESIDE):
+                beside = self.beside.get((row[0].first, 1) if way < 0 else (row[-1].last, -1))
+                if beside is None or not is_drawn(self.arcs, beside):
+                    break
+                row = [beside, *row] if way < 0 else [*row, beside]
+        if row[0].first == row[-1].last or len({arc.first for arc in row}) < len(row):
+            return self._points(link.yarn, self.start[link.yarn] * SAMPLES, self._size(link.yarn))
+        back = [(arc.last, self._side_below(arc, -1)) for arc in row[::-1]]
+        back.append((row[0].first, self._side_below(row[0], 0)))
+        points = [point for arc in row for point in self.points_of(arc)]
+        return [*points, *(self._corner(Corner(end, end, self._frame(side), rise=BEYOND)) for end, side in back)]
+
+    def _side_below(self, link: Arc, place: int) -> int:
+        """The top side on which the first (0) or last (-1) loop hangs that a link is drawn through."""
+        first, bottom = (int(n[self.pieces.face[link.pieces[0]]]) for n in (self.whole.face_start, self.whole.n_bottom))
+        sides: list[int] = self.whole.twin[first : first + bottom].tolist()
+        return sides[place] if self.role[link.ends[0] // SLOTS] == LEFT_WALE else sides[-1 - place]
+
     def leg(self, piece: int) -> list[int]:
         """The closed curve of a leg, downwards."""
         yarn, (first, after) = int(self.pieces.yarn[piece]), self.pieces.points[piece].tolist()
         before = first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1
-        more = (after - first) * SAMPLES // 2  # as for ``reaching``
+        more = (after - first) * SAMPLES // 2 if self.drawn_out else 0  # as for ``reaching``
         begin, count = before * SAMPLES + SAMPLES // 2 - more, (after - first) * SAMPLES + 1 + 2 * more
         points = self._points(yarn, begin, count)
         start, end = (int(crossing) // SLOTS for crossing in self.pieces.ends[piece])
@@ -245,17 +271,17 @@ class _Closer:
         return self.point_count + len(self.corners) - 1
 
     def _points(self, yarn: int, first: int, count: int) -> list[int]:
-        start, size = self.start[yarn] * SAMPLES, (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
+        start, size = self.start[yarn] * SAMPLES, self._size(yarn)
         if start <= first and first + count <= start + size:
             return list(range(first, first + count))
         return [start + (point - start) % size for point in range(first, first + count)]
 
     def _is_ring(self, link: Arc) -> bool:
-        return link.count == (self.start[link.yarn + 1] - self.start[link.yarn]) * SAMPLES
+        return link.count == self._size(link.yarn)
 
-    def _bottom_sides(self, face: int) -> range:
-        first = int(self.whole.face_start[face])
-        return range(first, first + int(self.whole.n_bottom[face]))
+    def _size(self, yarn: int) -> int:
+        """Number of sampled points of a yarn."""
+        return (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
 
     def _crossing_points(self) -> dict[int, int]:
         """The sampled point at each crossing of a top side."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stitchmesh.courses import course_through
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.stitch import Stitch
@@ -68,11 +69,8 @@ def _draw_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
     edge[bound] = Edge.CHAIN
     for ring in small_rings(whole):
         edge[whole.side_face[ring]] = Edge.BY_STITCH
-    left, right = whole.twin[whole.left_wale] == BORDER, whole.twin[whole.right_wale] == BORDER
-    for face in np.flatnonzero(bound & left).tolist():
-        row = [face]
-        while not right[row[-1]]:
-            row.append(int(whole.side_face[whole.twin[whole.right_wale[row[-1]]]]))
+    for face in np.flatnonzero(bound & (whole.twin[whole.left_wale] == BORDER)).tolist():
+        row = list(course_through(whole, face, climbing=True).faces)
         if len(row) == 1:
             edge[face] = Edge.CHAIN_ALONE
         elif _starts_right(bridges, int(whole.left_wale[face]), int(whole.right_wale[row[-1]])):

@@ -15,8 +15,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from stitchmesh.courses import course_of_faces, find_courses, right_neighbours
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.courses import course_of_faces, find_courses, left_neighbours, right_neighbours
+from stitchmesh.mesh import BORDER, RIGHT, FloatArray, IntArray, StitchMesh
 from stitchmesh.stitch import Stitch
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.row_ends import Strand, Strands, tail_points
@@ -59,10 +59,7 @@ class Rows:
     @cached_property
     def preceding(self) -> IntArray:
         """The face before each in its row, ``BORDER`` where there is none, shape (F,)."""
-        result = np.full(self.fabric.face_count, BORDER)
-        inner = np.flatnonzero(self.following != BORDER)
-        result[self.following[inner]] = inner
-        return result
+        return left_neighbours(self.fabric)
 
     @cached_property
     def yarns(self) -> list[list[int]]:
@@ -181,7 +178,7 @@ def _last_stitches(rows: Rows, side: int, neighbour: IntArray, longest: int) -> 
 
 def _strands(rows: Rows, side: int, last: dict[int, list[int]]) -> dict[int, Strand]:
     fabric, result = rows.fabric, {}
-    is_right = fabric.side_role[side] == 1
+    is_right = fabric.side_role[side] == RIGHT
     for rank, yarn in enumerate(sorted(last)):
         *passed, face = last[yarn]
         own = fabric.right_wale[face] if is_right else fabric.left_wale[face]

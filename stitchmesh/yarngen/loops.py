@@ -67,10 +67,31 @@ class Arcs:
         return self.pieces.course.whole
 
     @cached_property
+    def turned_at(self) -> frozenset[int]:
+        """Bottom sides that loops cross with their legs exchanged, having been slipped and twisted below."""
+        found: set[int] = set()
+        role = self.whole.side_role
+        for loop in self.loops:
+            crossings = self.pieces.ends[list(loop.pieces)].ravel()
+            seen: set[int] = set()
+            for crossing in crossings[role[crossings // SLOTS] == 0].tolist():
+                if crossing // SLOTS not in seen and crossing % SLOTS != crossings[0] % SLOTS:
+                    found.add(crossing // SLOTS)
+                seen.add(crossing // SLOTS)
+        return frozenset(found)
+
+    @cached_property
     def slip_pieces(self) -> frozenset[int]:
         """Pieces in faces that slip a loop."""
         codes = [stitch for stitch, making in VOCABULARY.items() if "s" in making.made]
         return frozenset(np.flatnonzero(np.isin(self.whole.stitch[self.pieces.face], codes)).tolist())
+
+    @cached_property
+    def chained(self) -> frozenset[int]:
+        """Faces that are bound off in a chain, whose loops cross wale sides."""
+        crossings = self.pieces.ends
+        is_leg = self.whole.is_wale[crossings // SLOTS] & (crossings % SLOTS > 0)
+        return frozenset(self.pieces.face[is_leg.any(axis=1)].tolist())
 
     @cached_property
     def loop_at(self) -> dict[int, int]:

@@ -6,7 +6,9 @@ A pass through a loop from the wrong side to the right side counts 1: a loop is 
 top to its left leg, a link along its yarn. Yarn comes up into a knit loop through each loop that the stitch is worked
 on, counting 1, and goes back down from it, counting -1; purl is the reverse; up into a yarn-over, and past a slipped
 loop, it passes through none. What is drawn through loops passes through each once, and counts 1 where it runs from
-left to right.
+left to right. Of a chain that binds off nothing is told.
+
+A loop that is slipped and twisted on its way up is worked back to front, and passes through it count the other way.
 
 Whether the yarn passes behind or in front of a slipped loop cannot be told from the loop as a whole, as its two legs
 cancel. They are counted one by one: how often the yarn goes around each leg, closed in front of it.
@@ -48,13 +50,13 @@ def _passes_of(arcs: Arcs, link: Arc) -> list[tuple[int, int]]:
     first = link.pieces[0]
     face = int(arcs.pieces.face[first])
     if is_drawn(arcs, link):
-        rightwards = whole.side_role[arcs.pieces.ends[first, 0] // SLOTS] == LEFT_WALE
-        return [(loop, 1 if rightwards else -1) for loop in _worked(arcs, face)]
+        rightwards = whole.side_role[link.ends[0] // SLOTS] == LEFT_WALE
+        return [] if face in arcs.chained else _worked(arcs, face, 1 if rightwards else -1)
     result = []
     for crossing, hangs, sign in zip(link.ends, link.hangs, (-1, 1), strict=True):
         face, passes = made_at(arcs, crossing // SLOTS) if hangs else (0, 0)
         if passes:
-            result += [(loop, sign * passes) for loop in _worked(arcs, face)]
+            result += _worked(arcs, face, sign * passes)
     return result
 
 
@@ -74,10 +76,11 @@ def made_at(arcs: Arcs, side: int) -> tuple[int, int]:
     return face, PASSES[VOCABULARY[stitch].made[place]]
 
 
-def _worked(arcs: Arcs, face: int) -> list[int]:
-    """The loops on the bottom sides of a face."""
+def _worked(arcs: Arcs, face: int, passes: int) -> list[tuple[int, int]]:
+    """The loops on the bottom sides of a face with passes of the same sign, but through those that were turned."""
     first = int(arcs.whole.face_start[face])
-    return [arcs.loop_over[side] for side in range(first, first + int(arcs.whole.n_bottom[face]))]
+    sides = range(first, first + int(arcs.whole.n_bottom[face]))
+    return [(arcs.loop_over[side], -passes if side in arcs.turned_at else passes) for side in sides]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
+from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray, StitchMesh
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.template import FOOT_PLACE, RADIUS_OVER_WIDTH
 
@@ -97,7 +97,8 @@ def _pairs(fabric: StitchMesh, runs: list[list[int]]) -> list[Pair]:
     """Row ends that belong together, whatever their yarns; each stands in one pair at most."""
     reach, pairs = _reaches(fabric, runs), []
     taken: set[int] = set()
-    for first, second in [*_meetings(fabric, 3, 1), *_meetings(fabric, 1, 1), *_meetings(fabric, 3, 3)]:
+    at_feet = [pair for roles in ((LEFT, RIGHT), (RIGHT, RIGHT), (LEFT, LEFT)) for pair in _meetings(fabric, *roles)]
+    for first, second in at_feet:
         if not taken & {first, second}:
             pairs.append((first, second, np.zeros((0, 3))))
             taken |= {first, second}
@@ -105,7 +106,7 @@ def _pairs(fabric: StitchMesh, runs: list[list[int]]) -> list[Pair]:
         for low, high in _neighbours(fabric, run, taken):
             pairs.append((low, high, _turn(fabric, low, high, min(reach[low], reach[high]))))
             taken |= {low, high}
-    for first, second in _meetings(fabric, 1, 3):
+    for first, second in _meetings(fabric, RIGHT, LEFT):
         if not taken & {first, second}:
             pairs.append((first, second, _turn(fabric, first, second, min(reach[first], reach[second]))))
             taken |= {first, second}
@@ -145,13 +146,13 @@ def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
     loop = loop[first:] + loop[:first]
     cuts = [start - first for start in starts] or [0]
     runs = [loop[a:b] for a, b in pairwise([*cuts, len(loop)])]
-    return [run if fabric.side_role[run[0]] == 1 else run[::-1] for run in runs if fabric.is_wale[run[0]]]
+    return [run if fabric.side_role[run[0]] == RIGHT else run[::-1] for run in runs if fabric.is_wale[run[0]]]
 
 
 def _neighbours(fabric: StitchMesh, run: list[int], taken: set[int]) -> list[tuple[int, int]]:
     """Neighbouring row ends in pairs, from below; on a left border that starts free, the first stays alone."""
     free = [side for side in run if side not in taken]
-    alone = int(fabric.side_role[run[0]] == 3 and len(free) == len(run))
+    alone = int(fabric.side_role[run[0]] == LEFT and len(free) == len(run))
     return list(zip(free[alone::2], free[alone + 1 :: 2], strict=False))
 
 
@@ -159,7 +160,7 @@ def tail_points(fabric: StitchMesh, side: int, rise: float = 0.0) -> FloatArray:
     """Points of the tail of a tied row end, raised by a share of its wale side."""
     behind = -_stitch_width(fabric, side) * fabric.vertex_normal[fabric.face_vertex[side]]
     wale = fabric.corner_position[fabric.side_next[side]] - fabric.corner_position[side]
-    up = rise * (wale if fabric.side_role[side] == 1 else -wale)
+    up = rise * (wale if fabric.side_role[side] == RIGHT else -wale)
     return np.array([_beyond(fabric, side, out) + up + depth * behind for out, depth in TAIL])
 
 
@@ -173,7 +174,7 @@ def _turn(fabric: StitchMesh, low: int, high: int, reach: float) -> FloatArray:
 def _beyond(fabric: StitchMesh, side: int, reach: float) -> FloatArray:
     """A point outside the border, level with the foot that crosses this wale side [cm]."""
     tail, head = fabric.corner_position[side], fabric.corner_position[fabric.side_next[side]]
-    share = FOOT_PLACE if fabric.side_role[side] == 1 else 1.0 - FOOT_PLACE
+    share = FOOT_PLACE if fabric.side_role[side] == RIGHT else 1.0 - FOOT_PLACE
     normal = fabric.vertex_normal[fabric.face_vertex[side]]
     outward = np.cross(head - tail, normal)
     outward /= max(float(np.linalg.norm(outward)), 1e-300)

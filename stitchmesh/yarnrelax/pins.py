@@ -19,9 +19,9 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.named_points import named_points
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Constraint, ConstraintChoice, Run
 
@@ -64,24 +64,7 @@ def pinned_points(yarns: YarnSet, pins: Pins) -> NDArray[np.int64]:
     Raises:
         ParameterError: a control point or a stitch face is not there, or nothing is pinned.
     """
-    points, faces = _numbers("points", pins.points), _numbers("faces", pins.faces)
-    bad = points[(points < 0) | (points >= len(yarns.points))]
-    if len(bad):
-        raise ParameterError(f"pins: got control point {first_few(bad)}; expected 0 to {len(yarns.points) - 1}")
-    bad = faces[~np.isin(faces, yarns.face[yarns.face >= 0])]
-    if len(bad):
-        raise ParameterError(f"pins: got stitch face {first_few(bad)}; no control point came from it")
-    held = np.union1d(points, np.flatnonzero(np.isin(yarns.face, faces)))
-    if len(held) == 0:
-        raise ParameterError("pins: got neither control points nor stitch faces; expected at least one")
-    return held
-
-
-def _numbers(name: str, values: Sequence[int] | NDArray[np.integer[Any]]) -> NDArray[np.int64]:
-    array = np.asarray(values)
-    if array.size and not np.issubdtype(array.dtype, np.integer):
-        raise ParameterError(f"pins: got {name} of type {array.dtype}; expected whole numbers")
-    return array.ravel().astype(np.int64)
+    return named_points("pins", yarns, pins.points, pins.faces)
 
 
 class _Held(Constraint):

@@ -25,8 +25,8 @@ Row = Sequence[Stitch]
 FACE_ARRAYS = ("n_bottom", "n_top", "stitch", "row", "twist")
 APART = 3.0
 """Distance between separate pieces, in stitch widths; tails hang a quarter beyond their borders."""
-EVEN = 0.3
-"""Weight of even widths against upright wales."""
+EVEN = 1.0
+"""Weight of even widths against wales that lean as they are drawn."""
 
 
 def sides_of(stitch: Stitch) -> tuple[int, int]:

@@ -1,15 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Corners that meet in one vertex, once sides have other twins."""
+"""A stitch mesh whose sides get other twins: the corners that then meet in one vertex, and the mesh so connected."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from stitchmesh.connectivity import find_fans
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 
 
@@ -20,12 +19,7 @@ def corner_fans(fabric: StitchMesh, twin: IntArray) -> IntArray:
         fabric: the stitch mesh.
         twin: the side that is to lie across each side, shape (C,).
     """
-    inner = np.flatnonzero(twin != BORDER)
-    neighbour = fabric.side_next[twin[inner]]
-    count = fabric.side_count
-    link = coo_array((np.ones(len(inner)), (inner, neighbour)), shape=(count, count))
-    fans: IntArray = connected_components(link.tocsr(), directed=False)[1].astype(np.int64)
-    return fans
+    return find_fans(np.where(twin == BORDER, BORDER, fabric.side_next[twin]))
 
 
 def reconnected(fabric: StitchMesh, vertices: FloatArray, corner: IntArray, twin: IntArray) -> StitchMesh:

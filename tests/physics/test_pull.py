@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A pull through the relaxer: its energy, its force, and how far it stretches a yarn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns
+from stitchmesh.yarnrelax.candidates import make_candidates
+from stitchmesh.yarnrelax.model import put_model
+from stitchmesh.yarnrelax.pins import Pins
+from stitchmesh.yarnrelax.precision import scalar_named
+from stitchmesh.yarnrelax.pull import Pull
+from stitchmesh.yarnrelax.state import make_state
+
+EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000)
+"""Three Gauss points integrate a uniform stretch without error."""
+SPACING = 0.5
+
+
+def straight_yarn(segments: int = 30) -> YarnSet:
+    points = np.zeros((segments + 3, 3))
+    points[:, 0] = SPACING * np.arange(segments + 3)
+    return YarnSet.from_curves([points], closed=[False], radius=0.2)
+
+
+def wavy_yarns() -> YarnSet:
+    """A closed and an open yarn; the seed is fixed."""
+    noise = np.random.default_rng(5)
+    return YarnSet.from_curves(
+        [noise.normal(size=(9, 3)), noise.normal(size=(7, 3)) + 5.0], closed=[True, False], radius=[0.01, 0.03]
+    )
+
+
+def pull_of(yarns: YarnSet, choice: Pull, precision: str, points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Energy [erg] and forces on the control points [dyn] of a pull alone, with the yarns at ``points``."""
+    model = put_model(
+        yarns, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=2, scalar=scalar_named(precision),
+        device=device_named("cpu"),
+    )  # fmt: skip
+    state, candidates, term = make_state(model, outer=True), make_candidates(model, 1e-4), choice.on(model)
+    state.points.assign(model.to_device(points))
+    term.forces(state, candidates, model.launch)
+    assert not term.stiffness().any()
+    forces.gather(model, state, model.empty(model.point_count), model.launch)
+    return term.energy(state, candidates), state.point_force.numpy().astype(np.float64) / model.unit
+
+
+def test_force_is_minus_the_gradient() -> None:
+    yarns, choice = wavy_yarns(), Pull((100.0, -9.0, 30.0), [2, 11, 4])
+    force = pull_of(yarns, choice, "float64", yarns.points)[1]
+    direction = np.random.default_rng(3).normal(size=yarns.points.shape)
+    ends = [pull_of(yarns, choice, "float64", yarns.points + side * direction)[0] for side in (0.5, -0.5)]
+    # linear in the points, so that only rounding is left: 1e-16 of energies over differences of about their size
+    assert ends[0] - ends[1] == pytest.approx(-(force * direction).sum(), rel=1e-13)
+
+
+@pytest.mark.parametrize(("precision", "accuracy"), [("float64", 1e-15), ("float32", 1e-7)])
+def test_the_named_points_share_the_force_evenly(precision: str, accuracy: float) -> None:
+    yarns = wavy_yarns()
+    force = pull_of(yarns, Pull((6.0, 0.0, -3.0), [2, 11, 4]), precision, yarns.points)[1]
+    expected = np.zeros_like(force)
+    expected[[2, 4, 11]] = [2.0, 0.0, -1.0]
+    # accuracy: rounding of the share
+    np.testing.assert_allclose(force, expected, rtol=accuracy, atol=accuracy)
+
+
+@pytest.mark.parametrize("tension", [100.0, 1000.0])
+def test_a_yarn_stretches_as_its_stiffness_says(tension: float) -> None:
+    """E = (k_len + k_length) (lambda - 1)^2 a segment of rest length l: F = 2 (k_len + k_length) (lambda - 1) / l."""
+    yarns = straight_yarn()
+    material = YarnMaterial(2000.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    held, pulled = np.arange(4), len(yarns.points) - np.arange(1, 5)
+    result = relax_yarns(
+        yarns, material=material, quality=EXACT, device="cpu", terms=[Pull((tension, 0.0, 0.0), pulled)],
+        constraints=[Pins(held)],
+    )  # fmt: skip
+    assert result.report["converged"]
+    strain = tension * SPACING / (2.0 * (material.k_len + material.k_length))
+    # a spline is stretched unevenly beside control points that are held; ten segments on that has died away
+    np.testing.assert_allclose(result.yarns.strain[10:-10], strain, rtol=1e-3)
+
+
+@pytest.mark.parametrize("force", [(0.0, 1.0), (0.0, np.nan, 0.0), 3.0])
+def test_a_force_is_three_finite_numbers(force: object) -> None:
+    with pytest.raises(ParameterError, match=r"pull: got force .* expected three finite numbers"):
+        Pull(force)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("pull", "message"),
+    [
+        (Pull((1.0, 0.0, 0.0), [0, 33]), "pull: got control point 33; expected 0 to 32"),
+        (Pull((1.0, 0.0, 0.0), faces=[2]), "pull: got stitch face 2; no control point came from it"),
+        (Pull((1.0, 0.0, 0.0)), "pull: got neither control points nor stitch faces"),
+    ],
+)
+def test_bad_pulls_are_refused(pull: Pull, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        relax_yarns(straight_yarn(), device="cpu", terms=[pull])

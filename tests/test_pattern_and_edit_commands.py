@@ -1,0 +1,296 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Patterns, edits, instructions and yarn generation on the command line; whatever is bad is one line and status 2."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.editing.edit import Edit, apply_edit
+from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.patch import Marks, apply_change
+from stitchmesh.patterns import pattern_names
+from stitchmesh.quality import quality_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns, regenerate_yarns
+from stitchmesh.yarnrelax import relax_yarns
+from tests.gallery import ROOT
+from tests.gallery import tube as coarse_tube
+from tests.patterns.fabrics import flat, tube
+
+FACE = 40
+"""A knit stitch inside either fabric, in its third row from below."""
+DRAFT = ["--quality", "draft"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """A tube and a flat piece, the tube's yarns, and all kinds of files that are none of these."""
+    folder = tmp_path_factory.mktemp("files")
+    write_stitches(folder / "tube.h5", tube(18, 6))
+    write_stitches(folder / "tube.smobj", tube(18, 6))
+    write_stitches(folder / "flat.h5", flat(12, 8))
+    write_yarns(folder / "yarns.h5", generate_yarns(tube(18, 6), quality="draft"))
+    whole = (folder / "tube.h5").read_bytes()
+    (folder / "half.h5").write_bytes(whole[: len(whole) // 2])
+    text = (folder / "tube.smobj").read_text()
+    (folder / "half.smobj").write_text(text[: len(text) // 2])
+    (folder / "nan.smobj").write_text(re.sub("\nv .*", "\nv nan 0 0", text, count=1))
+    for suffix in ("h5", "smobj", "jsonl", "knit", "png"):
+        (folder / f"empty.{suffix}").touch()
+        (folder / f"binary.{suffix}").write_bytes(b"\x00\x01\xff\xfe" * 50)
+        (folder / f"folder.{suffix}").mkdir()
+    log(folder / "purl.jsonl", ("change_stitch", {"faces": [FACE], "stitch": "p"}))
+    return folder
+
+
+def log(path: Path, *edits: tuple[str, dict[str, object]]) -> Path:
+    path.write_text("".join(json.dumps({"edit": name, "arguments": given}) + "\n" for name, given in edits))
+    return path
+
+
+def refused(capsys, folder: Path, *words: object) -> str:
+    """Run a command that must fail and write nothing; its one line."""
+    before = sorted(folder.rglob("*"))
+    assert cli.main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err and " at 0x" not in printed.err
+    assert sorted(folder.rglob("*")) == before
+    return printed.err
+
+
+@pytest.mark.parametrize("suffix", ["h5", "smobj"])
+@pytest.mark.parametrize(
+    ("stem", "message"),
+    [("missing", "there is no such file"), ("empty", "the file is empty"), ("binary", "is not an HDF5|binary data"),
+     ("folder", "is a folder"), ("half", "damaged|corners|expected")],
+)  # fmt: skip
+def test_no_command_takes_a_file_that_is_no_stitch_mesh(folder, capsys, monkeypatch, stem, message, suffix):
+    monkeypatch.chdir(folder)
+    bad, tube_and_output = f"{stem}.{suffix}", ["tube.h5", *DRAFT, "-o", "out.h5"]
+    for words in (
+        ["pattern", bad, "rib2x2", "-o", "out.h5"], ["edit", bad, "--replay", "purl.jsonl", "-o", "out.h5"],
+        ["instructions", bad, "-o", "out.txt"], ["convert", bad, "out.smobj"], ["convert", bad, "out.k"],
+        ["yarns", bad, "-o", "out.h5"], ["info", bad],
+        ["relax-edited", "yarns.h5", "--before", bad, "--after", *tube_and_output],
+        ["relax-edited", "yarns.h5", "--after", bad, "--before", *tube_and_output],
+    ):  # fmt: skip
+        said = refused(capsys, folder, *words)
+        assert bad in said and re.search(message, said), said
+
+
+def test_what_is_no_number_is_named_by_its_line(folder, capsys, monkeypatch):
+    monkeypatch.chdir(folder)
+    assert "coordinates must be finite" in refused(capsys, folder, "convert", "nan.smobj", "out.k")
+
+
+def test_a_malformed_cable_is_told_on_reading(folder, capsys, monkeypatch):
+    monkeypatch.chdir(folder)
+    fabric = read_stitches("flat.h5")
+    side = np.array([fabric.face_start[FACE] + 2])
+    write_stitches("cable.h5", apply_change(fabric, Marks("cable_shift", side, np.array([9]))))
+    for words in (["check", "cable.h5"], ["convert", "cable.h5", "out.smobj"], ["relax-mesh", "cable.h5",
+                  "--surface", "flat.h5", "-o", "out.h5"]):  # fmt: skip
+        assert "cable.h5: side 162 (face 40, vertices 57-56): cable_shift 9 leads off its row" in refused(
+            capsys, folder, *words
+        )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("row 1 RS: k2tgo", "line 1, column 11: got 'k2tgo'"),
+        ("chart:\nk k k\nk k", "got 2 columns where the chart's first line has 3"),
+        ("row 1 RS: k4 yo\nrow 2 WS: p4", "row 2: its tile is worked on 4 loops, but the row below leaves 5"),
+        ("row 1 RS: k2\nrow 2 WS: c4f", "row 2: its tile is worked on 4 loops, but the row below leaves 2"),
+        ("row 1 RS: cross(2 2 0 1; 1 1 0 0: k4)", "are crossed to one place"),
+        ("row 1 RS: k yo", "its last row leaves 0, 2, 0 loops"),
+        ("row 1 RS: [yo k2tog]*60", "needs 1 rows of 120 plain stitches together; found none"),
+        ("row 1 RS: k100 p100", "its 200 columns are more than any first row"),
+    ],
+)
+def test_a_bad_pattern_is_one_line(folder, tmp_path, capsys, text, message):
+    (tmp_path / "bad.knit").write_text(text)
+    words = ["pattern", folder / "tube.h5", tmp_path / "bad.knit", "-o", tmp_path / "out.h5"]
+    assert message in refused(capsys, tmp_path, *words)
+
+
+@pytest.mark.parametrize("suffix", ["knit", "png"])
+@pytest.mark.parametrize("stem", ["missing", "empty", "binary", "folder"])
+def test_a_pattern_file_that_cannot_be_read_is_one_line(folder, capsys, monkeypatch, stem, suffix):
+    monkeypatch.chdir(folder)
+    name = f"{stem}.{suffix}"
+    assert f"FileError: {name}: " in refused(capsys, folder, "pattern", "tube.h5", name, "-o", "out.h5")
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (("change_stitch", {"faces": [FACE], "stitch": "zz"}), "stitch 'zz': is unknown; expected one of k, p"),
+        (("change_stitch", {"faces": [9999], "stitch": "p"}), "face 9999: is gone"),
+        (("collapse_course_edge", {"side": 4 * 36 + 2}), "face 36: would have 1 bottom and 0 top sides"),
+        (("shift_wale_edge", {"side": 4 * 36 + 3, "end": "top", "direction": "left"}), "lies on the border"),
+        (("cross_cable", {"side": 4 * 46 + 2, "left": 2, "right": 2, "front": "left"}), "there are 2 to the right end"),
+        (("bobble", {"face": 36}), "touches the border"),
+        (("paste_pattern", {"pattern": "rib2x2", "face": 0}), "a pattern starts from a plain stitch"),
+        (("paste_pattern", {"pattern": "feather-and-fan", "face": FACE}), "needs at least 18"),
+        (("frobnicate", {}), "is unknown; expected change_stitch"),
+        (("flip_row", {"face": "a"}), 'face is "a"; expected a whole number'),
+    ],
+)
+def test_a_bad_edit_is_named_by_its_line_and_nothing_is_written(folder, tmp_path, capsys, edit, message):
+    path = log(tmp_path / "bad.jsonl", ("change_stitch", {"faces": [FACE], "stitch": "p"}), edit)
+    said = refused(capsys, tmp_path, "edit", folder / "flat.h5", "--replay", path, "-o", tmp_path / "out.h5")
+    assert "bad.jsonl line 2: " in said and message in said
+
+
+def test_what_an_edit_took_away_is_gone_for_the_next_and_cables_do_not_overlap(folder, tmp_path, capsys):
+    gone = ("remove_row", {"face": FACE}), ("change_stitch", {"faces": [107], "stitch": "p"})
+    cable = {"left": 2, "right": 2, "front": "left"}
+    crossed = ("cross_cable", {"side": 4 * 43 + 2, **cable}), ("cross_cable", {"side": 4 * 45 + 2, **cable})
+    for edits, message in ((gone, "face 107: is gone"), (crossed, "its loop is part of another cable")):
+        path = log(tmp_path / "bad.jsonl", *edits)
+        words = ["edit", folder / "tube.h5", "--replay", path, "-o", tmp_path / "out.h5"]
+        assert message in refused(capsys, tmp_path, *words)
+
+
+def test_a_log_that_is_no_log_is_one_line(folder, tmp_path, capsys):
+    (tmp_path / "deep.jsonl").write_text("[" * 100_000)
+    for path in (tmp_path / "deep.jsonl", folder / "missing.jsonl", folder / "binary.jsonl", folder / "folder.jsonl"):
+        words = ["edit", folder / "tube.h5", "--replay", path, "-o", tmp_path / "out.h5"]
+        assert path.name in refused(capsys, tmp_path, *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--bind-off", "knot"], "bind_off: got 'knot'; expected one of drawn, chain"),
+        (["--cast-on", "long-tail"], "cast_on: got 'long-tail'; expected one of backward, open"),
+        (["--longest-float", "-1"], "longest_float: got -1 stitches; expected 0 or more"),
+    ],
+)
+def test_a_bad_finish_is_told_before_any_work(folder, tmp_path, capsys, words, message):
+    output = ["-o", tmp_path / "out.h5", *words]
+    between = ["--before", folder / "tube.h5", "--after", folder / "tube.h5"]
+    assert message in refused(capsys, tmp_path, "yarns", folder / "missing.h5", *output)
+    assert message in refused(capsys, tmp_path, "relax-edited", folder / "missing.h5", *between, *output)
+    assert message in refused(capsys, tmp_path, "knit", folder / "missing.obj", *output)
+
+
+def test_yarns_are_finished_as_told(folder, tmp_path):
+    words = ["yarns", folder / "flat.h5", *DRAFT, "-o", tmp_path / "yarns.h5"]
+    assert cli.main([str(word) for word in (*words, "--bind-off", "chain", "--cast-on", "open")]) == 0
+    expected = generate_yarns(read_stitches(folder / "flat.h5"), quality="draft", bind_off="chain", cast_on="open")
+    np.testing.assert_array_equal(read_yarns(tmp_path / "yarns.h5").points, expected.points)
+
+
+def test_long_floats_are_cut(folder, tmp_path):
+    """A yarn of two stitches with two of another between them is one where it may float behind these, else two."""
+    striped = apply_edit(read_stitches(folder / "flat.h5"), Edit("stripe", {"yarn": 1, "faces": [41, 44]})).fabric
+    write_stitches(tmp_path / "striped.h5", striped)
+    made = {}
+    for longest in ("12", "1"):
+        words = ["yarns", tmp_path / "striped.h5", *DRAFT, "-o", tmp_path / "yarns.h5", "--longest-float", longest]
+        assert cli.main([str(word) for word in words]) == 0
+        made[longest] = np.count_nonzero(read_yarns(tmp_path / "yarns.h5").colour == 1)
+    assert made == {"12": 1, "1": 2}
+
+
+def test_knit_makes_a_spiral_of_a_tube(tmp_path):
+    """Rings are a yarn each, and so is what binds off the last; a spiral and its chain are one."""
+    write_mesh(tmp_path / "tube.obj", coarse_tube(8, 1, radius=2.0, height=3.0))
+    words = ["knit", tmp_path / "tube.obj", "--stitch-width", "1", *DRAFT, "--device", "cpu", "--no-picture",
+             "--max-iterations", "20", "--bind-off", "chain", "--spiral", "-o", tmp_path / "out"]  # fmt: skip
+    assert cli.main([str(word) for word in words]) == 0
+    fabric, yarns = (read(tmp_path / "out" / name) for read, name in
+                     ((read_stitches, "stitches.h5"), (read_yarns, "yarns.h5")))  # fmt: skip
+    expected = generate_yarns(fabric, quality="draft", bind_off="chain")
+    assert fabric.row.max() > 1 and yarns.yarn_count == expected.yarn_count == 1
+    assert json.loads((tmp_path / "out" / "report.json").read_text())["spiral"]["spirals"] == 1
+
+
+@pytest.fixture(scope="module")
+def edited(folder) -> tuple[StitchMesh, YarnSet]:
+    """The tube with a purl stitch, and the tube's own yarns after a few steps of relaxation."""
+    assert cli.main(["edit", str(folder / "tube.h5"), "--replay", str(folder / "purl.jsonl"), "-o",
+                     str(folder / "edited.h5")]) == 0  # fmt: skip
+    words = ["relax", folder / "yarns.h5", "--keep-shape", folder / "tube.h5", *DRAFT, "--device", "cpu",
+             "--rest-length-factor", "1.05", "--max-iterations", "40", "-o", folder / "rested.h5"]  # fmt: skip
+    assert cli.main([str(word) for word in words]) == 0
+    return read_stitches(folder / "edited.h5"), read_yarns(folder / "rested.h5")
+
+
+def test_relax_edited_goes_on_from_where_the_yarns_were(folder, tmp_path, edited, capsys):
+    fabric, rested = edited
+    words = ["relax-edited", folder / "rested.h5", "--before", folder / "tube.h5", "--after", folder / "edited.h5",
+             *DRAFT, "--device", "cpu", "--max-iterations", "20", "--report", tmp_path / "report",
+             "-o", tmp_path / "again.h5"]  # fmt: skip
+    capsys.readouterr()
+    assert cli.main([str(word) for word in words]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["iterations"] == 20 and json.loads((tmp_path / "report" / "report.json").read_text()) == report
+    made, start = regenerate_yarns(rested, read_stitches(folder / "tube.h5"), fabric, quality="draft")
+    again = read_yarns(tmp_path / "again.h5")
+    np.testing.assert_array_equal(again.rest_length, made.rest_length)  # the factor of before among them
+    quality = replace(quality_named("draft"), max_iterations=20)
+    expected = relax_yarns(made, start=start, quality=quality, device="cpu", keep_shape=fabric)
+    np.testing.assert_array_equal(again.points, expected.yarns.points)
+
+
+def test_relax_edited_refuses_what_does_not_belong_together(folder, tmp_path, capsys, edited):
+    at = {name: folder / f"{name}.h5" for name in ("rested", "tube", "edited", "flat")}
+    output = ["-o", tmp_path / "out.h5", "--device", "cpu"]
+    words = ["relax-edited", at["rested"], "--before", at["flat"], "--after", at["edited"], *DRAFT, *output]
+    assert "give those that the yarns were generated with" in refused(capsys, tmp_path, *words)
+    words = ["relax-edited", at["rested"], "--before", at["tube"], "--after", at["edited"], *output]
+    assert "give those that the yarns were generated with" in refused(capsys, tmp_path, *words)  # another quality
+    words = ["relax-edited", at["rested"], "--before", at["tube"], "--after", at["flat"], *DRAFT, *output]
+    assert "leaves next to no stitch as it was" in refused(capsys, tmp_path, *words)
+    words = ["relax-edited", at["tube"], "--before", at["tube"], "--after", at["flat"], *DRAFT, *output]
+    assert "holds 'stitchmesh stitches'; expected 'stitchmesh yarns'" in refused(capsys, tmp_path, *words)
+
+
+def test_info_tells_stitches_marks_and_yarns(folder, tmp_path, capsys):
+    edits = [
+        ("change_stitch", {"faces": [FACE], "stitch": "p"}),
+        ("twist_loop", {"side": 4 * FACE + 2, "twist": 1}),
+        ("cross_cable", {"side": 4 * 46 + 2, "left": 2, "right": 2, "front": "right"}),
+        ("stripe", {"yarn": 1, "rows": [4]}),
+    ]
+    made = tmp_path / "made.smobj"
+    log(tmp_path / "log.jsonl", *edits)
+    words = ["edit", folder / "tube.h5", "--replay", tmp_path / "log.jsonl", "-o", made]
+    assert cli.main([str(word) for word in words]) == 0
+    capsys.readouterr()
+    assert cli.main(["info", str(made)]) == 0
+    told = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
+    assert told["rows"] == "6" and told["stitches"] == "89 k, 18 cast-on, 1 p"
+    assert told["twisted loops"] == "1" and told["cables"] == "1 of 4 loops"
+    assert told["yarns"] == "2 (90 stitches in 0, 18 stitches in 1)"
+
+
+def test_patterns_lists_the_library(capsys):
+    assert cli.main(["patterns"]) == 0
+    _, *lines = capsys.readouterr().out.splitlines()
+    assert tuple(line.split()[0] for line in lines) == pattern_names()
+    assert next(line.split()[1:5] for line in lines if line.startswith("checks ")) == ["4", "x", "4", "2"]
+
+
+def test_output_that_nobody_reads_is_no_error():
+    read, write = os.pipe()
+    os.close(read)
+    words = [sys.executable, "-m", "stitchmesh", "patterns"]
+    done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, cwd=ROOT)
+    os.close(write)
+    assert done.returncode == 0 and done.stderr == b""
