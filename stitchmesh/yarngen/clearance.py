@@ -25,7 +25,7 @@ def smallest_distance(yarns: YarnSet, within: float) -> tuple[float, int]:
     points = np.concatenate([curve[: len(curve) // SAMPLES * SAMPLES] for curve in yarns.sampled(SAMPLES)])
     segment = np.repeat(np.arange(len(yarns.segment_yarn)), SAMPLES)
     pairs = cKDTree(points).query_pairs(within, output_type="ndarray")
-    pairs = pairs[_may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]])]
+    pairs = pairs[may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]])]
     if len(pairs) == 0:
         return np.inf, 0
     distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
@@ -33,7 +33,8 @@ def smallest_distance(yarns: YarnSet, within: float) -> tuple[float, int]:
     return float(distance[nearest]), int(yarns.segment_points[segment[pairs[nearest, 0]], 1])
 
 
-def _may_touch(yarns: YarnSet, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def may_touch(yarns: YarnSet, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Whether segments are of two yarns, or far enough apart along one to collide."""
     yarn = yarns.segment_yarn
     size = np.diff(yarns.segment_start)[yarn[first]]
     apart = np.abs(first - second)

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every stitch beside and on top of every other: is each piece one yarn, do loops hold what stitches name, how near?
+
+    python benchmarks/stitch_pairs.py                     # all pairs: the table of docs/stitches.md
+    python benchmarks/stitch_pairs.py --quality standard --every 5
+
+A piece is a pair of stitches among knit ones, cast on and bound off; the samplers are those of the tests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+sys.path.append(str(Path(__file__).resolve().parent.parent))  # the samplers stand among the tests
+
+from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.stitch import VOCABULARY, Stitch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns, mean_stitch_width
+from stitchmesh.yarngen.clearance import SAMPLES, may_touch
+from stitchmesh.yarngen.loop_linking import expected_linking, loop_linking
+from stitchmesh.yarngen.loops import find_arcs
+from stitchmesh.yarngen.template import RADIUS_OVER_WIDTH
+from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
+
+BATCH = 80
+"""Pieces generated at once."""
+WITHIN = 1.6
+"""How far yarns are looked for, in radii."""
+
+
+@dataclass
+class Tally:
+    """What was found in the pieces of one kind."""
+
+    pieces: int = 0
+    yarns: int = 0
+    passes: int = 0
+    wrong: int = 0
+    distances: dict[Stitch, float] = field(default_factory=dict)
+    """Smallest distance of any piece with a stitch in it [radii]."""
+
+
+def main() -> None:
+    """Print both tables."""
+    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told.add_argument("--quality", default="draft")
+    told.add_argument("--every", type=int, default=1, help="take every so many pairs")
+    given = told.parse_args()
+    tallies = {name: tally(pairs[:: given.every], given.quality) for name, pairs in kinds().items()}
+    print("| pairs | pieces | yarns | passes named | wrong | smallest distance [r] |\n|---|---:|---:|---:|---:|---:|")
+    for name, found in tallies.items():
+        print(f"| {name} | {found.pieces} | {found.yarns} | {found.passes} | {found.wrong} | "
+              f"{min(found.distances.values()):.2f} |")  # fmt: skip
+    print("\n| stitch | " + " | ".join(tallies) + " |\n|---|" + "---:|" * len(tallies))
+    for stitch, making in VOCABULARY.items():
+        cells = [f"{found.distances.get(stitch, np.nan):.2f}" for found in tallies.values()]
+        print(f"| `{making.code}` | " + " | ".join(cells) + " |")
+
+
+def kinds() -> dict[str, list[tuple[Stitch, Stitch, Block]]]:
+    """All pairs, and the pieces that they stand in."""
+    every = list(VOCABULARY)
+    worked = [stitch for stitch in every if sides_of(stitch)[0]]
+    return {
+        "side by side": [(a, b, beside(a, b)) for a, b in product(every, every)],
+        "on top": [(a, b, above(a, b)) for a, b in product(every, worked)],
+        "overlapping": [(a, b, above(a, b, k)) for a, b in product(every, worked) for k in placements(a, b) if k],
+    }
+
+
+def tally(pairs: list[tuple[Stitch, Stitch, Block]], quality: str) -> Tally:
+    """Make all pieces and look at them."""
+    found = Tally()
+    for first in range(0, len(pairs), BATCH):
+        some = pairs[first : first + BATCH]
+        pieces = [[*block, [Stitch.KNIT] * tops(block[-1])] for _, _, block in some]
+        parts = [sampler(piece) for piece in pieces]
+        fabric = side_by_side(parts)
+        yarns = generate_yarns(fabric, quality=quality)
+        arcs = find_arcs(fabric, yarns)
+        named, are = expected_linking(arcs), loop_linking(arcs, yarns)
+        found.pieces += len(some)
+        found.yarns += yarns.yarn_count
+        found.passes += named.passes.count_nonzero() + len(named.turns)
+        found.wrong += int((abs(named.passes - are.passes) > 0.5).sum()) + int((named.turns != are.turns).sum())
+        nearest = distances(fabric, yarns, np.repeat(np.arange(len(parts)), [part.face_count for part in parts]))
+        for (a, b, _), distance in zip(some, nearest, strict=True):
+            for stitch in (a, b):
+                found.distances[stitch] = min(found.distances.get(stitch, np.inf), distance)
+    return found
+
+
+def distances(fabric: StitchMesh, yarns: YarnSet, piece: IntArray) -> list[float]:
+    """Smallest distance within each piece [radii at an eighth of the stitch width]; ``piece`` is that of each face."""
+    points = np.concatenate([curve[: len(curve) // SAMPLES * SAMPLES] for curve in yarns.sampled(SAMPLES)])
+    segment = np.repeat(np.arange(len(yarns.segment_yarn)), SAMPLES)
+    radius = RADIUS_OVER_WIDTH * mean_stitch_width(fabric)
+    pairs = cKDTree(points).query_pairs(WITHIN * radius, output_type="ndarray")
+    pairs = pairs[may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]])]
+    apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / radius
+    nearest = np.full(piece.max() + 1, WITHIN)
+    np.minimum.at(nearest, piece[yarns.face[yarns.segment_points[segment[pairs[:, 0]], 1]]], apart)
+    return nearest.tolist()
+
+
+if __name__ == "__main__":
+    main()
