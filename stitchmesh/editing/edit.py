@@ -21,8 +21,9 @@ from stitchmesh.editing.course_edges import collapse_course_edge, split_course_e
 from stitchmesh.editing.pasting import paste_pattern
 from stitchmesh.editing.row_edits import flip_row, insert_row, remove_row
 from stitchmesh.editing.stitch_marks import change_stitch, stripe, twist_loop
+from stitchmesh.editing.wale_columns import remove_wale
 from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
-from stitchmesh.editing.wale_lines import insert_wale, remove_wale
+from stitchmesh.editing.wale_lines import insert_wale
 from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh

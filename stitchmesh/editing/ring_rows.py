@@ -1,13 +1,32 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows that run around a tube, and stacks of them."""
+"""Rows that run around a tube, stacks of them, and stacks cut along a wale."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from stitchmesh.courses import Course, bottom_sides, find_courses, sides_across, top_sides
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
+
+
+@dataclass(frozen=True)
+class Turns:
+    """A stack of rings cut along a seam: each ring from its first face right of the seam to its last, left of it."""
+
+    rings: list[list[int]]
+
+    @property
+    def firsts(self) -> list[int]:
+        """Faces right of the seam, upwards."""
+        return [ring[0] for ring in self.rings]
+
+    @property
+    def lasts(self) -> list[int]:
+        """Faces left of the seam, upwards."""
+        return [ring[-1] for ring in self.rings]
 
 
 def ring_stacks(fabric: StitchMesh) -> list[list[Course]]:

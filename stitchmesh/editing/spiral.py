@@ -5,48 +5,22 @@
 Let s_0 .. s_R be the vertices of a wale, the seam, upwards through R rings. The last face of ring r, left of the seam,
 takes s_(r+1) and s_(r+2) for the corners of its right wale side in place of s_r and s_(r+1): it becomes the neighbour
 of the first face of ring r + 1. Above the top ring that takes one new vertex. Which course sides lie across one
-another does not change. Every other vertex climbs along its wale by its share of the way around,
-
-    p' = p + t (up(p) - p),  t = place on its course line / vertices of the line,
-
-so that no stitch takes the whole step.
+another does not change. Every other vertex climbs along its wale (``climb``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stitchmesh.courses import Course, bottom_sides, find_courses, top_sides
+from stitchmesh.courses import Course, find_courses
+from stitchmesh.editing.climb import climb
 from stitchmesh.editing.reconnect import corner_fans, reconnected
-from stitchmesh.editing.ring_rows import ring_stacks
+from stitchmesh.editing.ring_rows import Turns, ring_stacks
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.standing_rows import lean, stood_up
-
-CROWDED_STEP = 0.5
-"""Part of its wale that the highest course line climbs where it is crowded: below stitches, and where wales run
-together."""
-
-
-@dataclass(frozen=True)
-class Turns:
-    """A stack of rings cut along a seam: each ring from its first face right of the seam to its last, left of it."""
-
-    rings: list[list[int]]
-
-    @property
-    def firsts(self) -> list[int]:
-        """Faces right of the seam, upwards."""
-        return [ring[0] for ring in self.rings]
-
-    @property
-    def lasts(self) -> list[int]:
-        """Faces left of the seam, upwards."""
-        return [ring[-1] for ring in self.rings]
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 
 
 def spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
@@ -198,7 +172,7 @@ def _turned(fabric: StitchMesh, turns: Turns) -> StitchMesh:
     for last, first in zip(turns.lasts[:-1], turns.firsts[1:], strict=True):
         _join(twin, int(fabric.right_wale[last]), int(fabric.left_wale[first]))
     corner = _corners(fabric, twin, turns, {top: len(fabric.vertices)})
-    return reconnected(fabric, _climb(fabric, turns, up=True), corner, twin)
+    return reconnected(fabric, climb(fabric, turns, up=True), corner, twin)
 
 
 def _unturned(fabric: StitchMesh, turns: Turns) -> StitchMesh:
@@ -211,7 +185,7 @@ def _unturned(fabric: StitchMesh, turns: Turns) -> StitchMesh:
     corner = _corners(fabric, twin, turns, {})
     spare = int(np.flatnonzero(np.bincount(corner, minlength=len(fabric.vertices)) == 0)[0])
     rings = reconnected(fabric, np.delete(fabric.vertices, spare, axis=0), corner - (corner > spare), twin)
-    return replace(rings, vertices=_climb(rings, turns, up=False)[:-1])
+    return replace(rings, vertices=climb(rings, turns, up=False)[:-1])
 
 
 def _open_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
@@ -261,49 +235,3 @@ def _spirals(fabric: StitchMesh) -> list[Turns]:
         if len(rings) > 1 and (heads == fabric.face_vertex[fabric.face_start[firsts[1:]]]).all():
             found.append(Turns([ring.tolist() for ring in rings]))
     return found
-
-
-def _course_lines(fabric: StitchMesh, turns: Turns) -> list[list[int]]:
-    """Vertices of the course lines below, between and above the rings, from the seam to the right."""
-    bottoms = [bottom_sides(fabric, ring) for ring in turns.rings]
-    tops = [side + 1 for side in top_sides(fabric, turns.rings[-1])]  # their ends, which lie on the left
-    return [fabric.face_vertex[corners].tolist() for corners in (*bottoms, tops)]
-
-
-def _climb(fabric: StitchMesh, turns: Turns, up: bool) -> FloatArray:
-    """Vertices moved up or down their wales by their share of the way around, and the upper end of the seam [cm]."""
-    lines, count = _course_lines(fabric, turns), len(fabric.vertices)
-    moved = np.concatenate([fabric.vertices, fabric.vertices[lines[-1][:1]]])
-    for level, line in enumerate(lines):
-        ring = turns.rings[min(level, len(turns.rings) - 1) if up else max(level - 1, 0)]
-        step = _steps(fabric, ring, line)
-        if level == len(turns.rings):
-            step = np.where(_is_free(fabric, turns), _standing(fabric, line, step), CROWDED_STEP * step)
-        share = np.arange(len(line))[:, None] / len(line)
-        moved[line] += share * step if up else -share * step
-    moved[count] += step[0]
-    return moved
-
-
-def _is_free(fabric: StitchMesh, turns: Turns) -> NDArray[np.bool_]:
-    """Whether there is nothing above each vertex of the highest course line, shape (n, 1)."""
-    border = fabric.twin[top_sides(fabric, turns.rings[-1])] == BORDER
-    return (border & np.roll(border, 1))[:, None]
-
-
-def _standing(fabric: StitchMesh, line: list[int], step: FloatArray) -> FloatArray:
-    """Steps beyond a top border [cm]; where wales run together there, round a crown, they rise along the normal."""
-    places = np.arange(len(line))
-    leaning = lean(fabric.vertices[line], step, np.stack([places, np.roll(places, -1)]))
-    part = CROWDED_STEP if leaning.any() else 1.0
-    return part * stood_up(step, leaning, fabric.vertex_normal[line])
-
-
-def _steps(fabric: StitchMesh, ring: list[int], line: list[int]) -> FloatArray:
-    """The wale of a ring at each vertex of a course line beside it, upwards [cm]; interpolated between wales."""
-    low, head = fabric.face_vertex[fabric.face_start[:-1][ring]], fabric.face_vertex[fabric.left_wale[ring]]
-    wales = fabric.vertices[head] - fabric.vertices[low]
-    at = {int(vertex): number for ends in (low, head) for number, vertex in enumerate(ends)}
-    known = [place for place, vertex in enumerate(line) if vertex in at]
-    found = wales[[at[line[place]] for place in known]]
-    return np.stack([np.interp(np.arange(len(line)), known, axis, period=len(line)) for axis in found.T], axis=1)

@@ -40,6 +40,8 @@ BURST = {"cpu": 1, "cuda": 5}
 """Iterations between two looks at how far control points have moved; a look costs a GPU as much as an iteration."""
 SMALLEST_CAUTION = 5e-5
 """Scale of steps at which backing off gives up."""
+PART_THEM = "move the yarns apart, or control points that lie in one place"
+"""What helps where an energy is too steep to be relaxed."""
 RECOVERY = 1.2
 """Growth of the scale of steps after each good assessment."""
 
@@ -154,7 +156,7 @@ class Iteration:
             SolverError: it has been tried often enough.
         """
         if self.caution < SMALLEST_CAUTION:
-            raise SolverError(f"{self.blame()}: its energy grows at the smallest steps; move the yarns, or control points in one place, apart")
+            raise SolverError(f"{self.blame()}: its energy grows at the smallest steps; {PART_THEM}")
         wp.copy(self.state.points, self.good_points)
         self.caution /= 2
         self.method.restart(self.caution)

@@ -23,7 +23,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.borders import KeepBorders
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, Moment, origin, read_moment, write_moment
 from stitchmesh.yarnrelax.convergence import FALL, Assessment, has_converged
-from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
 from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.shape import KeepShape
@@ -189,7 +189,7 @@ class _Run:
         if not self.history:
             self.last = self.solver.assess()
             if not self.last.finite:
-                raise SolverError(f"{self.solver.blame()}: not finite at the start; move the yarns, or control points in one place, apart")
+                raise SolverError(f"{self.solver.blame()}: not finite at the start; {PART_THEM}")
             self._note()
         self._descend()
         # what lags behind, such as the normal forces of friction, follows until that changes nothing any more
