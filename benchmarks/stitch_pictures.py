@@ -157,6 +157,8 @@ from the left. What is around is knit.
 among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns are 2 apart. Relaxation moves them
 apart. *Twisted* is the smallest over all ways to twist the loops on top.
 
+Every stitch beside and on top of every other is measured in [measurements.md](measurements.md).
+
 ![All stitches](stitches/all.jpg)
 
 ## How the drawings came about

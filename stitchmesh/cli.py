@@ -69,7 +69,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"stitchmesh {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_knit(commands)
-    _add_stages(commands)
+    _add_stitch_stages(commands)
+    _add_yarn_stages(commands)
     _add_file_commands(commands)
     return top
 
@@ -93,7 +94,7 @@ def _add_knit(commands: argparse._SubParsersAction) -> None:
     knit.add_argument("--no-picture", action="store_true", help="write no preview.png")
 
 
-def _add_stages(commands: argparse._SubParsersAction) -> None:
+def _add_stitch_stages(commands: argparse._SubParsersAction) -> None:
     label = commands.add_parser("label", help="a polygon mesh to knitting rows")
     label.add_argument("mesh", metavar="MESH", help="any polygon mesh")
     _add_output(label, "FILE", "labeled mesh, .h5 or .smobj")
@@ -126,6 +127,8 @@ def _add_stages(commands: argparse._SubParsersAction) -> None:
     relax_mesh.add_argument("--surface", required=True, metavar="LABELED", help="what `label` wrote")
     _add_output(relax_mesh, "FILE", STITCHES)
 
+
+def _add_yarn_stages(commands: argparse._SubParsersAction) -> None:
     yarns = commands.add_parser("yarns", help="stitches to yarn curves")
     yarns.add_argument("fabric", metavar="FABRIC", help=STITCHES)
     _add_output(yarns, "FILE", WRITTEN_YARNS)
