@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import YarnError
-from stitchmesh.mesh import BORDER, FloatArray
+from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.loops import SAMPLES, Arc, Arcs
-from stitchmesh.yarngen.passes import LEFT_WALE, RIGHT_WALE, SlippedLegs, is_drawn, spanned_sides
+from stitchmesh.yarngen.passes import SlippedLegs, is_drawn, spanned_sides
 from stitchmesh.yarngen.polygon_linking import Polygons
 
 IN_FRONT = 2.0
@@ -190,7 +190,7 @@ class _Closer:
         """The top side on which the first (0) or last (-1) loop hangs that a link is drawn through."""
         first, bottom = (int(n[self.pieces.face[link.pieces[0]]]) for n in (self.whole.face_start, self.whole.n_bottom))
         sides: list[int] = self.whole.twin[first : first + bottom].tolist()
-        return sides[place] if self.role[link.ends[0] // SLOTS] == LEFT_WALE else sides[-1 - place]
+        return sides[place] if self.role[link.ends[0] // SLOTS] == LEFT else sides[-1 - place]
 
     def leg(self, piece: int) -> list[int]:
         """The closed curve of a leg, downwards."""
@@ -226,7 +226,7 @@ class _Closer:
 
     def _leaves_right(self, link: Arc, end: int) -> bool:
         """Whether a link runs rightwards where it is entered (0) or left (1) through a wale side."""
-        return self.role[link.ends[end] // SLOTS] == (LEFT_WALE, RIGHT_WALE)[end]
+        return self.role[link.ends[end] // SLOTS] == (LEFT, RIGHT)[end]
 
     def _along(self, side: int, rightwards: bool) -> tuple[int, int, int]:
         """A top side and its two crossings in the order in which they are passed."""

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, LEFT, RIGHT, IntArray, StitchMesh
 from stitchmesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.loops import DRAWN, Arc, Arcs
@@ -30,7 +30,6 @@ PASSES = {"k": 1, "p": -1, "y": 0, "s": 0}
 """Passes of the yarn that comes up into a loop of each making."""
 TURNS = {Stitch.SLIP_BACK: 1, Stitch.SLIP_FRONT: 0, Stitch.WRAP: 2, Stitch.SY: 1, Stitch.YS: 1}
 """Turns of the yarn around each leg of a loop that is slipped, where it runs from left to right."""
-RIGHT_WALE, LEFT_WALE = 1, 3
 
 
 def expected_passes(arcs: Arcs) -> csr_array:
@@ -50,7 +49,7 @@ def _passes_of(arcs: Arcs, link: Arc) -> list[tuple[int, int]]:
     first = link.pieces[0]
     face = int(arcs.pieces.face[first])
     if is_drawn(arcs, link):
-        rightwards = whole.side_role[link.ends[0] // SLOTS] == LEFT_WALE
+        rightwards = whole.side_role[link.ends[0] // SLOTS] == LEFT
         return [] if face in arcs.chained else _worked(arcs, face, 1 if rightwards else -1)
     result = []
     for crossing, hangs, sign in zip(link.ends, link.hangs, (-1, 1), strict=True):
@@ -139,9 +138,9 @@ def _spanned_by_piece(arcs: Arcs, piece: int) -> list[tuple[int, bool]]:
 
 def _spanned_by_float(whole: StitchMesh, leaving: int, entered: int) -> list[tuple[int, bool]]:
     """Top sides of the faces between two wale sides of one row, walking from the first until the second."""
-    rightwards = whole.side_role[leaving] == RIGHT_WALE
+    rightwards = whole.side_role[leaving] == RIGHT
     found, side, begun = [], leaving, leaving
-    while whole.twin[side] not in (BORDER, entered) and whole.side_role[side] in (RIGHT_WALE, LEFT_WALE):
+    while whole.twin[side] not in (BORDER, entered) and whole.side_role[side] in (RIGHT, LEFT):
         face = int(whole.side_face[whole.twin[side]])
         first, bottom, top = int(whole.face_start[face]), int(whole.n_bottom[face]), int(whole.n_top[face])
         tops = range(first + bottom + top, first + bottom, -1)
