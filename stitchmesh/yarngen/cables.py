@@ -33,10 +33,10 @@ RISE = 0.55
 """Stitch widths that a leg moves sideways while it comes to its layer, on a straight way, and while it leaves it."""
 BEND = 1.8
 """How much more steeply legs leave a row than they cross: 1 would be a straight way, 2 about a smooth step."""
-EASE = 2 / 3
+EASE, EASE_BEYOND = 0.55, 0.12
 """Rest length of crossing legs over the length that is drawn: a crossing loop holds little more yarn than others, and
-so it draws the stitches on both sides together. With half, wide crossings start so strained that their yarns collide.
-"""
+so it draws the stitches on both sides together. For each loop beyond two that one moves there is more, or wide
+crossings would start so strained that their yarns collide."""
 
 
 def opened_corners(fabric: StitchMesh, groups: list[CableGroup]) -> FloatArray:
@@ -68,11 +68,18 @@ def cross_loops(
         gap = _gap(fabric, group, corner_position)
         legs = _legs(group, gap, radius)
         points_per_length = density / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
+        ease = ease_of(group)
         below, above = group.sides.tolist(), fabric.twin[group.sides][group.destination].tolist()
         for loop, leg in np.ndindex(legs.shape[:2]):
             # along its top side a loop's right leg comes first, along the bottom side above the left one
             start, end = crossing_number(below[loop], 1 - leg), crossing_number(above[loop], leg)
-            bridges.join(start, end, _evenly(legs[loop, leg], points_per_length), ease=EASE)
+            bridges.join(start, end, _evenly(legs[loop, leg], points_per_length), ease=ease)
+
+
+def ease_of(group: CableGroup) -> float:
+    """Rest length of a group's crossing legs over the length that is drawn."""
+    farthest = int(np.abs(group.destination - np.arange(len(group.destination))).max())
+    return min(EASE + EASE_BEYOND * max(farthest - 2, 0), 1.0)
 
 
 def _corners_right_of(fabric: StitchMesh, side: int) -> list[int]:

@@ -69,7 +69,7 @@ def generate_yarns(
             between the blocks of intarsia, it is cut and tied. 0 cuts at every change of yarn.
 
     Returns:
-        Yarns whose rest lengths are as generated, but for the crossing legs of cables (``cables.EASE``). ``face``
+        Yarns whose rest lengths are as generated, but for the crossing legs of cables (``cables.ease_of``). ``face``
         refers to ``fabric``; bind-off yarn belongs to the last row's faces.
 
     Raises:
