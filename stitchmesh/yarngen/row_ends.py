@@ -5,8 +5,7 @@
 Rows are knitted to and fro: along each stretch of row ends, those of neighbouring rows are joined in pairs, the
 first two on the right border, the second and third on the left, so that a flat piece is one yarn. Where two
 stretches begin in one border vertex, at the foot of a slit or beside a bound-off edge, the yarn goes on across it;
-likewise where two end in one, at the head of a slit or on a shoulder. At a slit that has only the ends of short rows
-on one side of it, they are joined in pairs from below, straight across. Only rows of the same yarn are joined; where
+likewise where two end in one, at the head of a slit or on a shoulder. Only rows of the same yarn are joined; where
 rows are knitted with several yarns, each is. A row end without a partner is tied: its tail hangs on the wrong side.
 """
 
@@ -98,8 +97,8 @@ def _pairs(fabric: StitchMesh, runs: list[list[int]]) -> list[Pair]:
     """Row ends that belong together, whatever their yarns; each stands in one pair at most."""
     reach, pairs = _reaches(fabric, runs), []
     taken: set[int] = set()
-    straight = [pair for roles in ((LEFT, RIGHT), (RIGHT, RIGHT), (LEFT, LEFT)) for pair in _meetings(fabric, *roles)]
-    for first, second in [*_at_short_rows(fabric, runs), *straight]:
+    at_feet = [pair for roles in ((LEFT, RIGHT), (RIGHT, RIGHT), (LEFT, LEFT)) for pair in _meetings(fabric, *roles)]
+    for first, second in at_feet:
         if not taken & {first, second}:
             pairs.append((first, second, np.zeros((0, 3))))
             taken |= {first, second}
@@ -111,16 +110,6 @@ def _pairs(fabric: StitchMesh, runs: list[list[int]]) -> list[Pair]:
         if not taken & {first, second}:
             pairs.append((first, second, _turn(fabric, first, second, min(reach[first], reach[second]))))
             taken |= {first, second}
-    return pairs
-
-
-def _at_short_rows(fabric: StitchMesh, runs: list[list[int]]) -> list[tuple[int, int]]:
-    """Row ends in pairs, from below, at slits that have no others than those of short rows above one another."""
-    pairs: list[tuple[int, int]] = []
-    for run in runs:
-        first, last = (run[0], run[-1]) if fabric.side_role[run[0]] == RIGHT else (run[-1], run[0])
-        if fabric.next_border_side(last) == first and not _stacked(fabric, last, first):
-            pairs += zip(run[::2], run[1::2], strict=False)
     return pairs
 
 
