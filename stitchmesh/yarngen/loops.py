@@ -140,7 +140,7 @@ class _Cutter:
         whole = pieces.course.whole
         role = whole.side_role[pieces.ends // SLOTS]
         self.ends, self.points = pieces.ends.tolist(), pieces.points.tolist()
-        self.is_loop = (role == 0).any(axis=1).tolist()
+        self.is_loop = (role == BOTTOM).any(axis=1).tolist()
         self.leaves_course = (role[:, 1] % 2 == 0).tolist()
         self.is_drawn = np.isin(whole.stitch[pieces.face], DRAWN).tolist()
         self.row = whole.row[pieces.face].tolist()

@@ -77,10 +77,13 @@ def _half_sums(a: FloatArray, b: FloatArray) -> FloatArray:
     frame = _frames(a)
     centre = a.mean(axis=1, keepdims=True)
     a, b = ((polygon - centre) @ frame for polygon in (a, b))
-    u, v = np.roll(a, -1, axis=1) - a, np.roll(b, -1, axis=1) - b
+    next_a, next_b = np.roll(a, -1, axis=1), np.roll(b, -1, axis=1)
+    u, v = next_a - a, next_b - b
     from_a, from_b = _sides(a, u, b), _sides(b, v, a)
     crosses = (from_a != np.roll(from_a, -1, axis=2)) & np.swapaxes(from_b != np.roll(from_b, -1, axis=2), 1, 2)
     pair, i, j = np.nonzero(crosses)
+    met = _boxes_meet(a[pair, i], next_a[pair, i], b[pair, j], next_b[pair, j])
+    pair, i, j = pair[met], i[met], j[met]
     p, q, du, dv = a[pair, i], b[pair, j], u[pair, i], v[pair, j]
     across = du[:, 0] * dv[:, 1] - du[:, 1] * dv[:, 0]
     gap = q - p
@@ -89,6 +92,17 @@ def _half_sums(a: FloatArray, b: FloatArray) -> FloatArray:
     above = p[:, 2] + s * du[:, 2] - q[:, 2] - t * dv[:, 2]
     signs = np.sign(across) * np.sign(above)
     return np.bincount(pair, weights=signs, minlength=len(a)) / 2.0
+
+
+def _boxes_meet(p: FloatArray, p_end: FloatArray, q: FloatArray, q_end: FloatArray) -> np.ndarray:
+    """Whether the boxes of edges from p and of edges from q meet, seen from above, shape (n,).
+
+    Edges that cross have boxes that meet. Of edges on one line, apart from one another, rounding decides on which side
+    the corners lie; it is their boxes that tell.
+    """
+    low = np.maximum(np.minimum(p, p_end), np.minimum(q, q_end))
+    high = np.minimum(np.maximum(p, p_end), np.maximum(q, q_end))
+    return np.logical_and.reduce(low[:, :2] <= high[:, :2], axis=1)
 
 
 def _sides(a: FloatArray, u: FloatArray, b: FloatArray) -> np.ndarray:

@@ -13,6 +13,7 @@ from stitchmesh.patterns import Loop, pattern_mesh, pattern_names, read_pattern
 from stitchmesh.patterns.course_points import NARROWEST, course_points
 from stitchmesh.stitch import Stitch
 from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen.loop_linking import check_loops
 from tests.patterns.fabrics import checked, pattern
 
 SIZE = {"stitch_width": 0.8, "stitch_height": 0.6}
@@ -39,10 +40,11 @@ def test_every_pattern_of_the_library_makes_a_piece_whose_rows_are_its_rows(name
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_every_pattern_of_the_library_can_be_made_of_yarn(name):
-    piece = pattern_mesh(read_pattern(name), 1, 1, **SIZE)
+def test_every_pattern_of_the_library_can_be_made_of_yarn_linked_as_it_says(name):
+    piece = pattern_mesh(read_pattern(name), 1, 2, **SIZE)
     yarns = generate_yarns(piece, yarn_radius=0.06, quality="draft")
     assert set(yarns.face.tolist()) == set(range(piece.face_count))
+    check_loops(piece, yarns)
 
 
 def test_borders_stand_once_at_the_edges():

@@ -84,6 +84,16 @@ def test_crossings_count_as_the_gauss_integral_says() -> None:
     assert np.abs(found).max() >= 1
 
 
+def test_polygons_with_edges_on_one_line_do_not_cross() -> None:
+    """Closed by the straight needle line of a flat piece, neighbouring loops and links have edges on one line."""
+    random = np.random.default_rng(5)
+    arch = np.array([[0.0, 0, 0], [0.3, 0.9, 0.1], [0.7, 0.9, -0.1], [1.0, 0, 0]])
+    for seed in range(300):
+        turn, shift = rotation(seed), random.normal(size=3)
+        beyond = arch * [1, -1, 1] + [random.uniform(1.1, 3.0), 0.0, 0.0]
+        assert linking(arch @ turn.T + shift, beyond @ turn.T + shift) == 0.0
+
+
 def test_linking_does_not_depend_on_where_polygons_lie() -> None:
     noise = np.random.default_rng(8)
     first, second = ([noise.normal(size=(size, 3)) for _ in range(40)] for size in (8, 11))
