@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import BOTTOM, StitchMesh
 from stitchmesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
