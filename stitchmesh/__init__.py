@@ -39,7 +39,14 @@ if TYPE_CHECKING:
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarn_radius import estimate_radius
     from stitchmesh.yarngen import Finish, check_loops, generate_yarns, regenerate_yarns
-    from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
+    from stitchmesh.yarnrelax import (
+        RelaxCell,
+        YarnMaterial,
+        linking_certificate,
+        relax_yarns,
+        yarn_energies,
+        yarn_forces,
+    )
     from stitchmesh.yarnrelax.body import Body
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
     from stitchmesh.yarnrelax.friction import Friction
@@ -85,6 +92,7 @@ _HOME = {
     "check_loops": "yarngen",
     "generate_yarns": "yarngen",
     "regenerate_yarns": "yarngen",
+    "RelaxCell": "yarnrelax",
     "YarnMaterial": "yarnrelax",
     "linking_certificate": "yarnrelax",
     "relax_yarns": "yarnrelax",
@@ -114,6 +122,7 @@ __all__ = [
     "Pins",
     "Pull",
     "Quality",
+    "RelaxCell",
     "RestLengths",
     "Stitch",
     "StitchMesh",

@@ -39,3 +39,31 @@ class Lattice:
     def shift(self, image: ArrayLike) -> NDArray[np.float64]:
         """Displacement ``a*u + b*v`` [cm] of integer images, shape (..., 2) to (..., 3)."""
         return np.asarray(image, dtype=np.float64) @ self.periods
+
+    def image_of(self, points: ArrayLike) -> NDArray[np.int64]:
+        """Image of the cell at the origin in which points lie, shape (n, 3) to (n, 2)."""
+        image: NDArray[np.int64] = np.floor(np.asarray(points, dtype=np.float64) @ self._dual.T).astype(np.int64)
+        return image
+
+    def near_images(self, points: ArrayLike, reach: float) -> NDArray[np.int64]:
+        """Images in which points may come near to where they are: (0, 0) and others, shape (m, 2).
+
+        An image is far if it shifts the box around all points clear of itself, by more than ``reach``.
+
+        Args:
+            points: [cm], shape (n, 3).
+            reach: distance up to which points are near [cm].
+        """
+        places = np.asarray(points, dtype=np.float64)
+        span = np.ptp(places @ self._dual.T, axis=0) + reach * np.linalg.norm(self._dual, axis=1)
+        most = np.ceil(span).astype(np.int64)
+        a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(-most[1], most[1] + 1), indexing="ij")
+        images = np.stack([a.ravel(), b.ravel()], axis=1)
+        near: NDArray[np.int64] = images[(np.abs(self.shift(images)) <= np.ptp(places, axis=0) + reach).all(axis=1)]
+        return near
+
+    @property
+    def _dual(self) -> NDArray[np.float64]:
+        """Dual basis: its rows tell how many of each period a displacement spans [1/cm], shape (2, 3)."""
+        dual: NDArray[np.float64] = np.linalg.pinv(self.periods).T
+        return dual

@@ -30,6 +30,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 from stitchmesh.yarnrelax.material import YarnMaterial
@@ -91,6 +92,7 @@ def origin(
     device: wp.Device,
     terms: Sequence[TermChoice],
     constraints: Sequence[ConstraintChoice],
+    cell: RelaxCell | None,
     arrays: Mapping[str, wp.array[Any]],
 ) -> dict[str, str]:
     """What a relaxation is given, and what it carries, in short words.
@@ -101,6 +103,7 @@ def origin(
     told = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
     told |= fingerprint("yarns", yarns) | fingerprint("material", material)
     told |= fingerprint("quality", quality, without=("tolerance", "max_iterations"))
+    told |= {"cell": "kept"} if cell is None else fingerprint("cell", cell)
     for kind, choices in (("term", terms), ("constraint", constraints)):
         for number, choice in enumerate(choices):
             name = f"{kind} {number}"

@@ -8,7 +8,8 @@ The residual compares the force that is left with the forces that balance one an
 
 where F is the net force less what constraints carry, and the terms are stretch, length, bending, contact and those that
 were asked for. It is 0 at balance and at most 1, has no unit and knows nothing of the start. A relaxation has converged
-when the residual is below ``Quality.tolerance``.
+when the residual is below ``Quality.tolerance``. Where a cell relaxes, the same is asked of the forces on its strains
+(``cell``): the size of their sum over the sum of the sizes that the terms have.
 
 Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them so.
 What rounding does is measured: all coordinates are nudged by their last digit, up or down in no order, and
@@ -34,6 +35,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates
+from stitchmesh.yarnrelax.cell import CellStrain
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import Sums, ordered_sum
 from stitchmesh.yarnrelax.state import State
@@ -173,13 +175,17 @@ def assess(
     point_stiffness: wp.array[Any],
     *,
     rounding: float,
+    strain: CellStrain | None = None,
 ) -> Assessment:
     """Residual and energies of a state; its forces are overwritten. ``rounding`` is ``rounding_force``."""
     n = model.point_count
+    on_strain = []
     net, effort, contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
     evaluation = (model, state, candidates, terms, point_stiffness)
     forces.sample(model, state)
-    for _ in forces.each_term(*evaluation):
+    for name in forces.each_term(*evaluation):
+        if strain is not None:
+            on_strain.append(strain.forces_of(state, candidates, name))
         inputs = [point_stiffness, state.points, state.point_force, state.stiffness]
         model.launch(add_effort, n, inputs, [net, effort, contact_noise])
     for constraint in constraints:
@@ -187,12 +193,16 @@ def assess(
     found = _sums(model, state, candidates, [net, effort, contact_noise])
     left, whole, in_contacts = (float(np.sqrt(found.pop(name) / n)) for name in ("net", "effort", "contact noise"))
     energies = found | {term.name: term.energy(state, candidates) for term in terms}
+    in_cell = 0.0
+    if strain is not None:
+        in_cell = strain.residual(on_strain)
+        energies |= {"tension": strain.tension_energy()}
     if not left <= rounding + _precision(model) * in_contacts:
-        return Assessment(left / whole, energies)
+        return Assessment(max(left / whole, in_cell), energies)
     noise = max(_noise(*evaluation, constraints, net), rounding / model.size)
     if whole <= ABOVE_NOISE * noise:
-        return Assessment(0.0, energies)
-    return Assessment(left / whole, energies, noise / whole)
+        return Assessment(in_cell, energies)
+    return Assessment(max(left / whole, in_cell), energies, noise / whole)
 
 
 def _sums(model: Model, state: State, candidates: Candidates, parts: Sequence[wp.array[Any]]) -> dict[str, float]:

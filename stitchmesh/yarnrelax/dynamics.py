@@ -130,14 +130,16 @@ class Dynamics(Method):
     """Yarns with mass, in time.
 
     Raises:
-        ParameterError: the material has no mass.
+        ParameterError: the material has no mass, or a cell is to relax.
     """
 
     needs_blocks = False
     allowed_rise = 0.05
 
-    def __init__(self, model: Model, further: NDArray[np.float64]) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0) -> None:
         """Yarns at rest, on a model's device; the stiffness of further terms comes with ``state.stiffness``."""
+        if strains:
+            raise ParameterError("dynamics: a cell has no mass to relax with; use the solver quasistatic")
         if model.material.mass_per_length == 0.0:
             raise ParameterError("dynamics: got a material of mass_per_length 0; expected a mass [g/cm] to move")
         count = model.point_count

@@ -4,7 +4,8 @@
 
 Image 0 is (0, 0). The corners of a segment need the images that its yarn reaches by going around; contacts need every
 image whose yarns can come near those of the cell: an image (a, b) is far if it shifts the box around all yarns, grown
-by the contact range and by what yarns may spread, clear of itself. Yarns that outgrow that box are an error.
+by the contact range and by what yarns may spread, clear of itself. Where yarns outgrow that box, or periods have
+shrunk, so that an image is missing, the table is made anew.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.errors import SolverError
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
@@ -24,23 +24,45 @@ if TYPE_CHECKING:
 CONTACT_RANGE = 3.0
 """Distance over the largest radius within which pairs may be listed: contact and the widest margin."""
 SPREAD = 10.0
-"""How far yarns may spread beyond the box that they start in, on each side, over the largest radius."""
+"""How far yarns may spread beyond the box that they lie in, on each side, over the largest radius."""
 
 
 def put_images(model: Model, kind: Any) -> Any:
     """The struct of images of a model's yarns."""
     images = kind()
     images.sample_count = model.sample_count
-    if model.yarns.lattice is None:
-        return images
+    if model.yarns.lattice is not None:
+        images.periods = model.upload(model.yarns.lattice.periods / model.unit, 3)
+        _put_table(model, images, near_images(model.yarns, CONTACT_RANGE + 2 * SPREAD))
+    return images
+
+
+def renew_images(model: Model, yarns: YarnSet) -> bool:
+    """Make the table anew if it lacks an image of the yarns as they lie now; whether it was."""
+    table = model.constants.images.image.numpy()
+    needed = near_images(yarns, CONTACT_RANGE)
+    if _numbers(needed, table)[1].all():
+        return False
+    _put_table(model, model.constants.images, near_images(yarns, CONTACT_RANGE + 2 * SPREAD))
+    return True
+
+
+def _put_table(model: Model, images: Any, near: NDArray[np.int64]) -> None:
     corner = corner_images(model.yarns)
-    table = np.unique(np.concatenate([near_images(model.yarns), corner.reshape(-1, 2)]), axis=0)
+    table = np.unique(np.concatenate([near, corner.reshape(-1, 2)]), axis=0)
     table = np.concatenate([[[0, 0]], table[table.any(axis=1)]])
-    number = (corner[:, :, None, :] == table).all(axis=3).argmax(axis=2)
-    images.periods = model.upload(model.yarns.lattice.periods / model.unit, 3)
+    number = _numbers(corner.reshape(-1, 2), table)[0].reshape(corner.shape[:2])
     images.image = wp.array(table.astype(np.int32), dtype=wp.vec2i, device=model.device)
     images.corner_image = wp.array(number.astype(np.int32), dtype=wp.vec4i, device=model.device)
-    return images
+
+
+def _numbers(images: NDArray[np.int64], table: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Place of each image in a table, and whether it is there."""
+    most = int(max(np.abs(images).max(), np.abs(table).max()))
+    place = np.full((2 * most + 1, 2 * most + 1), -1)
+    place[table[:, 0] + most, table[:, 1] + most] = np.arange(len(table))
+    number = place[images[:, 0] + most, images[:, 1] + most]
+    return number, number >= 0
 
 
 def corner_images(yarns: YarnSet) -> NDArray[np.int64]:
@@ -51,40 +73,8 @@ def corner_images(yarns: YarnSet) -> NDArray[np.int64]:
     return wraps[:, :, None] * yarns.lattice_step[yarns.segment_yarn][:, None, :]
 
 
-def near_images(yarns: YarnSet) -> NDArray[np.int64]:
-    """Images whose yarns may touch those of the cell, shape (n, 2)."""
+def near_images(yarns: YarnSet, reach: float) -> NDArray[np.int64]:
+    """Images whose yarns come within ``reach`` of those of the cell, in largest radii, shape (n, 2)."""
     assert yarns.lattice is not None and yarns.point_shift is not None
     corners = (yarns.points[yarns.segment_points] + yarns.point_shift).reshape(-1, 3)
-    reach = (CONTACT_RANGE + 2 * SPREAD) * float(yarns.radius.max())
-    # rows of the dual basis tell how many periods a displacement spans
-    dual = np.linalg.pinv(yarns.lattice.periods).T
-    place = corners @ dual.T
-    span = place.max(axis=0) - place.min(axis=0) + reach * np.linalg.norm(dual, axis=1)
-    most = np.ceil(span).astype(np.int64)
-    a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(-most[1], most[1] + 1), indexing="ij")
-    images = np.stack([a.ravel(), b.ravel()], axis=1)
-    size = corners.max(axis=0) - corners.min(axis=0) + reach
-    return images[(np.abs(yarns.lattice.shift(images)) <= size).all(axis=1)]
-
-
-def refuse_spread(model: Model, points: NDArray[np.float64]) -> None:
-    """Check that the table still holds all images that can touch.
-
-    Args:
-        model: of yarns on a lattice.
-        points: its control points now [cm], shape (N, 3).
-
-    Raises:
-        SolverError: the yarns have spread too far; it names one that did.
-    """
-    start, allowed = model.yarns.points, 2 * SPREAD * float(model.yarns.radius.max())
-    grown = np.ptp(points, axis=0) - np.ptp(start, axis=0)
-    along = np.abs(model.yarns.lattice.periods).max(axis=0) > 0.0 if model.yarns.lattice is not None else grown > 0.0
-    if (grown[along] <= allowed).all():
-        return
-    axis = int(np.argmax(np.where(along, grown, -np.inf)))
-    yarn = int(model.yarns.point_yarn[points[:, axis].argmax()])
-    raise SolverError(
-        f"yarn {yarn}: spreads {grown[axis]:.3g} cm beyond its cell; expected at most {allowed:.3g} cm; "
-        "start from a larger cell, or from yarns nearer to rest"
-    )
+    return yarns.lattice.near_images(corners, reach * float(yarns.radius.max()))

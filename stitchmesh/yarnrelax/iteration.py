@@ -13,17 +13,20 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
+from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
+from stitchmesh.yarnrelax.cell import CellStrain, RelaxCell
 from stitchmesh.yarnrelax.convergence import Assessment, assess, rounding_force
-from stitchmesh.yarnrelax.image_table import refuse_spread
+from stitchmesh.yarnrelax.image_table import renew_images
 from stitchmesh.yarnrelax.material import YarnMaterial
 from stitchmesh.yarnrelax.method import Method, Scene
 from stitchmesh.yarnrelax.methods import method_named
 from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.near_segments import NOTHING_LISTED
 from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import State, make_state
 from stitchmesh.yarnrelax.step_limit import limit_steps, smallest_distance, yarn_place
@@ -63,6 +66,10 @@ class Iteration:
     step_fraction: float
     rounding: float
     """Force that the rounding of coordinates makes [erg / unit]."""
+    strain: CellStrain | None = None
+    """The strains of a cell that relaxes."""
+    good_periods: wp.array[Any] | None = None
+    """Periods of the last good state on a lattice, shape (2, 3)."""
     caution: float = 1.0
     age: int = 0
     """Iterations since the candidate lists were made."""
@@ -79,6 +86,7 @@ class Iteration:
         terms: Sequence[TermChoice] = (),
         constraints: Sequence[ConstraintChoice] = (),
         points: FloatArray | None = None,
+        cell: RelaxCell | None = None,
     ) -> Iteration:
         """Send yarns to the device and get ready to iterate; from ``points`` [cm] where given, not the yarns' own."""
         model = put_model(
@@ -92,8 +100,9 @@ class Iteration:
         chosen = [term.on(model) for term in terms]
         further = sum((term.stiffness() for term in chosen), start=np.zeros(model.point_count))
         stiffness = further + internal_stiffness(model)
-        method = method_named(quality.solver)(model, further)
-        state = make_state(model, points, outer=bool(chosen), blocks=method.needs_blocks)
+        strains = 0 if cell is None else 1
+        method = method_named(quality.solver)(model, further, strains)
+        state = make_state(model, points, outer=bool(chosen), blocks=method.needs_blocks, strains=strains)
         iteration = cls(
             model,
             state,
@@ -105,6 +114,8 @@ class Iteration:
             wp.clone(state.points),
             quality.step_fraction,
             rounding_force(model, stiffness),
+            None if cell is None else CellStrain(model, cell),
+            None if yarns.lattice is None else wp.clone(model.constants.images.periods),
         )
         iteration.list_candidates()
         for term in chosen:
@@ -139,12 +150,14 @@ class Iteration:
         """Residual and energies of the state as it is."""
         return assess(
             self.model, self.state, self.candidates, self.terms, self.constraints, self.point_stiffness,
-            rounding=self.rounding,
+            rounding=self.rounding, strain=self.strain,
         )  # fmt: skip
 
     def keep(self) -> None:
         """Call the state good, and grow eager again."""
         wp.copy(self.good_points, self.state.points)
+        if self.good_periods is not None:
+            wp.copy(self.good_periods, self.model.constants.images.periods)
         if self.caution < 1.0:
             self.caution = min(self.caution * RECOVERY, 1.0)
             self.method.dare(self.caution)
@@ -157,7 +170,7 @@ class Iteration:
         """
         if self.caution < SMALLEST_CAUTION:
             raise SolverError(f"{self.blame()}: its energy grows at the smallest steps; {PART_THEM}")
-        wp.copy(self.state.points, self.good_points)
+        self._go_back()
         self.caution /= 2
         self.method.restart(self.caution)
         if self.list_candidates():
@@ -167,6 +180,8 @@ class Iteration:
         """All on the device that decides how the iterations go on, by name; candidate lists follow from it."""
         state = self.state
         own = {"points": state.points, "listed_points": state.listed_points, "good_points": self.good_points}
+        if self.good_periods is not None:
+            own |= {"periods": self.model.constants.images.periods, "good_periods": self.good_periods}
         carried = {f"solver.{name}": array for name, array in self.method.arrays().items()}
         for number, term in enumerate(self.terms):
             carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
@@ -188,18 +203,18 @@ class Iteration:
 
     def good_yarns(self) -> YarnSet:
         """The yarns in the last good state."""
-        return replace(self.model.yarns, points=self.model.from_device(self.good_points))
+        return self._yarns_at(self.good_points, self.good_periods)
 
     def smallest_distance(self) -> float:
         """Smallest distance of yarns in the last good state over their radius, 2 where none touch."""
-        wp.copy(self.state.points, self.good_points)
+        self._go_back()
         self.list_candidates()
         return smallest_distance(self.model, self.state, self.candidates)
 
     @property
     def scene(self) -> Scene:
         """What the solver works on."""
-        return Scene(self.model, self.state, self.candidates, self.constraints, self.step_fraction)
+        return Scene(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain)
 
     @property
     def burst(self) -> int:
@@ -234,13 +249,33 @@ class Iteration:
     def list_candidates(self) -> bool:
         """Make new candidate lists and budgets; whether launches have to be recorded again."""
         self.age = 0
-        if self.model.yarns.lattice is not None:
-            refuse_spread(self.model, self.model.from_device(self.state.points))
+        renewed = self.model.yarns.lattice is not None and renew_images(self.model, self._yarns_now())
+        if renewed:
+            self.candidates.near.reach = NOTHING_LISTED
         forces.sample(self.model, self.state)
         wp.copy(self.state.listed_points, self.state.points)
         grown = find_candidates(self.model, self.state.samples, self.candidates)
         limit_steps(self.model, self.state, self.candidates)
-        return grown
+        return grown or renewed
+
+    def _yarns_now(self) -> YarnSet:
+        """The yarns as they are."""
+        return self._yarns_at(self.state.points, self.model.constants.images.periods)
+
+    def _yarns_at(self, points: wp.array[Any], periods: wp.array[Any] | None) -> YarnSet:
+        """The yarns at some control points, on a lattice of some periods if on any."""
+        places = self.model.from_device(points)[: self.model.point_count]
+        if self.strain is None or periods is None:
+            return replace(self.model.yarns, points=places)
+        lattice = Lattice(periods.numpy().astype(np.float64) * self.model.unit)
+        return replace(self.model.yarns, points=places, lattice=lattice)
+
+    def _go_back(self) -> None:
+        """Take the last good state again."""
+        wp.copy(self.state.points, self.good_points)
+        if self.good_periods is not None:
+            wp.copy(self.model.constants.images.periods, self.good_periods)
+            self.candidates.near.reach = NOTHING_LISTED
 
     def _launch_burst(self) -> None:
         for _ in range(self.burst):
@@ -251,6 +286,8 @@ class Iteration:
         """Prepare the launches of an iteration, in their order."""
         model, state, record = self.model, self.state, self.model.record
         self.launches = forces.all_forces(model, state, self.candidates, self.terms, self.point_stiffness, record)
+        if self.strain is not None:
+            self.launches += self.strain.force_launches(state, self.candidates, record)
         for constraint in self.constraints:
             self.launches += constraint.filter_forces(state.point_force, record)
         self.launches += self.method.launches(self.scene, record)

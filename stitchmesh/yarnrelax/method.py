@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.candidates import Candidates
+from stitchmesh.yarnrelax.cell import CellStrain
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.motion import wear
 from stitchmesh.yarnrelax.reduction import maximum
@@ -29,6 +30,8 @@ class Scene:
     constraints: Sequence[Constraint]
     step_fraction: float
     """Largest move of a control point in one iteration, in mean yarn radii."""
+    strain: CellStrain | None = None
+    """The strains of a cell that relaxes."""
 
 
 WORN = 0.7
@@ -73,6 +76,6 @@ class Method(ABC):
         """Count what was launched, and tell whether the candidate lists must be made again."""
         self.left -= launched
         state = scene.state
-        used = scene.model.empty(scene.model.point_count)
+        used = scene.model.empty(len(state.points))
         scene.model.launch(wear, len(used), [state.points, state.listed_points, state.budget], [used])
         return maximum(used) > WORN

@@ -27,6 +27,8 @@ FIRST_CAPACITY = 16
 """Capacity of a list before its first growth."""
 SPARE = 1.0
 """How much farther than the margin the lists reach, in mean radii: what they outlive."""
+NOTHING_LISTED = -1.0
+"""Reach of lists that hold nothing."""
 CELL = 2.0
 """Width of a cell of the hash grid over the radius of a search."""
 SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
@@ -150,7 +152,7 @@ class NearSegments:
     """How far the yarn reached then, shape (S,)."""
     grid: wp.HashGrid
     """The grid that finds them."""
-    reach: float = -1.0
+    reach: float = NOTHING_LISTED
     """How near balls had to come to be listed, in units; negative before there are lists."""
 
 

@@ -282,13 +282,12 @@ class QuasiNewton(Method):
     needs_blocks = True
     allowed_rise = 1e-3
 
-    def __init__(self, model: Model, further: NDArray[np.float64]) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0) -> None:
         """Room for the memory; ``further`` are row sums of the stiffness of further terms, shape (N,)."""
-        n = model.point_count
+        n = model.point_count + strains
         self.along = model.upload(along_stiffness(model), 4)
         self.across = model.upload(bend_stiffness(model), 4)
         self.further = model.upload(np.maximum(further, np.finfo(np.float32).tiny))
-        self.compliance = model.empty(n, 6)
         self.walk: Walk = walk_over(n, model.device)
         self.moves, self.losses = model.empty((7, n), 3), model.empty((7, n), 3)
         self.last_force, self.step, self.limit = model.empty(n, 3), model.empty(n, 3), model.empty(n)
@@ -300,13 +299,13 @@ class QuasiNewton(Method):
 
     def launches(self, scene: Scene, run: Run) -> list[Any]:
         """Remember, propose, hold, move."""
-        state, walk, count = scene.state, self.walk, scene.model.point_count
-        now = [*walk.numbers, state.point_force, self.compliance, self.numbers]
+        state, walk, count, points = scene.state, self.walk, len(self.step), scene.model.point_count
+        now = [*walk.numbers, state.point_force, state.compliance, self.numbers]
         blocks = [self.along, self.across, self.further, state.segment_block, state.sample_block, state.sample_force]
         remembered = [self.numbers, self.curvature, self.fall]
         places = [scene.model.number(scene.step_fraction), state.points, state.listed_points, state.budget]
         launches = [
-            run(find_compliance, count, [scene.model.constants, *blocks], [self.compliance]),
+            run(find_compliance, points, [scene.model.constants, *blocks], [state.compliance]),
             run(compare, walk.strands, [*now, self.moves, *places[1:]], [self.last_force, self.losses, self.products]),
             walk.total(self.products, self.product, run),
             run(remember, 1, [self.product], remembered),
@@ -318,7 +317,10 @@ class QuasiNewton(Method):
         ]  # fmt: skip
         for constraint in scene.constraints:
             launches += constraint.filter_steps(state, self.step, self.limit, run)
-        return [*launches, run(move_and_note, count, [self.numbers, self.step], [self.moves, state.points])]
+        launches.append(run(move_and_note, count, [self.numbers, self.step], [self.moves, state.points]))
+        if scene.strain is not None:
+            launches.append(scene.strain.deform_launch(state, scene.candidates, self.step, run))
+        return launches
 
     def restart(self, caution: float) -> None:
         """Forget all pairs; the next force has none before it."""

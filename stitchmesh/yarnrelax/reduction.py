@@ -103,15 +103,21 @@ class Walk:
         return launch(row_totals, len(totals), [parts], [totals], tile=TILE)
 
 
-def walk_over(count: int, device: wp.Device) -> Walk:
-    """The walk for an array: side by side on a GPU, where neighbours read together; one after the other on a CPU."""
-    if device.is_cuda:
-        wanted = max(count // PARALLEL_CHUNK, 1)
-        strands = int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_PARALLEL))
-        return Walk(strands, 1, strands, -(-count // strands))
-    strands = strands_for(count)
+def walk_over(count: int, device: wp.Device, strands: int | None = None) -> Walk:
+    """The walk for an array: side by side on a GPU, where neighbours read together; one after the other on a CPU.
+
+    There are as many ``strands`` as asked for, or as suit the length of the array.
+    """
+    if strands is None:
+        strands = _parallel_strands(count) if device.is_cuda else strands_for(count)
     chunk = -(-count // strands)
-    return Walk(strands, chunk, 1, chunk)
+    return Walk(strands, 1, strands, chunk) if device.is_cuda else Walk(strands, chunk, 1, chunk)
+
+
+def _parallel_strands(count: int) -> int:
+    """How many strands an array of ``count`` values gets on a GPU, a power of two."""
+    wanted = max(count // PARALLEL_CHUNK, 1)
+    return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_PARALLEL))
 
 
 class Sums:

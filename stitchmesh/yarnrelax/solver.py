@@ -21,6 +21,7 @@ from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, Moment, origin, read_moment, write_moment
 from stitchmesh.yarnrelax.convergence import FALL, Assessment, has_converged
 from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
@@ -65,6 +66,7 @@ def relax_yarns(
     keep_shape: StitchMesh | None = None,
     terms: Sequence[TermChoice] = (),
     constraints: Sequence[ConstraintChoice] = (),
+    cell: RelaxCell | None = None,
     progress: Progress | None = None,
     on_state: Callable[[YarnSet], None] | None = None,
     checkpoint: Checkpoints | None = None,
@@ -85,6 +87,8 @@ def relax_yarns(
         keep_shape: the fabric that the yarns were made from, whose borders and shape are to be kept.
         terms: more energies, such as gravity; a term that is not given costs nothing.
         constraints: what holds control points.
+        cell: what the periods of the lattice are free to do; they are kept where not given. No terms or constraints
+            go with it, for they know nothing of a cell that deforms.
         progress: called every half second or so.
         on_state: called every few seconds, and when the relaxation ends early, with the last good state.
         checkpoint: where and how often to write down what it takes to resume; also at the start and at any end.
@@ -103,11 +107,13 @@ def relax_yarns(
     if keep_shape is not None:
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
     points = None if start is None else _points_of(start, yarns)
-    solver = Iteration.start(yarns, material, quality, device_named(device), terms, constraints, points)
+    if cell is not None and (terms or constraints):
+        raise ParameterError("relax cell: got terms or constraints beside it; leave them out, or keep the periods")
+    solver = Iteration.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
     linking = doubled_linking(yarns, device=device)
     given: dict[str, str] = {}
     if checkpoint is not None or resume is not None:
-        given = origin(yarns, material, quality, solver.model.device, terms, constraints, solver.arrays())
+        given = origin(yarns, material, quality, solver.model.device, terms, constraints, cell, solver.arrays())
     run = _Run(solver, quality, progress, on_state, began, checkpoint, given)
     if resume is not None:
         run.resume(read_moment(resume, given))

@@ -7,10 +7,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model import Model
+
+STRAIN_UNIT = 10.0
+"""Length of the entry of the strains over a strain, in mean radii: a limit on moves of 0.1 radii is one of 1 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,11 +22,11 @@ class State:
     """Arrays that the kernels of an iteration read and write."""
 
     points: wp.array[Any]
-    """Control points, shape (N, 3)."""
+    """Control points; after them the strains of a cell that relaxes, so far (``cell``), shape (E, 3)."""
     listed_points: wp.array[Any]
-    """Control points when the candidate lists were made, shape (N, 3)."""
+    """The same when the candidate lists were made, shape (E, 3)."""
     budget: wp.array[Any]
-    """How far each control point may go from where it was listed (``step_limit``), shape (N,)."""
+    """How far each may go from where it was listed (``step_limit``), shape (E,)."""
     samples: wp.array[Any]
     """Contact samples: place and yarn radius, shape (P, 4)."""
     sample_force: wp.array[Any]
@@ -36,27 +40,34 @@ class State:
     outer_force: wp.array[Any]
     """Force of terms that act on control points, shape (N, 3); empty where a relaxation has none."""
     point_force: wp.array[Any]
-    """Sum of all forces on each control point, shape (N, 3)."""
+    """Sum of all forces on each control point; on the strains of a cell, shape (E, 3)."""
     stiffness: wp.array[Any]
-    """Row sum of stiffness at each control point [erg / unit^2], shape (N,)."""
+    """Row sum of stiffness at each [erg / unit^2], shape (E,)."""
+    compliance: wp.array[Any]
+    """How each gives way (``compliance``) [unit^2 / erg], shape (E, 6); empty where no solver needs it."""
 
 
 def make_state(
-    model: Model, start: FloatArray | None = None, *, outer: bool = False, blocks: bool = False
+    model: Model, start: FloatArray | None = None, *, outer: bool = False, blocks: bool = False, strains: int = 0
 ) -> State:
-    """A state at ``start`` [cm], or where the yarns were given; with room for outer forces and blocks if asked for."""
-    points = model.upload(model.to_device(model.yarns.points if start is None else start), 3)
-    n = model.point_count
+    """A state at ``start`` [cm], or where the yarns were given.
+
+    There is room for outer forces, for blocks of stiffness, and for the strains of so many cells if asked for.
+    """
+    places = model.to_device(model.yarns.points if start is None else start)
+    points = model.upload(np.concatenate([places, np.zeros((strains, 3))]), 3)
+    n, entries = model.point_count, len(points)
     return State(
         points=points,
         listed_points=wp.clone(points),
-        budget=model.empty(n),
+        budget=model.empty(entries),
         samples=model.empty(model.sample_count, 4),
         sample_force=model.empty(model.sample_count, 4),
         sample_block=model.empty(model.sample_count if blocks else 0, 6),
         segment_block=model.empty(model.segment_count if blocks else 0, 7),
         segment_pull=model.empty((3, model.segment_count), 3),
         outer_force=model.empty(n if outer else 0, 3),
-        point_force=model.empty(n, 3),
-        stiffness=model.empty(n),
+        point_force=model.empty(entries, 3),
+        stiffness=model.empty(entries),
+        compliance=model.empty(entries if blocks else 0, 6),
     )

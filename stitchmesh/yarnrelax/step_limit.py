@@ -25,7 +25,13 @@ however many iterations there are: no yarn passes through another. The radius of
 
     min(margin / 2,  0.45 * smallest clearance of its arcs)
 
-and new lists give a new budget. A straight move within the ball never leaves it, for a ball is convex.
+and new lists give a new budget. Where the cell deforms too (``cell``), displacements count from places that follow it,
+and two arcs D apart come nearer by at most the strain times D. Then a control point's part of the clearance is
+
+    0.7 * 0.45,    and the strain's    0.35 * smallest clearance / D,    D the range of the lists and both arcs,
+
+for arcs beyond that range gain more by their distance than they lose; the margin is parted likewise. A straight move
+within the ball never leaves it, for a ball is convex.
 
 Only pairs in the candidate lists are looked at. The lists hold all pairs up to the contact distance plus a margin;
 samples that are not listed are farther apart, and their arcs at least (r_p - e_p) + (r_q - e_q) + margin. So
@@ -47,12 +53,17 @@ from stitchmesh.yarnrelax.curve import segment_corners, weight_row
 from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import minimum
-from stitchmesh.yarnrelax.state import State
+from stitchmesh.yarnrelax.sampling import LARGEST_REACH
+from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
 
 wp.set_module_options({"enable_backward": False})
 
 SAFETY = 0.45
 """Part of the clearance that one control point may use up; below one half."""
+BESIDE_STRAIN, OF_STRAIN = 0.7, 0.35
+"""Part of that where the cell deforms too; part of the smallest clearance that its strain may use up."""
+LARGEST_STRAIN = 0.05
+"""Strain of the cell for which lists are made anew: its square, which is left out, is a small part of a clearance."""
 SMALLEST_CLEARANCE = 1e-3
 """Clearance over the mean yarn radius below which a relaxation gives up."""
 
@@ -137,7 +148,8 @@ def arc_clearances(
 def set_budgets(
     # model
     model: Any,
-    margin: Any,
+    largest: Any,
+    part: Any,
     # state in
     clearance: wp.array[Any],
     # state out
@@ -146,13 +158,13 @@ def set_budgets(
     """How far each control point may go on these lists."""
     i = wp.tid()
     slots = model.point_segments[i]
-    least = margin * type(margin)(0.5)
+    least = largest
     for slot in range(4):
         s = slots[slot]
         if s >= 0:
             for p in range(model.sample_start[s], model.sample_start[s + 1]):
-                least = wp.min(least, clearance[p] * type(margin)(0.45))
-    budget[i] = wp.max(least, margin - margin)
+                least = wp.min(least, clearance[p] * part)
+    budget[i] = wp.max(least, least - least)
 
 
 @wp.kernel(module="unique")
@@ -228,16 +240,25 @@ def clearances(model: Model, state: State, candidates: Candidates) -> wp.array[A
 
 
 def limit_steps(model: Model, state: State, candidates: Candidates) -> None:
-    """Set the budgets of all control points for lists that were just made.
+    """Set the budgets of all control points, and of the strains of a cell, for lists that were just made.
 
     Raises:
         SolverError: the clearance of an arc is used up; it names the yarn and the stitch face.
     """
     clearance = clearances(model, state, candidates)
-    if not minimum(clearance) >= SMALLEST_CLEARANCE:
+    least = minimum(clearance)
+    if not least >= SMALLEST_CLEARANCE:
         raise SolverError(_too_close(model, state, candidates, int(clearance.numpy().argmin())))
-    inputs = [model.constants, model.number(candidates.margin), clearance]
+    strained = len(state.budget) > model.point_count
+    beside = BESIDE_STRAIN if strained else 1.0
+    numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
+    inputs = [model.constants, *numbers, clearance]
     model.launch(set_budgets, model.point_count, inputs, [state.budget])
+    if strained:
+        apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
+        strain = min(OF_STRAIN * least, (1.0 - BESIDE_STRAIN) * candidates.margin) / apart
+        strain = min(strain, LARGEST_STRAIN)
+        state.budget[model.point_count :].fill_(strain * STRAIN_UNIT)
 
 
 def smallest_distance(model: Model, state: State, candidates: Candidates) -> float:

@@ -95,7 +95,7 @@ def test_the_compliance_is_the_inverse_of_the_blocks(state: str) -> None:
     iteration = started(STATES[state], MATERIAL)
     launches = [launch for launch in iteration.launches if launch.kernel.key == "find_compliance"]
     launches[0].launch()
-    rows = iteration.method.compliance.numpy()
+    rows = iteration.state.compliance.numpy()
     found = rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
     # a condition number of some thousand times float64 rounding
     np.testing.assert_allclose(found @ blocks(iteration), np.tile(np.eye(3), (len(found), 1, 1)), atol=1e-10)

@@ -12,13 +12,12 @@ from scipy.spatial.distance import cdist
 from stockinette import flat_patch, periodic_patch, woven_cell
 
 from stitchmesh.device import device_named
-from stitchmesh.errors import SolverError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.candidates import find_candidates, make_candidates
-from stitchmesh.yarnrelax.image_table import SPREAD, refuse_spread
+from stitchmesh.yarnrelax.image_table import CONTACT_RANGE, SPREAD, near_images, renew_images
 from stitchmesh.yarnrelax.model import Model, put_model
 from stitchmesh.yarnrelax.neighbours import neighbour_reach
 from stitchmesh.yarnrelax.precision import scalar_named
@@ -247,14 +246,19 @@ def test_a_woven_cell_comes_to_rest() -> None:
         assert own.max() - own.min() > 0.5 * 0.125
 
 
-def test_yarns_that_outgrow_the_images_of_their_cell_are_refused() -> None:
+def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
     cell = periodic_patch(1, 1)
     model = put_model(
         cell, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )  # fmt: skip
-    refuse_spread(model, cell.points)
+    assert not renew_images(model, cell)
+    before = len(model.constants.images.image)
     apart = cell.points.copy()
-    apart[0, 0] -= (2 * SPREAD + 1) * cell.radius.max() + np.ptp(cell.points[:, 0])
-    with pytest.raises(SolverError, match=r"yarn 0: spreads .* beyond its cell"):
-        refuse_spread(model, apart)
+    apart[0, 0] -= (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
+    spread = replace(cell, points=apart)
+    assert renew_images(model, spread)
+    table = model.constants.images.image.numpy()
+    assert len(table) > before and not table[0].any()
+    assert {tuple(image) for image in near_images(spread, CONTACT_RANGE)} <= {tuple(image) for image in table}
+    assert not renew_images(model, spread)

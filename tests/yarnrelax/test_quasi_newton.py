@@ -111,7 +111,7 @@ def follow(iteration: Iteration, count: int, bad: int = -1) -> tuple[Textbook, l
         if turn == bad:
             growth = 1e5 * (before - last_points)
         force = iterate(iteration, growth)
-        compliance = blocks(iteration.method.compliance.numpy())
+        compliance = blocks(iteration.state.compliance.numpy())
         if last_points is not None and not book.take(before - last_points, last_force - force, compliance):
             left_out.append(turn)
         assert numbers(iteration)[PAIRS] == len(book.moves)

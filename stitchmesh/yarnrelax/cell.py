@@ -1,0 +1,331 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A cell that relaxes: the periods of the lattice are unknowns, like the control points.
+
+Let e1 be the direction of the courses (the first period), e2 the direction across them in the plane of the lattice. The
+cell is deformed by
+
+    F = I + a e1 e1^T + c e1 e2^T + b e2 e2^T
+
+a stretches it along the courses, b along the wales, c shears it; the first period keeps its direction, so that the
+cell cannot turn. Every place and both periods are multiplied by F, images keep their numbers. An element with places
+x_k and forces f_k that sum to zero gives the energy a slope of minus its virial, sum of f_k x_k^T, so that the forces
+on the strains are
+
+    W_11, W_22, W_12       W = sum over legs of pull leg^T + sum over pairs in contact of f_pq (y_p - y_q)^T     [erg]
+
+and none of it depends on which images the yarns are written in. A pull P1 along the courses and P2 along the wales
+[dyn] on the borders of the cell are dead loads of energy - P1 |u| - P2 h, u the first period and h what the second
+reaches across the courses. At rest W = -P |u|, and W over the area of the cell is its stress.
+
+The strains of an iteration count from the cell as it lies: the cell is deformed by each move of theirs, and the control
+points, with the places where they were listed, with it. They stand as one more entry after the control points,
+(a, b, c) times ``STRAIN_UNIT``. Their stiffness is that of yarns which follow F, in which a segment that points along
+t, or a pair in contact along t, is strained by m = (t1^2, t2^2, t1 t2):
+
+    K = sum over segments of 2 (k_len + k_length) m m^T + sum over pairs of E'' d^2 m m^T
+
+which only scales moves. While candidate lists last, two arcs D apart come nearer by the size of F - I times D beside
+what their control points move; ``step_limit`` parts the clearance between the two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarnrelax.candidates import Candidates
+from stitchmesh.yarnrelax.compliance import inverse_block
+from stitchmesh.yarnrelax.contact import contact_push, from_entry
+from stitchmesh.yarnrelax.curve import segment_corners
+from stitchmesh.yarnrelax.images import sample_number
+from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.precision import vector
+from stitchmesh.yarnrelax.reduction import walk_over
+from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
+from stitchmesh.yarnrelax.term import Run
+
+wp.set_module_options({"enable_backward": False})
+
+PARTS = 9
+"""Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
+HELD = wp.constant(wp.float64(1.0e20))
+"""Stiffness of a strain that is held [erg]."""
+
+Parts = wp.types.vector(length=PARTS, dtype=wp.float64)
+Block = wp.types.vector(length=6, dtype=wp.float64)
+
+
+@dataclass(frozen=True)
+class RelaxCell:
+    """What the periods of a cell are free to do.
+
+    Raises:
+        ParameterError: a pull is not finite.
+    """
+
+    course: float | None = 0.0
+    """Pull along the courses on the whole cell [dyn]; None holds the first period."""
+    wale: float | None = 0.0
+    """Pull along the wales on the whole cell [dyn]; None holds how far the second period reaches across the courses."""
+    shear: bool = True
+    """Whether the wales may lean against the courses."""
+
+    def __post_init__(self) -> None:
+        for name, pull in (("course", self.course), ("wale", self.wale)):
+            if pull is not None and not np.isfinite(pull):
+                raise ParameterError(f"relax cell: got a pull of {pull} dyn along the {name}s; expected a number")
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Whether a, b and c are unknowns, shape (3,)."""
+        return np.array([self.course is not None, self.wale is not None, self.shear])
+
+
+@wp.func
+def with_share(total: Any, first: Any, second: Any, force1: Any, force2: Any, stiffness: Any, length2: Any) -> Any:
+    """Add an element of in-plane extent (first, second), force, and stiffness by its strain."""
+    total[0] += wp.float64(force1 * first)
+    total[1] += wp.float64(force2 * second)
+    total[2] += wp.float64(force1 * second)
+    scale = type(first)(1.0) / length2
+    m0, m1, m2 = first * first * scale, second * second * scale, first * second * scale
+    total[3] += wp.float64(stiffness * m0 * m0)
+    total[4] += wp.float64(stiffness * m1 * m1)
+    total[5] += wp.float64(stiffness * m2 * m2)
+    total[6] += wp.float64(stiffness * m0 * m1)
+    total[7] += wp.float64(stiffness * m0 * m2)
+    total[8] += wp.float64(stiffness * m1 * m2)
+    return total
+
+
+@wp.func
+def with_leg(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness: Any) -> Any:
+    """Add a leg of a segment."""
+    length2 = wp.max(wp.dot(leg, leg), type(stiffness)(1.0e-30))
+    return with_share(
+        total, wp.dot(leg, e1), wp.dot(leg, e2), wp.dot(pull, e1), wp.dot(pull, e2), stiffness, length2
+    )
+
+
+@wp.kernel(module="unique")
+def gather_strain_forces(
+    # model
+    model: Any,
+    e1: Any,
+    e2: Any,
+    k_along: Any,
+    segment_across: int,
+    segment_along: int,
+    segment_chunk: int,
+    sample_across: int,
+    sample_along: int,
+    sample_chunk: int,
+    # state in
+    points: wp.array[Any],
+    segment_pull: wp.array2d[Any],
+    samples: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    parts: wp.array2d[wp.float64],
+) -> None:
+    """A strand's share of the forces on the strains and of their stiffness."""
+    strand = wp.tid()
+    total = Parts()
+    for k in range(segment_chunk):
+        s = strand * segment_across + k * segment_along
+        if s < segment_pull.shape[1]:
+            q0, q1, q2, q3 = segment_corners(model, points, s)
+            share = k_along / type(k_along)(3.0)
+            total = with_leg(total, e1, e2, q1 - q0, segment_pull[0, s], share)
+            total = with_leg(total, e1, e2, q2 - q1, segment_pull[1, s], share)
+            total = with_leg(total, e1, e2, q3 - q2, segment_pull[2, s], share)
+    for k in range(sample_chunk):
+        p = strand * sample_across + k * sample_along
+        if p < samples.shape[0]:
+            here = samples[p]
+            half = model.sample_weight[p] * model.k_contact * type(k_along)(0.5)
+            for c in range(candidate_count[p]):
+                entry = candidates[p, c]
+                gap4 = from_entry(model.images, samples, here, entry)
+                gap = type(e1)(gap4[0], gap4[1], gap4[2])
+                distance2 = wp.dot(gap, gap)
+                reach2 = gap4[3] * gap4[3]
+                if distance2 < reach2:
+                    weight = model.sample_weight[sample_number(model.images, entry)]
+                    size, stiff, _inverse = contact_push(distance2, reach2, weight * half)
+                    g1, g2 = wp.dot(gap, e1), wp.dot(gap, e2)
+                    total = with_share(total, g1, g2, g1 * size, g2 * size, stiff * distance2, distance2)
+    for k in range(9):
+        parts[k, strand] = total[k]
+
+
+@wp.kernel(module="unique")
+def set_strain_force(
+    # model
+    e1: Any,
+    e2: Any,
+    pull1: wp.float64,
+    pull2: wp.float64,
+    free: wp.vec3d,
+    strain_unit: wp.float64,
+    entry: int,
+    # state in
+    periods: wp.array[Any],
+    totals: wp.array[wp.float64],
+    # state out
+    point_force: wp.array[Any],
+    stiffness: wp.array[Any],
+    compliance: wp.array[Any],
+) -> None:
+    """Force on the strains and how they give way; one thread."""
+    one = wp.float64(1.0)
+    first = totals[0] + pull1 * wp.float64(wp.dot(periods[0], e1))
+    second = totals[1] + pull2 * wp.float64(wp.dot(periods[1], e2))
+    per_unit = one / strain_unit
+    point_force[entry] = type(e1)(
+        type(e1[0])(first * free[0] * per_unit),
+        type(e1[0])(second * free[1] * per_unit),
+        type(e1[0])(totals[2] * free[2] * per_unit),
+    )
+    stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
+    if compliance.shape[0] > 0:
+        square = per_unit * per_unit
+        # yarns that do not touch and run along one direction do not hold the others
+        spare = (totals[3] + totals[4] + totals[5]) * wp.float64(1.0e-3) + wp.float64(1.0e-30)
+        held = (wp.vec3d(one, one, one) - free) * HELD + wp.vec3d(spare, spare, spare)
+        block = inverse_block(Block(
+            (totals[3] + held[0]) * square, (totals[4] + held[1]) * square, (totals[5] + held[2]) * square,
+            totals[6] * free[0] * free[1] * square, totals[7] * free[0] * free[2] * square,
+            totals[8] * free[1] * free[2] * square,
+        ))  # fmt: skip
+        give = compliance[entry]
+        for k in range(6):
+            give[k] = type(e1[0])(block[k])
+        compliance[entry] = give
+
+
+@wp.func
+def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
+    """A place in a cell that is strained further by (a, b, c)."""
+    first, second = wp.dot(place, e1), wp.dot(place, e2)
+    return place + e1 * (strain[0] * first + strain[2] * second) + e2 * (strain[1] * second)
+
+
+@wp.kernel(module="unique")
+def deform_cell(
+    # model
+    e1: Any,
+    e2: Any,
+    per_unit: Any,
+    point_count: int,
+    segment_count: int,
+    # state in
+    step: wp.array[Any],
+    # state out
+    points: wp.array[Any],
+    listed_points: wp.array[Any],
+    listed_centre: wp.array[Any],
+    periods: wp.array[Any],
+) -> None:
+    """Deform everything by the last move of the strains; a thread for each place."""
+    i = wp.tid()
+    strain = step[point_count] * per_unit
+    if i < point_count:
+        points[i] = deformed(points[i], e1, e2, strain)
+        listed_points[i] = deformed(listed_points[i], e1, e2, strain)
+    if i < segment_count:
+        listed_centre[i] = deformed(listed_centre[i], e1, e2, strain)
+    if i < 2:
+        periods[i] = deformed(periods[i], e1, e2, strain)
+
+
+class CellStrain:
+    """The strains of a model's cell, on its device."""
+
+    def __init__(self, model: Model, choice: RelaxCell) -> None:
+        """At rest relative to the cell as it lies.
+
+        Raises:
+            ParameterError: the yarns have no lattice.
+        """
+        if model.yarns.lattice is None:
+            raise ParameterError("relax cell: the yarns repeat on no lattice; give them one, or leave it out")
+        self.model, self.choice = model, choice
+        first, second = model.yarns.lattice.periods
+        along = first / np.linalg.norm(first)
+        normal = np.cross(first, second)
+        across = np.cross(normal / np.linalg.norm(normal), along)
+        vectors = vector(3, model.scalar)
+        self.frame = [vectors(*along), vectors(*across)]
+        self.segments = walk_over(model.segment_count, model.device)
+        self.samples = walk_over(model.sample_count, model.device, self.segments.strands)
+        self.parts = wp.zeros((PARTS, self.segments.strands), dtype=wp.float64, device=model.device)
+        self.totals = wp.zeros(PARTS, dtype=wp.float64, device=model.device)
+
+    @property
+    def periods(self) -> wp.array[Any]:
+        """The periods as they are [units], shape (2, 3)."""
+        return self.model.constants.images.periods
+
+    def force_launches(
+        self, state: State, candidates: Candidates, run: Run, *, segments: bool = True, contacts: bool = True,
+        pulls: bool = True,
+    ) -> list[Any]:  # fmt: skip
+        """Leave the force on the strains after those on the control points; of some terms only where asked."""
+        model = self.model
+        material = model.material
+        k_along = model.number(2.0 * (material.k_len + material.k_length))
+        chunks = [*self.segments.numbers, *self.samples.numbers]
+        chunks[2] *= segments
+        chunks[5] *= contacts
+        inputs = [model.constants, *self.frame, k_along, *chunks, state.points, state.segment_pull, state.samples,
+                  candidates.count, candidates.lists]  # fmt: skip
+        share = pulls * model.unit
+        pull1, pull2 = ((pull or 0.0) * share for pull in (self.choice.course, self.choice.wale))
+        free = wp.vec3d(*self.choice.free.astype(np.float64))
+        loads = [*self.frame, wp.float64(pull1), wp.float64(pull2), free, wp.float64(STRAIN_UNIT), model.point_count]
+        outputs = [state.point_force, state.stiffness, state.compliance]
+        return [
+            run(gather_strain_forces, self.segments.strands, inputs, [self.parts]),
+            self.segments.total(self.parts, self.totals, run),
+            run(set_strain_force, 1, [*loads, self.periods, self.totals], outputs),
+        ]
+
+    def deform_launch(self, state: State, candidates: Candidates, step: wp.array[Any], run: Run) -> Any:
+        """Deform the cell by its part of a move."""
+        model = self.model
+        sizes = [model.point_count, model.segment_count]
+        inputs = [*self.frame, model.number(1.0 / STRAIN_UNIT), *sizes, step]
+        outputs = [state.points, state.listed_points, candidates.near.listed_centre, self.periods]
+        return run(deform_cell, max(*sizes, 2), inputs, outputs)
+
+    def forces_of(self, state: State, candidates: Candidates, term: str) -> NDArray[np.float64]:
+        """Forces of one term on the strains that are free [erg], shape (3,); its pulls on legs are fresh."""
+        contacts = term == "contact"
+        self.force_launches(state, candidates, self.model.launch, segments=not contacts, contacts=contacts, pulls=False)
+        return np.asarray(self.totals.numpy()[:3] * self.choice.free)
+
+    def residual(self, forces: Sequence[NDArray[np.float64]]) -> float:
+        """Size of the sum of all forces on the strains, pulls included, over the sum of their sizes."""
+        every = [*forces, self._pulls() * self.choice.free]
+        whole = sum(float(np.linalg.norm(force)) for force in every)
+        return float(np.linalg.norm(sum(every))) / whole if whole > 0.0 else 0.0
+
+    def _pulls(self) -> NDArray[np.float64]:
+        """Forces of the pulls on the strains [erg], shape (3,)."""
+        along, across = (np.array([*axis], dtype=np.float64) for axis in self.frame)
+        periods = self.periods.numpy().astype(np.float64) * self.model.unit
+        first, second = self.choice.course or 0.0, self.choice.wale or 0.0
+        return np.array([first * float(periods[0] @ along), second * float(periods[1] @ across), 0.0])
+
+    def tension_energy(self) -> float:
+        """Potential energy of the pulls [erg]."""
+        return -float(self._pulls().sum())
