@@ -36,6 +36,11 @@ class Lattice:
         periods.setflags(write=False)
         object.__setattr__(self, "periods", periods)
 
+    @property
+    def area(self) -> float:
+        """Area of a cell [cm^2]."""
+        return float(np.linalg.norm(np.cross(*self.periods)))
+
     def shift(self, image: ArrayLike) -> NDArray[np.float64]:
         """Displacement ``a*u + b*v`` [cm] of integer images, shape (..., 2) to (..., 3)."""
         return np.asarray(image, dtype=np.float64) @ self.periods
@@ -65,5 +70,4 @@ class Lattice:
     @property
     def _dual(self) -> NDArray[np.float64]:
         """Dual basis: its rows tell how many of each period a displacement spans [1/cm], shape (2, 3)."""
-        dual: NDArray[np.float64] = np.linalg.pinv(self.periods).T
-        return dual
+        return np.asarray(np.linalg.pinv(self.periods).T, dtype=np.float64)

@@ -40,6 +40,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.compliance import inverse_block
 from stitchmesh.yarnrelax.contact import contact_push, from_entry
@@ -86,6 +87,15 @@ class RelaxCell:
     def free(self) -> NDArray[np.bool_]:
         """Whether a, b and c are unknowns, shape (3,)."""
         return np.array([self.course is not None, self.wale is not None, self.shear])
+
+
+def lattice_frame(lattice: Lattice) -> NDArray[np.float64]:
+    """Unit vectors along the courses, across them in the plane of the lattice, and out of it, rows of (3, 3)."""
+    first, second = lattice.periods
+    along = first / np.linalg.norm(first)
+    normal = np.cross(first, second)
+    normal /= np.linalg.norm(normal)
+    return np.stack([along, np.cross(normal, along), normal])
 
 
 @wp.func
@@ -259,10 +269,7 @@ class CellStrain:
         if model.yarns.lattice is None:
             raise ParameterError("relax cell: the yarns repeat on no lattice; give them one, or leave it out")
         self.model, self.choice = model, choice
-        first, second = model.yarns.lattice.periods
-        along = first / np.linalg.norm(first)
-        normal = np.cross(first, second)
-        across = np.cross(normal / np.linalg.norm(normal), along)
+        along, across, _normal = lattice_frame(model.yarns.lattice)
         vectors = vector(3, model.scalar)
         self.frame = [vectors(*along), vectors(*across)]
         self.segments = walk_over(model.segment_count, model.device)

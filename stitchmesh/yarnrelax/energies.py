@@ -46,7 +46,7 @@ def yarn_energies(
     Raises:
         ParameterError: an unknown device or precision, or a count below 1.
     """
-    model, state, candidates = _evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    model, state, candidates = evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
     return forces.energies(model, state, candidates, ())
 
 
@@ -63,13 +63,13 @@ def yarn_forces(
 
     Arguments and errors are those of ``yarn_energies``.
     """
-    model, state, candidates = _evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    model, state, candidates = evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
     unheld = model.empty(model.point_count)
     forces.all_forces(model, state, candidates, (), unheld, model.launch)
     return state.point_force.numpy().astype(np.float64) / model.unit
 
 
-def _evaluation(
+def evaluation(
     yarns: YarnSet,
     material: YarnMaterial,
     precision: str,

@@ -4,11 +4,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
-from stockinette import periodic_patch, woven_cell
+from stockinette import flat_patch, periodic_patch, woven_cell
 
 from stitchmesh.device import device_named
 from stitchmesh.errors import ParameterError
@@ -20,6 +20,7 @@ from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
 from stitchmesh.yarnrelax.gravity import Gravity
 from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.stress import cell_stress
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-6)
@@ -184,3 +185,57 @@ def test_what_cannot_go_with_a_cell_is_refused() -> None:
         relax_yarns(yarns, cell=RelaxCell(), quality=replace(EXACT, solver="dynamics"), device="cpu")
     with pytest.raises(ParameterError, match="got a pull of nan dyn along the courses"):
         RelaxCell(course=float("nan"))
+
+
+
+def bent(yarns: YarnSet, curvature: float, axis: int) -> YarnSet:
+    """Yarns bent around a cylinder, to first order."""
+    moved = yarns.points.copy()
+    moved[:, axis] -= curvature * yarns.points[:, axis] * yarns.points[:, 2]
+    moved[:, 2] += curvature * yarns.points[:, axis] ** 2 / 2
+    return replace(yarns, points=moved)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_moment_is_the_slope_of_the_energy_by_curvature(axis: int) -> None:
+    """Of a piece that touches none of its images, so that the energy of the bent piece is known; without contacts, for
+    samples between control points that are moved along a parabola do not stay on one, which matters out of balance."""
+    piece, alone = flat_patch(3, 3), replace(KALDOR, k_contact=0.0)
+    noise = np.random.default_rng(5).normal(scale=0.01, size=piece.points.shape)
+    piece = replace(piece, points=piece.points + noise)
+    piece = replace(piece, points=piece.points - np.concatenate(piece.sampled(4)).mean(axis=0))
+    far = Lattice(np.array([[100.0, 0.0, 0.0], [0.0, 100.0, 0.0]]))
+    lone = replace(piece, lattice=far, lattice_step=np.zeros((piece.yarn_count, 2)))
+    stress = cell_stress(lone, alone)
+    moment = (stress.course_moment, stress.wale_moment)[axis] * far.area
+    step = 1e-6  # central differences, as above
+    ends = [sum(yarn_energies(bent(piece, side * step, axis), alone).values()) for side in (1.0, -1.0)]
+    assert (ends[1] - ends[0]) / (2 * step) == pytest.approx(moment, rel=1e-5)
+
+
+def test_the_moment_of_a_contact_is_its_force_times_its_height() -> None:
+    """Straight yarns along the wales: two press each other above the middle, two below it are apart."""
+    along = np.arange(8)[:, None] * [0.0, 0.1, 0.0]
+    places = [[0.0, 0.0, 0.4], [0.2, 0.0, 0.4], [0.0, 0.0, -0.4], [0.6, 0.0, -0.4]]
+    rest = [np.full(8, 0.1)] * 4
+    yarns = YarnSet.from_curves([along + p for p in places], closed=[True] * 4, radius=0.125, rest_lengths=rest)
+    lattice = Lattice(np.array([[2.0, 0.0, 0.0], [0.0, 0.8, 0.0]]))
+    stress = cell_stress(replace(yarns, lattice=lattice, lattice_step=np.tile([0, 1], (4, 1))), KALDOR)
+    assert stress.course < 0.0
+    assert stress.course_moment == pytest.approx(0.4 * stress.course, rel=1e-12)
+    assert stress.wale_moment == pytest.approx(0.0, abs=1e-9 * abs(stress.course_moment))
+
+
+def test_stress_is_the_slope_of_the_energy_by_strain_and_the_same_for_every_tiling() -> None:
+    yarns = sheared(periodic_patch(1, 1), 0.1)
+    assert yarns.lattice is not None
+    found = cell_stress(yarns, KALDOR, quadrature_points=3, contact_samples=3)
+    tension = -strain_forces(yarns) / yarns.lattice.area
+    assert (found.course, found.wale, found.shear) == pytest.approx(tuple(tension), rel=1e-9)
+    tiles = cell_stress(sheared(periodic_patch(2, 3), 0.1), KALDOR, quadrature_points=3, contact_samples=3)
+    assert astuple(tiles) == pytest.approx(astuple(found), rel=1e-9, abs=1e-9)  # rounding of sums
+
+
+def test_stress_needs_a_lattice() -> None:
+    with pytest.raises(ParameterError, match="repeat on no lattice"):
+        cell_stress(flat_patch(2, 2), KALDOR)
