@@ -3,7 +3,8 @@
 """Stress and bending moment of a periodic cell as it lies.
 
 With the frame and the strains of ``cell`` and W its forces on them, the tension of the fabric is -W over the area of
-the cell [dyn/cm]: positive where the cell wants to be shorter than it is. Bent to a curvature k along e1, places move by
+the cell [dyn/cm]: positive where the cell wants to be shorter than it is. Bent to a curvature k along e1, places move
+by
 
     u = -k x z e1 + k x^2 / 2 n,    x along e1, z along the normal n
 
@@ -61,13 +62,13 @@ class CellStress:
 
 
 @wp.func
-def element_share(frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3d, d: wp.vec3d, f: wp.vec3d) -> Any:
-    """What an element adds to the five sums; rows of ``frame`` are e1, e2 and n, ``offset`` counts from its segment."""
+def with_element(share: Any, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3d, d: wp.vec3d, f: wp.vec3d) -> Any:
+    """Add an element to the five sums; rows of ``frame`` are e1, e2 and n, ``offset`` counts from its segment."""
     along, force, out = frame * d, frame * f, frame * offset
     height = (frame * middle)[2]
     first = out[0] * (force[2] * along[0] - force[0] * along[2]) - height * force[0] * along[0]
     second = out[1] * (force[2] * along[1] - force[1] * along[2]) - height * force[1] * along[1]
-    return Shares(force[0] * along[0], force[1] * along[1], force[0] * along[1], first, second)
+    return share + type(share)(force[0] * along[0], force[1] * along[1], force[0] * along[1], first, second)
 
 
 @wp.kernel(module="unique")
@@ -87,9 +88,9 @@ def segment_shares(
     half = wp.float64(0.5)
     centre = (q1 + q2) * half
     first, last = (q0 + q1) * half, (q2 + q3) * half
-    share = element_share(frame, first - centre, first, q1 - q0, segment_pull[0, s])
-    share += element_share(frame, centre - centre, centre, q2 - q1, segment_pull[1, s])
-    share += element_share(frame, last - centre, last, q3 - q2, segment_pull[2, s])
+    share = with_element(Shares(), frame, first - centre, first, q1 - q0, segment_pull[0, s])
+    share = with_element(share, frame, centre - centre, centre, q2 - q1, segment_pull[1, s])
+    share = with_element(share, frame, last - centre, last, q3 - q2, segment_pull[2, s])
     for k in range(5):
         shares[k, s] = share[k]
 
@@ -121,7 +122,7 @@ def contact_shares(
             weight = model.sample_weight[sample_number(model.images, entry)]
             size, _stiff, _inverse = contact_push(distance2, reach2, weight * stiffness)
             middle = wp.vec3d(here[0], here[1], here[2]) - gap * half
-            share += element_share(frame, wp.vec3d(), middle, gap, gap * size)
+            share = with_element(share, frame, wp.vec3d(), middle, gap, gap * size)
     for k in range(5):
         shares[k, p] = share[k]
 

@@ -223,7 +223,7 @@ def test_the_moment_of_a_contact_is_its_force_times_its_height() -> None:
     stress = cell_stress(replace(yarns, lattice=lattice, lattice_step=np.tile([0, 1], (4, 1))), KALDOR)
     assert stress.course < 0.0
     assert stress.course_moment == pytest.approx(0.4 * stress.course, rel=1e-12)
-    assert stress.wale_moment == pytest.approx(0.0, abs=1e-9 * abs(stress.course_moment))
+    assert stress.wale_moment == pytest.approx(0.4 * stress.wale, rel=1e-12)  # samples push aslant, too
 
 
 def test_stress_is_the_slope_of_the_energy_by_strain_and_the_same_for_every_tiling() -> None:
