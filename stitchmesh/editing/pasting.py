@@ -26,7 +26,7 @@ def paste_pattern(
     Raises:
         ParameterError: as for ``apply_pattern``, or the library has no such pattern.
         FileError: the file cannot be read.
-        PatternError: the text says no pattern.
+        PatternError: the text says no pattern, or as for ``apply_pattern``.
     """
     read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
     return pattern_changes(fabric, read, face=face, remainder=check_remainder(remainder))

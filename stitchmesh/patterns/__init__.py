@@ -4,9 +4,11 @@
 
 from stitchmesh.patterns.apply import apply_pattern, pattern_changes
 from stitchmesh.patterns.colour_chart import chart_palette, read_colour_chart, write_colour_chart
+from stitchmesh.patterns.leaf_chart import read_leaf_chart, write_leaf_chart
+from stitchmesh.patterns.leaf_codes import leaf_codes, parse_leaf_codes
 from stitchmesh.patterns.library import pattern_names, read_pattern
 from stitchmesh.patterns.parse import parse_pattern
-from stitchmesh.patterns.pattern import SECTIONS, Cell, Loop, Pattern, Row
+from stitchmesh.patterns.pattern import SECTIONS, Cell, Loop, Pattern, Row, check_closes
 from stitchmesh.patterns.swatch_mesh import pattern_mesh
 from stitchmesh.patterns.writing import format_pattern
 
@@ -18,12 +20,17 @@ __all__ = [
     "Row",
     "apply_pattern",
     "chart_palette",
+    "check_closes",
     "format_pattern",
+    "leaf_codes",
+    "parse_leaf_codes",
     "parse_pattern",
     "pattern_changes",
     "pattern_mesh",
     "pattern_names",
     "read_colour_chart",
+    "read_leaf_chart",
     "read_pattern",
     "write_colour_chart",
+    "write_leaf_chart",
 ]

@@ -14,7 +14,7 @@ from stitchmesh.patterns.columns import OUTSIDE, TILE, Remainder, check_remainde
 from stitchmesh.patterns.crossing_marks import CrossingMarks
 from stitchmesh.patterns.grid import fill_grid, grid_around
 from stitchmesh.patterns.in_place import changed, changes_in_place
-from stitchmesh.patterns.pattern import SECTIONS, Pattern
+from stitchmesh.patterns.pattern import SECTIONS, Pattern, check_closes
 from stitchmesh.patterns.placement import Placement, side_below
 from stitchmesh.patterns.replace import Replacement, Site, border_sides, find_site
 from stitchmesh.patterns.wales import follow_wales
@@ -44,7 +44,8 @@ def apply_pattern(
             between tiles; ``refuse`` raises.
 
     Raises:
-        ParameterError: the pattern does not close or fits nowhere, the face is no plain stitch, or as ``remainder``.
+        ParameterError: the pattern fits nowhere, the face is no plain stitch, or as ``remainder``.
+        PatternError: the pattern changes counts and does not close.
         LabelError: the cables of the fabric are malformed.
         MeshError: the fabric repeats on a lattice.
     """
@@ -59,7 +60,7 @@ def pattern_changes(
     """What ``apply_pattern`` changes, one after the other, each with an exact inverse (``inverse_change``).
 
     Raises:
-        ParameterError, LabelError, MeshError: as for ``apply_pattern``.
+        ParameterError, PatternError, LabelError, MeshError: as for ``apply_pattern``.
     """
     check_remainder(remainder)
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
@@ -88,10 +89,7 @@ def changed_face_count(changes: list[Change]) -> int:
 
 def _changes_of_faces(fabric: StitchMesh, pattern: Pattern, placement: Placement) -> list[Change]:
     """Blocks of new faces; before them the cables taken away that they cut, after them the marks below them."""
-    if not pattern.closes:
-        last, first = (", ".join(map(str, loops)) for loops in (pattern.rows[-1].tops, pattern.rows[0].bottoms))
-        found = f"its last row leaves {last} loops (left border, tile, right border) where its first begins on {first}"
-        raise ParameterError(f"pattern {pattern.name!r}: {found}; make them equal to put it into a fabric")
+    check_closes(pattern)
     blocks = {section: block for section in range(len(SECTIONS)) if (block := block_of(pattern, section))}
     sites = [find_site(fabric, placement, section, block) for section, block in blocks.items()]
     sites = [site for site in sites if len(site.grids)]

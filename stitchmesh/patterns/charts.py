@@ -13,6 +13,7 @@ table 2: as many letters as loops.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 from stitchmesh.patterns.items import BAR, Items
 from stitchmesh.patterns.piece import Piece
@@ -55,7 +56,7 @@ def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool) -> lis
     else:
         split = {"letters": _letter, "leaf": _leaf, "colours": _figure}[kind]
         rows = [_signs(line, yarn, split) for line in lines]
-    _check_widths(rows)
+    _check_widths(rows, "add what is missing" if kind == "leaf" else "use none or . for a square without a stitch")
     return rows if upwards else rows[::-1]
 
 
@@ -90,10 +91,17 @@ def _letter(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
 
 def _leaf(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
     for width in (3, 2, 1):
-        words = LEAF.get(line.text[column : column + width].lower())
-        if words:
-            return column + width, [piece for word in words for piece in read_word(word, yarn)]
-    raise line.at(column).error(f"got {line.text[column:]!r}; expected one of {' '.join(LEAF).upper()}")
+        code = line.text[column : column + width].lower()
+        if code in LEAF:
+            return column + width, list(leaf_pieces(code, yarn))
+    found = line.text[column : column + 3]
+    raise line.at(column).error(f"got {found!r}; expected one of {' '.join(LEAF).upper()}")
+
+
+@cache
+def leaf_pieces(code: str, yarn: int) -> tuple[Piece, ...]:
+    """What a code of ``LEAF`` works, left to right."""
+    return tuple(piece for word in LEAF[code] for piece in read_word(word, yarn))
 
 
 def _figure(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
@@ -103,9 +111,9 @@ def _figure(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
     return column + 1, read_word(f"k@{number}", yarn)
 
 
-def _check_widths(rows: list[WrittenRow]) -> None:
+def _check_widths(rows: list[WrittenRow], remedy: str) -> None:
     widths = [sum(piece.columns for piece in row.pieces) for row in rows]
     for row, width in zip(rows, widths, strict=True):
         if width != widths[0]:
             found = f"got {width} columns where the chart's first line has {widths[0]}"
-            raise row.place.error(f"{found}; make them equal, with none or . for a square without a stitch")
+            raise row.place.error(f"{found}; make them equal, {remedy}")

@@ -5,27 +5,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from io import BytesIO
 from os import fspath
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stitchmesh.errors import FileError, ParameterError, PatternError
-from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.patterns.chart_image import checked_palette, first_used, number_pixels, open_chart, write_numbers
 from stitchmesh.patterns.pattern import Cell, Pattern, Row
 from stitchmesh.stitch import Stitch
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
-MOST_COLOURS = 256
-"""As many as a PNG palette holds."""
-MOST_STITCHES = 4_000_000
-"""More pixels than this are a photograph, not a chart."""
 
 
 def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Pattern:
@@ -42,11 +32,13 @@ def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Patte
         ParameterError: the palette has a wrong shape or colours beyond 0 to 255.
     """
     suffix_of(path, (".png",))
-    image = _open(path)
+    image = open_chart(path)
     if palette is None and image.mode == "P":
         yarns = np.asarray(image, dtype=np.int64)
     else:
-        yarns = _numbered(np.asarray(image.convert("RGB")), palette, fspath(path))
+        pixels = np.asarray(image.convert("RGB"))
+        colours = first_used(pixels, fspath(path)) if palette is None else checked_palette(palette)
+        yarns = number_pixels(pixels, colours, fspath(path))
     knits = {int(yarn): Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in np.unique(yarns)}
     rows = tuple(Row(tuple(knits[yarn] for yarn in row)) for row in yarns[::-1].tolist())
     return Pattern(Path(path).stem.replace('"', "'"), "", rows)
@@ -66,18 +58,12 @@ def write_colour_chart(path: FilePath, pattern: Pattern, palette: ArrayLike) -> 
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     suffix_of(path, (".png",))
-    colours = _checked(palette)
+    colours = checked_palette(palette)
     yarns = _yarns(pattern)
     if pattern.yarn_count > len(colours):
         found = f"got {len(colours)} colours for yarns 0 to {pattern.yarn_count - 1}"
         raise ParameterError(f"palette: {found}; expected one for each")
-    from PIL import Image
-
-    image = Image.fromarray(yarns[::-1].astype(np.uint8), mode="P")
-    image.putpalette(colours.tobytes())
-    content = BytesIO()
-    image.save(content, format="PNG")
-    write_bytes(path, content.getvalue())
+    write_numbers(path, yarns[::-1], colours)
 
 
 def chart_palette(path: FilePath) -> NDArray[np.uint8]:
@@ -87,66 +73,10 @@ def chart_palette(path: FilePath) -> NDArray[np.uint8]:
         FileError: as for ``read_colour_chart``.
         PatternError: there are more than 256 colours.
     """
-    image = _open(path)
+    image = open_chart(path)
     if image.mode == "P":
         return np.array(image.getpalette("RGB"), dtype=np.uint8).reshape(-1, 3)
-    return _first_used(np.asarray(image.convert("RGB")), fspath(path))
-
-
-def _open(path: FilePath) -> Image:
-    from PIL import Image, UnidentifiedImageError
-
-    name = fspath(path)
-    try:
-        image = Image.open(BytesIO(read_bytes(path)), formats=["PNG"])
-        if image.width * image.height > MOST_STITCHES:
-            found = f"{image.width} x {image.height} pixels"
-            raise FileError(f"{name}: has {found}, one a stitch; expected {MOST_STITCHES} at most, scale it down")
-        image.load()
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = "it is no image" if isinstance(error, UnidentifiedImageError) else error
-        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
-    if image.convert("RGBA").getchannel("A").getextrema() != (255, 255):
-        raise FileError(f"{name}: has transparent pixels; fill every stitch with a colour")
-    return image
-
-
-def _numbered(pixels: NDArray, palette: ArrayLike | None, name: str) -> NDArray[np.int64]:
-    colours = _first_used(pixels, name) if palette is None else _checked(palette)
-    numbers = {colour: number for number, colour in reversed(list(enumerate(_packed(colours).tolist())))}
-    packed = _packed(pixels)
-    strange = ~np.isin(packed[::-1], list(numbers))
-    if strange.any():
-        row, column = divmod(int(strange.argmax()), pixels.shape[1])
-        found = "#" + "".join(f"{part:02x}" for part in pixels[::-1][row, column])
-        where = f"row {row + 1}, stitch {column + 1} from the left"
-        raise PatternError(f"{name}: {where}: got colour {found}; expected one of the {len(colours)} of the palette")
-    return np.vectorize(numbers.__getitem__, otypes=[np.int64])(packed)
-
-
-def _first_used(pixels: NDArray, name: str) -> NDArray[np.uint8]:
-    flat = pixels[::-1].reshape(-1, 3)
-    _, first = np.unique(_packed(flat), return_index=True)
-    if len(first) > MOST_COLOURS:
-        found = f"got {len(first)} colours"
-        raise PatternError(f"{name}: {found}; expected {MOST_COLOURS} at most, reduce them to those of the yarns")
-    return np.asarray(flat[np.sort(first)], dtype=np.uint8)
-
-
-def _packed(colours: NDArray) -> NDArray[np.int64]:
-    return np.asarray(colours, dtype=np.int64) @ np.array([65536, 256, 1])
-
-
-def _checked(palette: ArrayLike) -> NDArray[np.uint8]:
-    try:
-        colours = np.asarray(palette, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"palette: got {palette!r}; expected rows of red, green and blue, 0 to 255") from error
-    if colours.ndim != 2 or colours.shape[1:] != (3,) or not 1 <= len(colours) <= MOST_COLOURS:
-        raise ParameterError(f"palette: got shape {colours.shape}; expected (Y, 3) with 1 to {MOST_COLOURS} yarns")
-    if not ((colours >= 0) & (colours <= 255) & (colours == np.round(colours))).all():
-        raise ParameterError("palette: got colours beyond 0 to 255, or fractions; expected whole numbers in between")
-    return colours.astype(np.uint8)
+    return first_used(np.asarray(image.convert("RGB")), fspath(path))
 
 
 def _yarns(pattern: Pattern) -> NDArray[np.int64]:

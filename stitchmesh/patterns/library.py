@@ -12,7 +12,10 @@ from pathlib import Path
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.patterns.colour_chart import read_colour_chart
-from stitchmesh.patterns.parse import parse_pattern
+from stitchmesh.patterns.leaf_chart import SUFFIX as LEAF_SUFFIX
+from stitchmesh.patterns.leaf_chart import read_leaf_chart
+from stitchmesh.patterns.leaf_codes import parse_leaf_codes
+from stitchmesh.patterns.parse import begins_with_statement, parse_pattern
 from stitchmesh.patterns.pattern import Pattern
 
 SUFFIX = ".knit"
@@ -31,7 +34,9 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
 
     Args:
         name_or_path: a name of ``pattern_names``, such as ``rib2x2``; else the path of a text file in the language of
-            ``docs/patterns.md``, or of a colour chart as PNG. What has neither folder nor suffix is a name.
+            ``docs/patterns.md``, of tile codes alone (``.leaf``, or ``.txt`` that does not begin with a statement), of
+            tile codes painted (``.leaf.png``), or of a colour chart (``.png``). What has neither folder nor suffix is
+            a name.
 
     Raises:
         ParameterError: the library has no pattern of that name.
@@ -41,9 +46,15 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
     path = Path(name_or_path)
     if path.name == fspath(name_or_path) and not path.suffix:
         return _from_library(path.name)
-    if path.suffix.lower() == ".png":
+    if path.name.lower().endswith(LEAF_SUFFIX):
+        return read_leaf_chart(path)
+    suffix = path.suffix.lower()
+    if suffix == ".png":
         return read_colour_chart(path)
-    return parse_pattern("\n".join(read_lines(path)), fspath(name_or_path))
+    text = "\n".join(read_lines(path))
+    if suffix == ".leaf" or (suffix == ".txt" and not begins_with_statement(text)):
+        return parse_leaf_codes(text, fspath(name_or_path))
+    return parse_pattern(text, fspath(name_or_path))
 
 
 @cache

@@ -27,6 +27,7 @@ STATEMENTS = "pattern, source, row, rows, round, rounds or chart"
 CHART_KINDS = ("letters", "leaf", "colours")
 MOST_ROWS = 10_000
 MOST_YARNS = 999_999
+_FIRST_WORD = re.compile(rf"(pattern|source|chart|{'|'.join(ROW_WORDS)})(?![a-z0-9])", re.ASCII)
 _RANGE = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
 
 
@@ -41,6 +42,12 @@ def parse_pattern(text: str, name: str = "pattern") -> Pattern:
         PatternError: the text says no pattern; with line, column, what was found and what was expected.
     """
     return _Text(split_lines(text, name), name).pattern()
+
+
+def begins_with_statement(text: str) -> bool:
+    """Whether the first word of a text is one of the language."""
+    words = (word for line in split_lines(text, "") for word in line.text.split())
+    return _FIRST_WORD.match(next(words, "").lower()) is not None
 
 
 class _Text:

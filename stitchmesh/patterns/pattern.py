@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from stitchmesh.errors import PatternError
+from stitchmesh.errors import PatternError, first_few
 from stitchmesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
 
 SECTIONS = ("left border", "tile", "right border")
@@ -194,6 +194,23 @@ class Pattern:
         return tuple(
             Loop(loop.shift, loop.layer, loop.twist + twist) for loop, twist in zip(held, twists, strict=True)
         )
+
+
+def check_closes(pattern: Pattern) -> None:
+    """Check that a pattern repeats upwards: its last row leaves the loops that its first is worked on.
+
+    Raises:
+        PatternError: it does not; with the section, both counts, and the rows that change counts.
+    """
+    last, first = pattern.rows[-1], pattern.rows[0]
+    for index, (left, worked) in enumerate(zip(last.tops, first.bottoms, strict=True)):
+        if left == worked:
+            continue
+        changes = [(number, row.tops[index] - row.bottoms[index]) for number, row in enumerate(pattern.rows, start=1)]
+        by_rows = first_few([f"row {number} by {change:+d}" for number, change in changes if change])
+        where = f"pattern {pattern.name!r}, row {pattern.height}"
+        found = f"its {SECTIONS[index]} leaves {left} loops, but row 1 is worked on {worked}"
+        raise PatternError(f"{where}: {found}; to repeat upwards, mend what changes the count: {by_rows}")
 
 
 def first_fault(rows: Sequence[Row]) -> tuple[int, str] | None:

@@ -27,7 +27,8 @@ def pattern_mesh(
         stitch_height: course spacing [cm].
 
     Raises:
-        ParameterError: a number is not positive, or the pattern does not close.
+        ParameterError: a number is not positive.
+        PatternError: the pattern does not close.
     """
     for name, number in (("columns", columns), ("rows", rows)):
         if number < 1:

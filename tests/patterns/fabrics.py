@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.connectivity import find_twins
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patterns import Cell, Loop, Pattern, Row
+from stitchmesh.patterns import Cell, Loop, Pattern, Row, read_pattern
 from stitchmesh.patterns.swatch_mesh import plain_piece
 from stitchmesh.stitch import CODES, Stitch
 
@@ -63,3 +63,18 @@ def differing(one: StitchMesh, other: StitchMesh) -> list[str]:
     """Names of the arrays that differ."""
     names = [part.name for part in fields(StitchMesh)]
     return [name for name in names if not np.array_equal(getattr(one, name), getattr(other, name))]
+
+
+def stitches(name: str) -> np.ndarray:
+    """Stitches of a pattern of equal rows, from the lower left."""
+    return np.array([[cell.stitch for cell in row.cells] for row in read_pattern(name).rows])
+
+
+def is_shift_of(cells: np.ndarray, other: np.ndarray) -> bool:
+    """Whether a chart is another one begun elsewhere."""
+    rows, columns = cells.shape
+    return any(
+        np.array_equal(np.roll(cells, (row, column), axis=(0, 1)), other)
+        for row in range(rows)
+        for column in range(columns)
+    )

@@ -11,7 +11,7 @@ import pytest
 
 from stitchmesh.cables import cable_groups
 from stitchmesh.editing.spiral import spiral
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
@@ -254,13 +254,17 @@ def test_tiles_are_laid_anew_beside_what_is_no_plain_stitch():
         (RIB, 3, "face 3: is CAST_ON .* plain stitch such as KNIT"),
         (pattern("k " * 9), 12, "grid at face 8: got 8 columns; pattern 'tried' needs at least 9"),
         (pattern("k " * 9), None, "pattern 'tried': its 9 columns are more than any first row"),
-        (pattern("k y k"), None, "leaves 0, 3, 0 loops"),
         (pattern("k y d12k", *["k k k"] * 5), None, "needs 6 rows of 3 plain stitches together; found none"),
     ],
 )
 def test_what_does_not_fit_is_refused(chosen, face, message):
     with pytest.raises(ParameterError, match=message):
         apply_pattern(flat(8, 5), chosen, face=face)
+
+
+def test_a_pattern_that_does_not_close_is_refused():
+    with pytest.raises(PatternError, match="row 1: its tile leaves 3 loops, but row 1 is worked on 2"):
+        apply_pattern(flat(8, 5), pattern("k y k"))
 
 
 def test_an_unknown_remainder_is_refused():

@@ -9,7 +9,7 @@ import random
 import pytest
 
 from stitchmesh.errors import PatternError
-from stitchmesh.patterns import Cell, Loop, Pattern, Row, format_pattern, parse_pattern
+from stitchmesh.patterns import Cell, Loop, Pattern, Row, check_closes, format_pattern, parse_pattern
 from stitchmesh.stitch import CODES, Stitch
 
 KNIT = Cell(Stitch.KNIT)
@@ -43,6 +43,28 @@ def test_marks_above_a_row_are_its_twists_and_how_the_next_row_holds_them():
     assert pattern.loops_above(0) == (Loop(1, 0, -1), Loop(-1, 1, 0))
     assert not pattern.closes
     assert pattern.loops_above(1) == (Loop(), Loop())
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("round 1: k8\nround 2: p8\nround 3: k8 yo",
+         r"row 3: its tile leaves 9 loops, but row 1 is worked on 8; .* mend what changes the count: row 3 by \+1$"),
+        ("round 1: k2tog k4 yo\nround 2: k2tog k4\nround 3: k2tog k3",
+         "row 3: its tile leaves 4 loops, but row 1 is worked on 6; .*: row 2 by -1, row 3 by -1$"),
+        ("round 1: k | k | yo k", r"row 1: its left border leaves 2 loops, but row 1 is worked on 1; .*row 1 by \+1"),
+    ],
+)  # fmt: skip
+def test_what_does_not_repeat_upwards_is_refused_with_the_rows_that_change_counts(text, found):
+    with pytest.raises(PatternError, match=rf"^pattern 'x', {found}"):
+        check_closes(parse_pattern(text, "x"))
+
+
+@pytest.mark.parametrize("text", ["round 1: k", "round 1: k2tog\nround 2: yk", "round 1: yo k2tog k"])
+def test_what_repeats_upwards_is_not(text):
+    pattern = parse_pattern(text)
+    check_closes(pattern)
+    assert pattern.closes
 
 
 def test_a_loop_that_crosses_no_other_has_no_layer():

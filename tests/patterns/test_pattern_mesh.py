@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.cables import cable_groups
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.patterns import Loop, pattern_mesh, pattern_names, read_pattern
 from stitchmesh.patterns.course_points import NARROWEST, course_points
 from stitchmesh.stitch import Stitch
@@ -116,5 +116,5 @@ def test_sizes_are_checked(columns, rows, size, message):
 
 
 def test_a_pattern_that_does_not_close_is_refused():
-    with pytest.raises(ParameterError, match=r"leaves 0, 3, 0 loops .* begins on 0, 2, 0; make them equal"):
+    with pytest.raises(PatternError, match=r"its tile leaves 3 loops, but row 1 is worked on 2; .* row 1 by \+1"):
         pattern_mesh(pattern("k y k"), 1, 1, **SIZE)

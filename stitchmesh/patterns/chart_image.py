@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Charts as PNG, one pixel a square: pixels to numbers by a palette, and numbers to pixels."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from os import fspath
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import FileError, ParameterError, PatternError
+from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.contents import FilePath, read_bytes
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+MOST_COLOURS = 256
+"""As many as a PNG palette holds."""
+MOST_STITCHES = 4_000_000
+"""More pixels than this are a photograph, not a chart."""
+
+
+def open_chart(path: FilePath) -> Image:
+    """The image of a PNG.
+
+    Raises:
+        FileError: the file cannot be read, is no PNG, is too large, or has transparent pixels.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    name = fspath(path)
+    try:
+        image = Image.open(BytesIO(read_bytes(path)), formats=["PNG"])
+        if image.width * image.height > MOST_STITCHES:
+            found = f"{image.width} x {image.height} pixels"
+            raise FileError(f"{name}: has {found}, one a stitch; expected {MOST_STITCHES} at most, scale it down")
+        image.load()
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        reason = "it is no image" if isinstance(error, UnidentifiedImageError) else error
+        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
+    if image.convert("RGBA").getchannel("A").getextrema() != (255, 255):
+        raise FileError(f"{name}: has transparent pixels; fill every stitch with a colour")
+    return image
+
+
+def number_pixels(pixels: NDArray, colours: NDArray[np.uint8], name: str) -> NDArray[np.int64]:
+    """The number of each pixel's colour.
+
+    Args:
+        pixels: red, green and blue, 0 to 255, shape (rows, columns, 3), the top row first.
+        colours: the colour of each number, shape (C, 3); of equal ones the first counts.
+        name: what messages call the image.
+
+    Raises:
+        PatternError: a pixel has none of the colours; the first such from the lower left, to the right and upwards.
+    """
+    numbers = {colour: number for number, colour in reversed(list(enumerate(_packed(colours).tolist())))}
+    packed = _packed(pixels)
+    strange = ~np.isin(packed[::-1], list(numbers))
+    if strange.any():
+        row, column = divmod(int(strange.argmax()), pixels.shape[1])
+        found = "#" + "".join(f"{part:02x}" for part in pixels[::-1][row, column])
+        where = f"row {row + 1}, stitch {column + 1} from the left"
+        raise PatternError(f"{name}: {where}: got colour {found}; expected one of the {len(colours)} of the palette")
+    return np.vectorize(numbers.__getitem__, otypes=[np.int64])(packed)
+
+
+def first_used(pixels: NDArray, name: str) -> NDArray[np.uint8]:
+    """The colours of an image by their first use, from the lower left pixel to the right and upwards, shape (C, 3).
+
+    Raises:
+        PatternError: there are more than 256.
+    """
+    flat = pixels[::-1].reshape(-1, 3)
+    _, first = np.unique(_packed(flat), return_index=True)
+    if len(first) > MOST_COLOURS:
+        found = f"got {len(first)} colours"
+        raise PatternError(f"{name}: {found}; expected {MOST_COLOURS} at most, reduce them to those of the yarns")
+    return np.asarray(flat[np.sort(first)], dtype=np.uint8)
+
+
+def checked_palette(palette: ArrayLike) -> NDArray[np.uint8]:
+    """A palette that a user gives, shape (C, 3).
+
+    Raises:
+        ParameterError: it has a wrong shape, or colours beyond 0 to 255.
+    """
+    try:
+        colours = np.asarray(palette, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"palette: got {palette!r}; expected rows of red, green and blue, 0 to 255") from error
+    if colours.ndim != 2 or colours.shape[1:] != (3,) or not 1 <= len(colours) <= MOST_COLOURS:
+        raise ParameterError(f"palette: got shape {colours.shape}; expected (Y, 3) with 1 to {MOST_COLOURS} yarns")
+    if not ((colours >= 0) & (colours <= 255) & (colours == np.round(colours))).all():
+        raise ParameterError("palette: got colours beyond 0 to 255, or fractions; expected whole numbers in between")
+    return colours.astype(np.uint8)
+
+
+def write_numbers(path: FilePath, numbers: NDArray[np.int64], colours: NDArray[np.uint8]) -> None:
+    """Write a PNG with a palette.
+
+    Args:
+        path: the file.
+        numbers: the colour's number of each pixel, shape (rows, columns), the top row first.
+        colours: red, green and blue of each number, shape (C, 3).
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    from PIL import Image
+
+    image = Image.fromarray(numbers.astype(np.uint8), mode="P")
+    image.putpalette(colours.tobytes())
+    content = BytesIO()
+    image.save(content, format="PNG")
+    write_bytes(path, content.getvalue())
+
+
+def _packed(colours: NDArray) -> NDArray[np.int64]:
+    return np.asarray(colours, dtype=np.int64) @ np.array([65536, 256, 1])
