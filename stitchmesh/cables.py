@@ -10,6 +10,7 @@ the smallest stretches of the line that no loop leaves.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,6 +29,8 @@ class CableGroup:
     """Place in the group to which each loop moves, a permutation of 0 to n - 1, shape (n,)."""
     layer: IntArray
     """Layer of each loop; of two loops that cross, the one of the higher number lies in front, shape (n,)."""
+    image: IntArray
+    """Lattice image of the face of each side, seen from that of the first, shape (n, 2)."""
 
 
 def cable_groups(fabric: StitchMesh, sides: IntArray | None = None) -> list[CableGroup]:
@@ -83,10 +86,25 @@ def _groups_on_line(fabric: StitchMesh, line: IntArray, is_ring: bool) -> list[C
         if end - start > 1:
             places = np.arange(start, end) % count
             sides = line[places]
-            groups.append(CableGroup(sides, np.arange(end - start) + shift[places], fabric.cable_layer[sides]))
+            image = _images_along(fabric, sides)
+            groups.append(CableGroup(sides, np.arange(end - start) + shift[places], fabric.cable_layer[sides], image))
     for group in groups:
         _check_group(fabric, group)
     return groups
+
+
+def _images_along(fabric: StitchMesh, sides: IntArray) -> IntArray:
+    """Lattice image of the faces of top sides beside one another, seen from the first, shape (n, 2)."""
+    steps = np.zeros((len(sides), 2), dtype=np.int64)
+    for place, (side, after) in enumerate(pairwise(sides.tolist()), start=1):
+        face = int(fabric.side_face[side])
+        while after != side - 1:  # top sides of one face are numbered from right to left
+            right = int(fabric.right_wale[face])
+            steps[place] += fabric.side_image[right]
+            face = int(fabric.side_face[fabric.twin[right]])
+            if face == fabric.side_face[after]:
+                break
+    return np.cumsum(steps, axis=0)
 
 
 def _check_destinations(fabric: StitchMesh, line: IntArray, destination: IntArray, is_ring: bool) -> None:

@@ -161,6 +161,25 @@ class Mesh:
         return position
 
     @cached_property
+    def side_image(self) -> IntArray:
+        """Lattice image of the face across each side, seen from the side's own face, shape (C, 2).
+
+        Both faces know their common vertices; where their images of one differ, the neighbour lies so many periods
+        away. Zero at borders and without a lattice.
+        """
+        image = np.zeros((self.side_count, 2), dtype=np.int64)
+        if self.corner_image is not None:
+            inner = np.flatnonzero(self.twin != BORDER)
+            image[inner] = self.corner_image[inner] - self.corner_image[self.side_next[self.twin[inner]]]
+        return image
+
+    def shift(self, image: ArrayLike) -> FloatArray:
+        """Displacement of lattice images [cm], zero without a lattice, shape (..., 2) to (..., 3)."""
+        if self.lattice is None:
+            return np.zeros((*np.shape(image)[:-1], 3))
+        return self.lattice.shift(image)
+
+    @cached_property
     def side_length(self) -> FloatArray:
         """Length of each side [cm], shape (C,)."""
         position = self.corner_position

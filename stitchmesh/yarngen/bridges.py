@@ -16,6 +16,11 @@ from stitchmesh.mesh import FloatArray
 SLOTS = 3
 """Most crossings of a side: a course side has two, a wale side one, or three in a chain that binds off."""
 
+Image = tuple[int, int]
+"""How many periods away along the courses and along the wales."""
+HERE: Image = (0, 0)
+"""The same image."""
+
 
 def crossing_number(side: int, slot: int = 0) -> int:
     """Number of a side's crossing; slots are counted along the side."""
@@ -29,11 +34,14 @@ class Way:
     to: int
     """Crossing at its other end."""
     points: FloatArray
-    """Points on the way there [cm], shape (n, 3); none where the crossings lie side by side."""
+    """Points on the way there [cm], shape (n, 3), in the lattice image of the part that they belong to; none where the
+    crossings lie side by side."""
     is_return: bool
     """Whether the points belong to the part that it leads to, rather than to the part that it comes from."""
     ease: float = 1.0
     """Rest length of its yarn over the length that is drawn."""
+    image: Image = HERE
+    """Lattice image of the part that it leads to, seen from the part that it comes from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +53,16 @@ class Bridges:
     tails: dict[int, FloatArray] = field(default_factory=dict)
     """Points of the tail at each crossing where yarn ends [cm], away from it, shape (n, 3)."""
 
-    def join(self, first: int, second: int, points: FloatArray, *, ease: float = 1.0) -> None:
-        """Lead the yarn from one crossing to another through points that belong to the part at the first [cm]."""
-        self.ways[first] = Way(second, points, is_return=False, ease=ease)
-        self.ways[second] = Way(first, points[::-1], is_return=True, ease=ease)
+    def join(
+        self, first: int, second: int, points: FloatArray, *, ease: float = 1.0, image: Image = HERE
+    ) -> None:
+        """Lead the yarn from one crossing to another through points that belong to the part at the first [cm].
+
+        ``image`` is that of the part at the second crossing, seen from the first.
+        """
+        back = (-image[0], -image[1])
+        self.ways[first] = Way(second, points, is_return=False, ease=ease, image=image)
+        self.ways[second] = Way(first, points[::-1], is_return=True, ease=ease, image=back)
 
     def tie(self, crossing: int, tail: FloatArray) -> None:
         """End the yarn at a crossing in a tail [cm]."""

@@ -70,10 +70,12 @@ def cross_loops(
         points_per_length = density / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
         ease = ease_of(group)
         below, above = group.sides.tolist(), fabric.twin[group.sides][group.destination].tolist()
+        ways = (_images_above(fabric, group)[group.destination] - group.image).tolist()
         for loop, leg in np.ndindex(legs.shape[:2]):
             # along its top side a loop's right leg comes first, along the bottom side above the left one
             start, end = crossing_number(below[loop], 1 - leg), crossing_number(above[loop], leg)
-            bridges.join(start, end, _evenly(legs[loop, leg], points_per_length), ease=ease)
+            points = _evenly(legs[loop, leg], points_per_length) - fabric.shift(group.image[loop])
+            bridges.join(start, end, points, ease=ease, image=(ways[loop][0], ways[loop][1]))
 
 
 def ease_of(group: CableGroup) -> float:
@@ -122,7 +124,7 @@ def _across_face(fabric: StitchMesh, corners: IntArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Gap:
-    """Room between two rows; ends of each side from left to right."""
+    """Room between two rows; ends of each side from left to right, as they lie beside the group's first."""
 
     below: FloatArray
     """Ends of the top sides of the row below [cm], shape (n, 2, 3)."""
@@ -142,12 +144,18 @@ class _Gap:
         return points
 
 
+def _images_above(fabric: StitchMesh, group: CableGroup) -> IntArray:
+    """Lattice image of the face across each side of a group, seen from the face of its first side, shape (n, 2)."""
+    return group.image + fabric.side_image[group.sides]
+
+
 def _gap(fabric: StitchMesh, group: CableGroup, corner_position: FloatArray) -> _Gap:
     below, above = group.sides, fabric.twin[group.sides]
     left_to_right = np.stack([fabric.side_next[below], below], axis=1)
+    away, across = fabric.shift(group.image), fabric.shift(_images_above(fabric, group))
     return _Gap(
-        below=corner_position[left_to_right],
-        above=corner_position[np.stack([above, fabric.side_next[above]], axis=1)],
+        below=corner_position[left_to_right] + away[:, None],
+        above=corner_position[np.stack([above, fabric.side_next[above]], axis=1)] + across[:, None],
         normal=fabric.vertex_normal[fabric.face_vertex[left_to_right]],
     )
 

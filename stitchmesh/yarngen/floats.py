@@ -74,6 +74,11 @@ class Rows:
         yarn = self.fabric.yarn
         return np.flatnonzero((self.following != BORDER) & (yarn[self.following] != yarn)).tolist()
 
+    def images(self, faces: list[int]) -> IntArray:
+        """Lattice image of faces beside one another from left to right, seen from the first, shape (n, 2)."""
+        steps = self.fabric.side_image[self.fabric.right_wale[faces]]
+        return np.cumsum(steps, axis=0) - steps
+
     def place(self, face: int, across: float, up: float, height: float) -> FloatArray:
         """A point of a face: shares of its width and height, and its height over the fabric [cm]."""
         low, high = self.fabric.face_start[face], self.fabric.left_wale[face]
@@ -90,10 +95,15 @@ class Rows:
         return LANES[rank % len(LANES)], (deepest - CLEAR * (1 + rank // len(LANES))) * self.radius
 
     def behind(self, faces: list[int], yarn: int) -> list[FloatArray]:
-        """Points [cm] of a yarn that floats behind faces from left to right."""
+        """Points [cm] of a yarn that floats behind faces from left to right, in the lattice image of the first."""
         count = max(2, round(self.per_width))
         shares = (np.arange(count) + 0.5) / count
-        return [self.place(face, share, *self.lane(face, yarn)) for face in faces for share in shares]
+        away = self.fabric.shift(self.images(faces))
+        return [
+            self.place(face, share, *self.lane(face, yarn)) + shift
+            for face, shift in zip(faces, away, strict=True)
+            for share in shares
+        ]
 
     def passing(self, face: int, yarn: int, other: int) -> FloatArray:
         """Where a yarn passes the right wale side of a face at which it changes with another [cm]."""
@@ -123,9 +133,12 @@ def lay_floats(rows: Rows, longest: int, bridges: Bridges) -> None:
         target = int(rows.following[passed[-1]])
         if target != BORDER and len(passed) <= longest and abs(fabric.row[target] - fabric.row[face]) <= 1:
             own, first, last = (int(yarn[each]) for each in (face, passed[0], passed[-1]))
-            points = [rows.passing(face, own, first), *rows.behind(passed, own), rows.passing(passed[-1], own, last)]
-            ends = crossing_number(fabric.right_wale[face]), crossing_number(fabric.left_wale[target])
-            bridges.join(*ends, np.array(points))
+            images = rows.images([face, *passed, target])
+            begins, ends = fabric.shift(images[[1, -2]])
+            points = [rows.passing(face, own, first), *(point + begins for point in rows.behind(passed, own))]
+            points.append(rows.passing(passed[-1], own, last) + ends)
+            crossings = crossing_number(fabric.right_wale[face]), crossing_number(fabric.left_wale[target])
+            bridges.join(*crossings, np.array(points), image=(int(images[-1, 0]), int(images[-1, 1])))
     for face in rows.changes:
         after = int(rows.following[face])
         _tie(rows, bridges, int(fabric.right_wale[face]), _cut_tail(rows, face, after, 1))
@@ -198,12 +211,14 @@ def _strands(rows: Rows, side: int, last: dict[int, list[int]]) -> dict[int, Str
 
 def _cut_tail(rows: Rows, face: int, beside: int, way: int) -> FloatArray:
     """Points of the tail where the yarn of a face is cut at the wale side to the face beside it [cm]."""
+    fabric = rows.fabric
     left = face if way > 0 else beside
+    begins = 0.0 if way > 0 else fabric.shift(fabric.side_image[fabric.left_wale[face]])
     own, other = int(rows.fabric.yarn[face]), int(rows.fabric.yarn[beside])
     width = float(np.linalg.norm(rows.place(face, 1.0, 0.5, 0.0) - rows.place(face, 0.0, 0.5, 0.0)))
     up = AT_CHANGE[own > other]
     away = [rows.place(left, 1.0 + way * APART, up, -depth * width) for depth in TAIL]
-    return np.array([rows.passing(left, own, other), *away])
+    return np.array([rows.passing(left, own, other), *away]) + begins
 
 
 def _tie(rows: Rows, bridges: Bridges, side: int, tail: FloatArray) -> None:

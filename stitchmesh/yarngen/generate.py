@@ -4,18 +4,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stitchmesh.cables import cable_groups
 from stitchmesh.errors import ParameterError, YarnError
-from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.stitch import Stitch
-from stitchmesh.yarn import YarnSet, segment_lengths, segment_points
+from stitchmesh.yarn import YarnSet, segment_points
 from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, with_bind_off
-from stitchmesh.yarngen.bridges import Bridges
+from stitchmesh.yarngen.bridges import HERE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, opened_corners
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.edge_templates import CHAIN_HEIGHT
@@ -56,7 +56,9 @@ def generate_yarns(
     """Yarn curves of a stitch mesh, each one path, linked as its stitches say.
 
     First rows are cast on, last rows bound off, row ends at borders joined in pairs or tied; rows of a tube are
-    rings; rows of opposite wale direction are linked by rings of their own.
+    rings; rows of opposite wale direction are linked by rings of their own. On a lattice nothing begins or ends: each
+    yarn is closed, or cut where a float would be too long, and its points lie one after another in space while it runs
+    from image to image.
 
     Args:
         fabric: stitch faces, relaxed or not.
@@ -74,7 +76,8 @@ def generate_yarns(
 
     Raises:
         ParameterError: the radius is not positive, or too thick for the stitches; a choice is unknown.
-        YarnError: a face is not a stitch yet, has no template, or yarns start closer than a quarter of the radius.
+        YarnError: a face is not a stitch yet, has no template, or yarns start closer than a quarter of the radius; or
+            a fabric on a lattice has borders.
 
     Source: Yuksel et al. 2012, sections 4 and 6.2.
     """
@@ -82,6 +85,12 @@ def generate_yarns(
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels):
         raise YarnError(f"face {panels[0]}: is a panel of a coarse mesh, not a stitch; tessellate the mesh first")
+    border = np.flatnonzero(fabric.twin == BORDER)
+    if fabric.lattice is not None and len(border):
+        raise YarnError(
+            f"{fabric.side_name(border[0])}: is a border of a fabric on a lattice; one that repeats has neighbours all "
+            "around, leave the lattice out or close the fabric"
+        )
     finish = Finish(bind_off, cast_on, longest_float)
     course = yarn_course(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
     result = _assemble(course, radius)
@@ -136,27 +145,29 @@ def _face_below(fabric: StitchMesh, whole: StitchMesh) -> IntArray:
 
 def _assemble(course: YarnCourse, radius: float) -> YarnSet:
     parts = course.parts
-    crossings = end_crossings(parts).tolist()
-    yarns = [_pieces_of(parts, crossings, *entries_closed, course.bridges) for entries_closed in course.yarns]
+    yarns, steps = _yarns_in_pieces(course)
     pieces = [piece for yarn in yarns for piece in yarn]
     sizes = [len(piece.points) for piece in pieces]
     start = np.concatenate([[0], np.cumsum([sum(len(piece.points) for piece in yarn) for yarn in yarns])])
     closed = np.array([flag for _, flag in course.yarns])
-    control = control_points_through(np.concatenate([piece.points for piece in pieces]), start, closed)
+    lattice, shift = course.whole.lattice, course.whole.shift(np.array([piece.image for piece in pieces]))
+    points = np.concatenate([piece.points for piece in pieces]) + np.repeat(shift, sizes, axis=0)
     part = np.repeat([piece.part for piece in pieces], sizes)
     ease = np.repeat([piece.ease for piece in pieces], sizes)
-    segments = segment_points(start, closed)
-    return YarnSet(
-        points=control,
+    drawn = YarnSet(
+        points=control_points_through(points, start, closed, course.whole.shift(steps)),
         start=start,
         closed=closed,
         radius=np.full(len(closed), radius),
-        rest_length=segment_lengths(control, segments) * ease[segments[:, 1:3]].mean(axis=1),
+        rest_length=np.ones(len(segment_points(start, closed))),
         row=parts.row[part],
         face=course.face_below[parts.face[part]],
         part=parts.index[part],
         colour=_colours(course),
+        lattice=lattice,
+        lattice_step=None if lattice is None else steps,
     )
+    return replace(drawn, rest_length=drawn.lengths * ease[drawn.segment_points[:, 1:3]].mean(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +178,10 @@ class _Piece:
     """What the yarn passes through [cm], shape (n, 3)."""
     part: int
     """The yarn part that they belong to."""
-    ease: float = 1.0
+    ease: float
     """Rest length over drawn length."""
+    image: Image
+    """Lattice image in which the yarn is when it comes here."""
 
 
 def _colours(course: YarnCourse) -> IntArray:
@@ -181,24 +194,49 @@ def _colours(course: YarnCourse) -> IntArray:
     return np.array(colours)
 
 
+def _yarns_in_pieces(course: YarnCourse) -> tuple[list[list[_Piece]], IntArray]:
+    """The pieces of each yarn, bridges and tails included, and the image in which a closed one ends, shape (Y, 2)."""
+    crossings = end_crossings(course.parts).tolist()
+    images = course.whole.side_image.tolist()
+    yarns, steps = [], []
+    for entries, closed in course.yarns:
+        pieces, step = _pieces_of(course, crossings, images, entries, closed)
+        yarns.append(pieces)
+        steps.append(step)
+    return yarns, np.array(steps)
+
+
 def _pieces_of(
-    parts: PlacedParts, crossings: list[int], entries: list[int], closed: bool, bridges: Bridges
-) -> list[_Piece]:
-    """The pieces of one yarn, bridges and tails included."""
-    pieces = []
+    course: YarnCourse, crossings: list[int], images: list[Image], entries: list[int], closed: bool
+) -> tuple[list[_Piece], Image]:
+    """The pieces of one yarn, from image to image as it crosses sides, and the image in which a closed one ends.
+
+    Args:
+        course: the course of all yarns.
+        crossings: where each part end lies.
+        images: of the face across each side.
+        entries: the part ends at which the yarn's parts are entered.
+        closed: whether the last part meets the first.
+    """
+    parts, bridges = course.parts, course.bridges
+    pieces, image = [], HERE
     if not closed:
-        pieces.append(_Piece(bridges.tails[crossings[entries[0]]][::-1], entries[0] // 2))
+        pieces.append(_Piece(bridges.tails[crossings[entries[0]]][::-1], entries[0] // 2, 1.0, image))
     for entry, following in zip(entries, [*entries[1:], entries[0]], strict=True):
-        part, last = entry // 2, entry ^ 1
+        part, crossing = entry // 2, crossings[entry ^ 1]
         points = parts.points[parts.start[part] : parts.start[part + 1]]
-        pieces.append(_Piece(points if entry % 2 == 0 else points[::-1], part))
-        crossing = crossings[last]
-        if crossing in bridges.ways:
+        pieces.append(_Piece(points if entry % 2 == 0 else points[::-1], part, 1.0, image))
+        if crossing in bridges.tails:
+            pieces.append(_Piece(bridges.tails[crossing], part, 1.0, image))
+        elif crossing in bridges.ways:
             way = bridges.ways[crossing]
-            pieces.append(_Piece(way.points, following // 2 if way.is_return else part, way.ease))
-        elif crossing in bridges.tails:
-            pieces.append(_Piece(bridges.tails[crossing], part))
-    return pieces
+            before, image = image, (image[0] + way.image[0], image[1] + way.image[1])
+            owner = (following // 2, image) if way.is_return else (part, before)
+            pieces.append(_Piece(way.points, owner[0], way.ease, owner[1]))
+        else:
+            across = images[crossing // SLOTS]
+            image = (image[0] + across[0], image[1] + across[1])
+    return pieces, image if closed else HERE
 
 
 def _check_clearance(yarns: YarnSet, radius: float) -> None:

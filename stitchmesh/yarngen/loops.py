@@ -19,6 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BOTTOM, StitchMesh
 from stitchmesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarn import YarnSet
@@ -122,8 +123,13 @@ def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FINIS
         finish: how its first and last rows were finished.
 
     Raises:
-        YarnError: the yarns were not generated from this stitch mesh.
+        YarnError: the yarns were not generated from this stitch mesh, or they repeat on a lattice.
     """
+    if yarns.lattice is not None:
+        raise YarnError(
+            "yarns: they repeat on a lattice, where loops are not told apart from their images; expected those of a "
+            "fabric with borders, such as a flat piece of the pattern"
+        )
     pieces = yarn_pieces(fabric, yarns, finish)
     cutter = _Cutter(pieces, yarns)
     starts = np.searchsorted(pieces.yarn, np.arange(yarns.yarn_count + 1)).tolist()

@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One repeat of a knitting pattern as a stitch mesh without borders.
+
+The tile of a pattern lies on a lattice: its upper border is the lower border one period up, its right border the left
+one a period to the right. So the mesh is a torus, down to one stitch whose four corners are one vertex; an image of
+each corner says which period it stands in (Leaf et al. 2018, section 3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.patterns import Pattern, Row, check_closes
+from stitchmesh.patterns.block import Block, block_of
+
+TILE = 1
+"""Place of the tile among the sections of a row."""
+
+
+def torus_mesh(
+    pattern: Pattern, *, stitch_width: float, stitch_height: float, columns: int = 1, rows: int = 1
+) -> StitchMesh:
+    """The tile of a pattern on a lattice, in the plane z = 0 with its right side up; borders are left out.
+
+    Args:
+        pattern: what ``read_pattern`` returned.
+        stitch_width: wale spacing of the first row [cm]; rows of more or fewer loops have the same width.
+        stitch_height: course spacing [cm].
+        columns: tiles beside one another in the cell.
+        rows: repeats above one another in the cell.
+
+    Raises:
+        PatternError: the last row does not leave the loops that the first is worked on, or not as they are twisted.
+        ParameterError: a number or a size is not positive.
+    """
+    for name, number in (("columns", columns), ("rows", rows)):
+        if number < 1:
+            raise ParameterError(f"{name}: got {number}; expected at least 1")
+    for name, size in (("stitch width", stitch_width), ("stitch height", stitch_height)):
+        if not (np.isfinite(size) and size > 0.0):
+            raise ParameterError(f"{name}: got {size} cm; expected a positive number")
+    tile = _tile_of(pattern)
+    check_closes(tile)
+    block = block_of(tile, TILE)
+    assert block is not None  # no row of a pattern has a tile without loops
+    return _Tiling(block, tile, columns, rows).mesh(stitch_width, stitch_height)
+
+
+def _tile_of(pattern: Pattern) -> Pattern:
+    """The pattern without its borders."""
+    rows = tuple(Row(row.sections[TILE], row.loop_sections[TILE]) for row in pattern.rows)
+    return Pattern(pattern.name, pattern.source, rows)
+
+
+class _Tiling:
+    """Copies of a block beside and above one another, the last beside the first.
+
+    Copies are numbered row by row from the lower left.
+    """
+
+    def __init__(self, block: Block, tile: Pattern, columns: int, rows: int) -> None:
+        self.block, self.tile = block, tile
+        self.count = np.array([columns, rows])
+        self.copy = np.stack([index.ravel() for index in np.indices((rows, columns))[::-1]], axis=1)  # shape (n, 2)
+        self.size = np.array([len(line) - 1 for line in block.lines])
+        """Loops of each course line."""
+        self.first_corner = np.concatenate([[0], np.cumsum(block.face_size)])
+
+    def mesh(self, stitch_width: float, stitch_height: float) -> StitchMesh:
+        """The copies as one stitch mesh."""
+        block, count = self.block, len(self.copy)
+        corner_count = len(block.corners)
+        vertex, image = self._corners()
+        lattice = Lattice(
+            np.array(
+                [
+                    [self.count[0] * block.width * stitch_width, 0.0, 0.0],
+                    [0.0, self.count[1] * block.height * stitch_height, 0.0],
+                ]
+            )
+        )
+        twist, shift, layer = (np.tile(marks, count) for marks in self._marks())
+        starts = (np.arange(count)[:, None] * corner_count + self.first_corner[:-1]).ravel()
+        return StitchMesh(
+            vertices=self._vertices(stitch_width, stitch_height),
+            face_start=np.append(starts, count * corner_count),
+            face_vertex=vertex,
+            twin=self._twins(),
+            lattice=lattice,
+            corner_image=image,
+            n_bottom=np.tile(block.n_bottom, count),
+            n_top=np.tile(block.n_top, count),
+            stitch=np.tile(block.stitch, count),
+            row=(self.copy[:, 1, None] * block.height + block.row).ravel(),
+            yarn=np.tile(block.yarn, count),
+            twist=twist,
+            cable_shift=shift,
+            cable_layer=layer,
+        )
+
+    def _vertices(self, stitch_width: float, stitch_height: float) -> FloatArray:
+        """The ends of all loops but the last of each line, of all lines but the last, copy by copy [cm]."""
+        x = np.concatenate([line[:-1] for line in self.block.lines[:-1]])
+        y = np.repeat(np.arange(self.block.height), self.size[:-1])
+        own = np.stack([x, y], axis=1)
+        place = own + (self.copy * [self.block.width, self.block.height])[:, None, :]
+        flat = place.reshape(-1, 2) * [stitch_width, stitch_height]
+        return np.concatenate([flat, np.zeros((len(flat), 1))], axis=1)
+
+    def _corners(self) -> tuple[IntArray, IntArray]:
+        """Vertex and lattice image of each corner, shapes (C,) and (C, 2)."""
+        line = np.repeat(np.arange(len(self.size)), self.size + 1)[self.block.corners]
+        first = np.concatenate([[0], np.cumsum(self.size + 1)])
+        place = self.block.corners - first[line]
+        beyond = np.stack([place == self.size[line], line == self.block.height], axis=1)  # of the next copy, its first
+        start = np.concatenate([[0], np.cumsum(self.size[:-1])])
+        own = start[np.where(beyond[:, 1], 0, line)] + np.where(beyond[:, 0], 0, place)
+        image, copy = self._wrapped(self.copy[:, None, :] + beyond)
+        return (copy * start[-1] + own).ravel(), image.reshape(-1, 2)
+
+    def _wrapped(self, copy: IntArray) -> tuple[IntArray, IntArray]:
+        """Lattice image of copies by column and row, and their numbers in the cell."""
+        within = copy % self.count
+        return copy // self.count, within[..., 1] * self.count[0] + within[..., 0]
+
+    def _twins(self) -> IntArray:
+        """The side across each side, shape (C,)."""
+        block = self.block
+        across = self._corner_of(block.twin)
+        step = np.zeros((len(block.corners), 2), dtype=np.int64)
+        for role, opposite, towards in (
+            (BOTTOM, TOP, (0, -1)), (TOP, BOTTOM, (0, 1)), (LEFT, RIGHT, (-1, 0)), (RIGHT, LEFT, (1, 0)),
+        ):  # fmt: skip
+            own = self._corner_of(block.border[role])
+            across[own], step[own] = self._corner_of(block.border[opposite]), towards
+        _, copy = self._wrapped(self.copy[:, None, :] + step)
+        twin: IntArray = (copy * len(block.corners) + across).ravel()
+        return twin
+
+    def _corner_of(self, places: IntArray) -> IntArray:
+        """Numbers within the block of corners given as (face, place), shape (n, 2) to (n,)."""
+        corner: IntArray = self.first_corner[places[:, 0]] + places[:, 1]
+        return corner
+
+    def _marks(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Twists, shifts and layers of the sides of one copy; on its upper border as the first row takes the loops."""
+        twist, shift, layer = (
+            marks.copy() for marks in (self.block.twist, self.block.cable_shift, self.block.cable_layer)
+        )
+        upper = self._corner_of(self.block.border[TOP])
+        loops = self.tile.loops_above(self.tile.height - 1)
+        twist[upper] = [loop.twist for loop in loops]
+        shift[upper] = [loop.shift for loop in loops]
+        layer[upper] = [loop.layer for loop in loops]
+        return twist, shift, layer

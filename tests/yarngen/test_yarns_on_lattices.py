@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns that repeat: from image to image across cables, floats and cuts, and how near they come to their images."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.cables import cable_groups
+from stitchmesh.errors import YarnError
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.patterns import Cell, Loop, Pattern, Row
+from stitchmesh.patterns.swatch_mesh import plain_piece
+from stitchmesh.periodic.torus import torus_mesh
+from stitchmesh.stitch import Stitch
+from stitchmesh.yarn import YarnSet, segment_points
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.loops import find_arcs
+from stitchmesh.yarngen.splines import control_points_through
+
+WIDTH, HEIGHT, RADIUS = 0.5, 0.4, 0.0625
+KNITTED = [Stitch.KNIT, Stitch.PURL]
+CROSSED = (Loop(2), Loop(2), Loop(-2, 1), Loop(-2, 1))
+
+
+def torus(*rows: Row) -> StitchMesh:
+    return torus_mesh(Pattern("made", "test", rows), stitch_width=WIDTH, stitch_height=HEIGHT)
+
+
+def plain_row(yarns: str, loops: tuple[Loop, ...] = ()) -> Row:
+    return Row(tuple(Cell(KNITTED[place % 2], yarn=int(yarn)) for place, yarn in enumerate(yarns)), loops)
+
+
+def moved(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
+    """What is knitted on a torus of plain stitches, moved to the right and up: the same fabric seen in another cell."""
+    height = int(fabric.row.max()) + 1
+
+    def roll(values: np.ndarray, sides: int) -> np.ndarray:
+        return np.roll(values.reshape(height, -1, sides), (rows, columns), axis=(0, 1)).ravel()
+
+    per_face = {name: roll(getattr(fabric, name), 1) for name in ("stitch", "yarn")}
+    per_side = {name: roll(getattr(fabric, name), 4) for name in ("twist", "cable_shift", "cable_layer")}
+    return replace(fabric, **per_face, **per_side)
+
+
+def in_cell(yarns: YarnSet, shift: np.ndarray) -> np.ndarray:
+    """Control points modulo the lattice, moved back, sorted [cm]; the cell begins a little off where points may lie."""
+    assert yarns.lattice is not None
+    size = np.array([yarns.lattice.periods[0, 0], yarns.lattice.periods[1, 1], np.inf])
+    points = np.where(np.isinf(size), yarns.points, np.mod(yarns.points - shift + 1e-6, size)).round(7)
+    return points[np.lexsort(points.T)]
+
+
+FABRICS = {
+    "a cable": torus(plain_row("000000"), plain_row("000000", (*CROSSED, Loop(), Loop()))),
+    "a cable in a single row": torus(plain_row("000000", (*CROSSED, Loop(), Loop()))),
+    "a wide cable": torus(plain_row("00000", (*[Loop(2)] * 3, *[Loop(-3, 1)] * 2))),
+    "two yarns": torus(plain_row("001011"), plain_row("110000")),
+    "three yarns": torus(plain_row("000121")),
+    "one stitch of a yarn": torus(plain_row("00100")),
+    "twisted loops": torus(plain_row("000", (Loop(), Loop(twist=-1), Loop()))),
+}
+
+
+@pytest.mark.parametrize("name", FABRICS)
+def test_what_reaches_over_the_border_of_the_cell_is_drawn_as_within(name):
+    fabric = FABRICS[name]
+    yarns = generate_yarns(fabric, yarn_radius=RADIUS)
+    assert fabric.lattice is not None
+    wide, high = fabric.lattice.periods[0, 0] / WIDTH, fabric.lattice.periods[1, 1] / HEIGHT
+    for columns, rows in [(column, row) for column in range(round(wide)) for row in range(round(high))]:
+        again = generate_yarns(moved(fabric, columns, rows), yarn_radius=RADIUS)
+        shift = np.array([columns * WIDTH, rows * HEIGHT, 0.0])
+        # rounding, and what is left of the iteration for control points
+        np.testing.assert_allclose(in_cell(again, shift), in_cell(yarns, np.zeros(3)), atol=2e-7)
+        assert sorted(map(tuple, np.abs(again.lattice_step))) == [(1, 0)] * yarns.yarn_count
+
+
+def test_a_crossing_over_the_border_of_the_cell_knows_the_images_of_its_loops():
+    (group,) = cable_groups(moved(FABRICS["a cable"], 4, 0))
+    np.testing.assert_array_equal(group.image, [[0, 0], [0, 0], [1, 0], [1, 0]])
+    (within,) = cable_groups(FABRICS["a cable"])
+    np.testing.assert_array_equal(within.image, np.zeros((4, 2)))
+
+
+def test_a_float_longer_than_allowed_is_cut_on_a_torus_too():
+    fabric = FABRICS["one stitch of a yarn"]
+    carried = generate_yarns(fabric, yarn_radius=RADIUS, longest_float=4)
+    cut = generate_yarns(fabric, yarn_radius=RADIUS, longest_float=3)
+    assert carried.closed.all()
+    assert cut.closed[cut.colour == 1].tolist() == [False] and cut.closed[cut.colour == 0].all()
+    # a yarn that ends leads nowhere
+    np.testing.assert_array_equal(cut.lattice_step[cut.colour == 1], [[0, 0]])
+
+
+def test_a_cut_yarn_is_the_same_wherever_the_cell_begins():
+    fabric = FABRICS["one stitch of a yarn"]
+    first = generate_yarns(fabric, yarn_radius=RADIUS, longest_float=3)
+    for columns in range(1, 5):
+        again = generate_yarns(moved(fabric, columns, 0), yarn_radius=RADIUS, longest_float=3)
+        shift = np.array([columns * WIDTH, 0.0, 0.0])
+        np.testing.assert_allclose(in_cell(again, shift), in_cell(first, np.zeros(3)), atol=2e-7)  # as above
+        for yarns in (first, again):
+            ends = yarns.start[np.flatnonzero(~yarns.closed)[0] :][:2]
+            assert np.ptp(yarns.points[slice(*ends), 0]) < 2 * WIDTH  # a stitch and two tails
+
+
+def straight(direction: np.ndarray, lattice: Lattice, step: tuple[int, int]) -> YarnSet:
+    """A straight yarn that leads from the origin to its image."""
+    points = np.arange(8)[:, None] / 8 * direction
+    return YarnSet(
+        points=points, start=np.array([0, 8]), closed=np.array([True]), radius=np.array([0.1]),
+        rest_length=np.ones(8), row=np.zeros(8), face=np.zeros(8), part=np.zeros(8),
+        lattice=lattice, lattice_step=np.array([step]),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("step", [(1, 0), (0, 1), (1, 1), (2, 1)])
+def test_a_straight_yarn_is_as_far_from_its_images_as_the_lattice_says(step):
+    lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.3, 0.25, 0.0]]))
+    along = lattice.shift(np.array(step))
+    length = float(np.linalg.norm(along))
+    # images of a line of the lattice are lines apart by the area of the cell over the distance along it
+    beside = 0.25 / length
+    # segments three apart may touch: between them lie two, and from point to point a quarter of one
+    further_on = 9 / 32 * length
+    found, _ = smallest_distance(straight(along, lattice, step), within=1.0)
+    # points stand a 32nd of the line apart
+    assert min(beside, further_on) - 1e-12 < found < min(np.hypot(beside, length / 64), further_on) + 1e-12
+
+
+def test_a_yarn_does_not_touch_what_it_goes_on_in():
+    lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 5.0, 0.0]]))
+    # nearer than the next row of images lies nothing but the yarn itself, before and after
+    assert smallest_distance(straight(np.array([1.0, 0.0, 0.0]), lattice, (1, 0)), within=0.2)[0] == np.inf
+
+
+def test_control_points_of_a_line_that_goes_on_lie_on_it():
+    points = np.linspace(0.0, 1.0, 6)[:-1, None] * [1.0, 2.0, 3.0]
+    control = control_points_through(points, np.array([0, 5]), np.array([True]), np.array([[1.0, 2.0, 3.0]]))
+    np.testing.assert_allclose(control, points, atol=1e-12)  # rounding: a line's control points are its points
+
+
+def test_splines_pass_through_their_points_in_every_image():
+    step = np.array([[0.7, 0.1, 0.0]])
+    points = np.random.default_rng(3).normal(size=(7, 3))
+    start, closed = np.array([0, 7]), np.array([True])
+    control = control_points_through(points, start, closed, step)
+    before, after = np.roll(control, 1, axis=0), np.roll(control, -1, axis=0)
+    before[0] -= step[0]
+    after[-1] += step[0]
+    np.testing.assert_allclose((before + 4 * control + after) / 6, points, atol=1e-7)  # (2/3)^45 of their distances
+    assert len(segment_points(start, closed)) == 7
+
+
+def test_a_fabric_on_a_lattice_must_close():
+    piece = plain_piece(3, 3, WIDTH, HEIGHT)
+    lattice = Lattice(np.array([[1.5, 0.0, 0.0], [0.0, 1.2, 0.0]]))
+    open_piece = replace(piece, lattice=lattice, corner_image=np.zeros((piece.side_count, 2)))
+    assert (open_piece.twin == BORDER).any()
+    with pytest.raises(YarnError, match=r"side 0 .*: is a border of a fabric on a lattice"):
+        generate_yarns(open_piece)
+
+
+def test_loops_on_a_lattice_are_not_told():
+    fabric = FABRICS["twisted loops"]
+    with pytest.raises(YarnError, match="they repeat on a lattice"):
+        find_arcs(fabric, generate_yarns(fabric))
+
+
+def test_points_lie_in_the_image_that_they_were_shifted_to():
+    lattice = Lattice(np.array([[1.0, 0.2, 0.0], [-0.3, 0.5, 0.4]]))
+    rng = np.random.default_rng(0)
+    image = rng.integers(-3, 4, size=(50, 2))
+    inside = rng.uniform(0.01, 0.99, size=(50, 2)) @ lattice.periods
+    normal = np.cross(*lattice.periods) * rng.normal(size=(50, 1))
+    np.testing.assert_array_equal(lattice.image_of(inside + normal + lattice.shift(image)), image)
+
+
+def test_images_that_come_near_are_all_found():
+    lattice = Lattice(np.array([[0.5, 0.0, 0.0], [0.2, 0.3, 0.0]]))
+    points = np.random.default_rng(1).uniform(size=(40, 3)) * [1.0, 0.8, 0.3]
+    near = {tuple(image) for image in lattice.near_images(points, 0.2).tolist()}
+    for a in range(-6, 7):
+        for b in range(-6, 7):
+            gaps = points[:, None] - points - lattice.shift((a, b))
+            assert np.linalg.norm(gaps, axis=2).min() > 0.2 or (a, b) in near
