@@ -20,7 +20,7 @@ LAYERS = [
     {"mesh"},
     {"courses"},
     {"mean_value", "standing_rows", "cables", "patch", "yarn", "quality", "device", "tube", "dyes"},
-    {"curves", "draft", "rest_length", "yarn_radius", "instructions", "description"},
+    {"curves", "draft", "rest_length", "yarn_radius", "tiling", "instructions", "description"},
     {"knitting_machine"},
     {"io"},
     {"patterns"},

@@ -6,6 +6,9 @@
     /yarns/closed   BasisCurves, wrap periodic
     /yarns/open     BasisCurves, wrap nonperiodic; a prim without curves is left out
 
+One period of yarns that repeat is drawn in as many tiles as wanted by /yarns/tiles, a PointInstancer, and its curves
+stand below /yarns/tiles/period, the one prototype; the first instance lies where they are.
+
 ``widths`` are diameters, one where all agree, else one to a curve. The primvars ``yarn``, which numbers the curves as
 in the set, and ``colour`` belong to curves; ``row``, ``face`` and ``part`` to control points. Coordinates are rounded
 to float32. Curves of other programs are read where they are cubic B-splines: transforms, the unit and a z axis that is
@@ -38,6 +41,10 @@ Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Turns rows with z up to y up."""
 
 
+PERIOD = "/yarns/tiles/period"
+"""Prim above the curves that are drawn several times."""
+
+
 @dataclass(frozen=True)
 class UsdCurve:
     """One curve of a stage, in its world."""
@@ -56,8 +63,13 @@ class UsdCurve:
     """Those of ``LABELS`` that it has, shape (n,) each."""
 
 
-def write_usd(path: FilePath, yarns: YarnSet) -> None:
+def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) -> None:
     """Write yarns as text (``.usda``) or in binary (``.usdc``, ``.usd``).
+
+    Args:
+        path: the file.
+        yarns: a set without a lattice.
+        places: where to draw the yarns [cm], shape (n, 3); only where they are if None.
 
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
@@ -70,10 +82,13 @@ def write_usd(path: FilePath, yarns: YarnSet) -> None:
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
     widths = rounded(path, "the widths", 2.0 * yarns.radius)
     points = rounded(path, "the coordinates", yarns.points)
+    above = "/yarns" if places is None else PERIOD
     for name, closed in (("closed", True), ("open", False)):
         chosen = np.flatnonzero(yarns.closed == closed)
         if len(chosen):
-            _define_curves(stage, f"/yarns/{name}", yarns, chosen, points, widths[chosen])
+            _define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen])
+    if places is not None:
+        _define_instances(stage, rounded(path, "the places", places))
     with atomic_path(path) as temporary:
         try:
             stage.GetRootLayer().Export(str(temporary))
@@ -135,6 +150,19 @@ def _define_curves(
     for name, (values, interpolation) in {**own, **labels}.items():
         primvar = primvars.CreatePrimvar(name, Sdf.ValueTypeNames.IntArray, interpolation)
         primvar.Set(Vt.IntArray.FromNumpy(_int32(values)))
+
+
+def _define_instances(stage: Usd.Stage, places: NDArray[np.float32]) -> None:
+    """Draw what stands below ``PERIOD`` at each place."""
+    from pxr import Usd, UsdGeom, Vt
+
+    UsdGeom.Xform.Define(stage, PERIOD)
+    instancer = UsdGeom.PointInstancer.Define(stage, PERIOD.rpartition("/")[0])
+    instancer.CreatePrototypesRel().SetTargets([PERIOD])
+    instancer.CreateProtoIndicesAttr(Vt.IntArray(len(places), 0))
+    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(places))
+    time = Usd.TimeCode.Default()
+    instancer.CreateExtentAttr(instancer.ComputeExtentAtTime(time, time))
 
 
 def _extent(points: NDArray[np.float32], radius: FloatArray) -> NDArray[np.float32]:

@@ -6,6 +6,9 @@ Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them, USD all
 other formats keep the curves, VTP with the colours. A BCC file usually holds Catmull-Rom curves, which pass through the
 same knots and differ in between: the largest distance is logged. BCC and OBJ state no radius: reading estimates one,
 and a warning says so.
+
+Yarns that repeat stay so in HDF5 and in ``.pyp``. The other formats hold a finite piece of them, one period or as many
+tiles as are asked for: its yarns are open and cut where the cell's go on (``tiling``). USD draws tiles as instances.
 """
 
 from __future__ import annotations
@@ -27,11 +30,14 @@ from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.gltf import write_glb
 from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
+from stitchmesh.io.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
 from stitchmesh.io.units import centimetres
 from stitchmesh.io.usd import LABELS, read_usd, write_usd
 from stitchmesh.io.vtp import read_vtp, write_vtp
+from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
+from stitchmesh.tiling import instances, tiled
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn_radius import estimate_radius
 
@@ -40,6 +46,9 @@ BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
 """Kinds of curve that a BCC file can be written with; the first is the official one."""
 POINTS_PER_SEGMENT = 4
 """Of the polylines in OBJ and VTP files."""
+
+Tiles = tuple[int, int] | None
+"""How often a cell is repeated along the courses and along the wales, if the caller says."""
 
 logger = logging.getLogger(__name__)
 
@@ -50,16 +59,16 @@ class YarnFormat:
 
     read: Callable[[FilePath, float, float | None], YarnSet]
     """From path, centimetres in the file's unit, and radius [cm] if the caller gave one."""
-    write: Callable[[FilePath, YarnSet, float, str], None]
-    """To path, with centimetres in the file's unit and the kind of curve."""
+    write: Callable[[FilePath, YarnSet, float, str, Tiles], None]
+    """To path, with centimetres in the file's unit, the kind of curve and how many tiles of yarns that repeat."""
 
 
 def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None) -> YarnSet:
     """Read yarns.
 
     Args:
-        path: an ``.h5``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp`` or ``.obj`` file.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 and USD files state their own.
+        path: an ``.h5``, ``.pyp``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp`` or ``.obj`` file.
+        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5, USD and ``.pyp`` files have their own.
         radius: radius of all yarns [cm]. Where None, the file's own, or for formats that hold none half the distance
             at which the yarns typically touch (``yarn_radius.estimate_radius``), and a warning says so.
 
@@ -77,26 +86,31 @@ def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None)
         raise FileError(f"{fspath(path)}: {error}") from error
 
 
-def write_yarns(path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str = "catmull-rom") -> None:
+def write_yarns(
+    path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str = "catmull-rom", tiles: Tiles = None
+) -> None:
     """Write yarns.
 
     Args:
-        path: an ``.h5``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp``, ``.glb`` or ``.obj`` file; missing
-            folders are made.
-        yarns: a set without a lattice, unless the file is HDF5.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 and USD files are in centimetres, glTF files
-            in metres.
+        path: an ``.h5``, ``.pyp``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp``, ``.glb`` or ``.obj`` file;
+            missing folders are made.
+        yarns: the yarns.
+        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 and USD files are in centimetres, glTF and
+            ``.pyp`` files in metres.
         curve: kind of curve in a BCC file: ``catmull-rom``, which passes through the same knots, or ``bspline``, which
             is exact but not read everywhere.
+        tiles: how often yarns that repeat are written along the courses and along the wales, as a finite piece; where
+            None, HDF5 and ``.pyp`` files keep the lattice, and the others hold one period.
 
     Raises:
-        ParameterError: the unit or the kind of curve is unknown.
+        ParameterError: the unit or the kind of curve is unknown, or the tiles are not two whole numbers from 1.
+        YarnError: tiles are asked for of yarns that do not repeat.
         FileError: the format is unknown, cannot hold these yarns, or the file cannot be written.
     """
     scale = centimetres(unit)
     if curve not in BCC_CURVES:
         raise ParameterError(f"curve: got {curve!r}; expected one of {', '.join(BCC_CURVES)}")
-    FORMATS[suffix_of(path, FORMATS)].write(path, yarns, scale, curve)
+    FORMATS[suffix_of(path, FORMATS)].write(path, yarns, scale, curve, tiles)
 
 
 def check_writable(path: FilePath, yarns: YarnSet) -> None:
@@ -105,8 +119,8 @@ def check_writable(path: FilePath, yarns: YarnSet) -> None:
     Raises:
         FileError: the path is a folder, its format is unknown or cannot hold these yarns.
     """
-    if suffix_of(path, FORMATS) != ".h5":
-        _check_no_lattice(path, yarns)
+    if suffix_of(path, FORMATS) == ".pyp":
+        check_pyp(path, yarns)
     if Path(path).is_dir():
         raise FileError(f"{fspath(path)}: is a folder; expected the name of a file to write")
 
@@ -117,10 +131,24 @@ def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return yarns if radius is None else _with_radius(yarns, radius)
 
 
-def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # control points are stored as they are
     _check_unit_left_out(path, scale)
-    write_noun(path, yarns, HDF5_FORMAT)
+    write_noun(path, yarns if tiles is None else tiled(yarns, *tiles), HDF5_FORMAT)
+
+
+def _read_pyp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    _check_unit_left_out(path, scale)
+    yarns = read_pyp(path)
+    return yarns if radius is None else _with_radius(yarns, radius)
+
+
+def _write_pyp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
+    del curve  # vertices are knots
+    _check_unit_left_out(path, scale)
+    if tiles is not None:
+        raise ParameterError(f"tiles: {fspath(path)} is of a format that holds one period; leave the tiles out")
+    write_pyp(path, yarns)
 
 
 def _read_bcc(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -135,8 +163,8 @@ def _read_bcc(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return _yarns_of_curves(curves, content.closed, radius)
 
 
-def _write_bcc(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
-    _check_no_lattice(path, yarns)
+def _write_bcc(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
+    yarns = _finite(path, yarns, tiles)
     closed = yarns.closed.tolist()
     curves = np.split(yarns.points, yarns.start[1:-1])
     if curve == "catmull-rom":
@@ -152,9 +180,9 @@ def _read_obj(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return _yarns_of_curves(curves, closed, radius)
 
 
-def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # a polyline is a polyline
-    _check_no_lattice(path, yarns)
+    yarns = _finite(path, yarns, tiles)
     samples = [points / scale for points in yarns.sampled(POINTS_PER_SEGMENT)]
     write_obj_polylines(path, samples, yarns.closed.tolist())
 
@@ -173,11 +201,11 @@ def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return dataclasses.replace(yarns, **labels)
 
 
-def _write_usd(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+def _write_usd(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # control points are stored as they are
     _check_unit_left_out(path, scale)
-    _check_no_lattice(path, yarns)
-    write_usd(path, yarns)
+    places = None if tiles is None else instances(_lattice(path, yarns), *tiles)
+    write_usd(path, _finite(path, yarns, None), places)
 
 
 def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -189,10 +217,9 @@ def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     return yarns if content.colour is None else dataclasses.replace(yarns, colour=content.colour)
 
 
-def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # a polyline is a polyline
-    _check_no_lattice(path, yarns)
-    write_vtp(path, yarns, scale, POINTS_PER_SEGMENT)
+    write_vtp(path, _finite(path, yarns, tiles), scale, POINTS_PER_SEGMENT)
 
 
 def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -200,15 +227,15 @@ def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     raise FileError(f"{fspath(path)}: a glTF file holds tubes, not the curves of yarns; read the .h5 they came from")
 
 
-def _write_glb(path: FilePath, yarns: YarnSet, scale: float, curve: str) -> None:
+def _write_glb(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # tubes are triangles
     _check_unit_left_out(path, scale)
-    _check_no_lattice(path, yarns)
-    write_glb(path, yarns)
+    write_glb(path, _finite(path, yarns, tiles))
 
 
 FORMATS: dict[str, YarnFormat] = {
     ".h5": YarnFormat(_read_hdf5, _write_hdf5),
+    ".pyp": YarnFormat(_read_pyp, _write_pyp),
     ".bcc": YarnFormat(_read_bcc, _write_bcc),
     ".usda": YarnFormat(_read_usd, _write_usd),
     ".usdc": YarnFormat(_read_usd, _write_usd),
@@ -246,6 +273,17 @@ def _check_unit_left_out(path: FilePath, scale: float) -> None:
         raise ParameterError(f"unit: {fspath(path)} is of a format that fixes or states its unit; leave the unit out")
 
 
-def _check_no_lattice(path: FilePath, yarns: YarnSet) -> None:
-    if yarns.lattice is not None:
-        raise FileError(f"{fspath(path)}: the format cannot hold yarns that repeat on a lattice; write .h5")
+def _finite(path: FilePath, yarns: YarnSet, tiles: Tiles) -> YarnSet:
+    """Yarns for a format that has no lattice: as they are, or a piece of those that repeat."""
+    if tiles is not None:
+        return tiled(yarns, *tiles)
+    if yarns.lattice is None:
+        return yarns
+    logger.info("%s: holds one period of yarns that repeat, as yarns with ends; .h5 keeps the periods", fspath(path))
+    return tiled(yarns, 1, 1)
+
+
+def _lattice(path: FilePath, yarns: YarnSet) -> Lattice:
+    if yarns.lattice is None:
+        raise YarnError(f"{fspath(path)}: tiles of yarns that do not repeat; expected a cell on a lattice")
+    return yarns.lattice

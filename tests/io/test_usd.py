@@ -14,9 +14,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_yarns, usd, write_yarns
+from stitchmesh.tiling import instances, tiled
 from stitchmesh.yarn import YarnSet
 from tests.gallery import shared
 from tests.io.yarn_sets import awkward_yarns, ring
+from tests.yarnrelax.stockinette import woven_cell
 
 SUFFIXES = [".usda", ".usdc", ".usd"]
 FLOAT32 = 2.0**-24
@@ -230,3 +232,39 @@ def test_what_usd_cannot_write_is_one_line(tmp_path, monkeypatch):
     with pytest.raises(FileError, match="cannot be written") as caught:
         write_yarns(tmp_path / "y.usda", awkward_yarns())
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_tiles_are_instances_of_one_period(tmp_path, suffix):
+    cell = woven_cell()
+    write_yarns(tmp_path / f"y{suffix}", cell, tiles=(3, 2))
+    stage = Usd.Stage.Open(str(tmp_path / f"y{suffix}"))
+    places = ["/yarns", "/yarns/tiles", "/yarns/tiles/period", "/yarns/tiles/period/open"]
+    assert [str(prim.GetPath()) for prim in stage.Traverse()] == places
+    instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath("/yarns/tiles"))
+    transforms = instancer.ComputeInstanceTransformsAtTime(Usd.TimeCode.Default(), Usd.TimeCode.Default())
+    shifts = np.array(transforms)[:, 3, :3]
+    np.testing.assert_allclose(shifts, instances(cell.lattice, 3, 2), atol=1e-6)  # float32
+    assert [str(path) for path in instancer.GetPrototypesRel().GetTargets()] == places[2:3]
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    assert UsdValidation.ValidationContext(validators).Validate(stage) == []
+
+
+def test_instances_show_what_the_tiles_are(tmp_path):
+    cell = woven_cell()
+    write_yarns(tmp_path / "y.usda", cell, tiles=(3, 2))
+    stage = Usd.Stage.Open(str(tmp_path / "y.usda"))
+    box = UsdGeom.Imageable(stage.GetPrimAtPath("/yarns")).ComputeWorldBound(Usd.TimeCode.Default(), "default")
+    piece = tiled(cell, 3, 2)
+    low, high = piece.points.min(axis=0) - cell.radius[0], piece.points.max(axis=0) + cell.radius[0]
+    np.testing.assert_allclose(box.ComputeAlignedRange().GetMin(), low, atol=1e-6)  # float32
+    np.testing.assert_allclose(box.ComputeAlignedRange().GetMax(), high, atol=1e-6)
+
+
+def test_a_reader_that_knows_no_instances_sees_one_period(tmp_path):
+    cell = woven_cell()
+    write_yarns(tmp_path / "tiles.usda", cell, tiles=(3, 2))
+    write_yarns(tmp_path / "period.usda", cell)
+    first, second = read_yarns(tmp_path / "tiles.usda"), read_yarns(tmp_path / "period.usda")
+    np.testing.assert_array_equal(first.points, second.points)
+    np.testing.assert_array_equal(first.start, second.start)

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A tiling is the cell many times over: the same curves, the same forces, labels that number on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError, YarnError
+from stitchmesh.lattice import Lattice
+from stitchmesh.tiling import instances, tiled
+from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
+from tests.yarnrelax.stockinette import periodic_patch, woven_cell
+
+LEAF = YarnMaterial.named("leaf")
+LATTICE = Lattice([[1.0, 0.0, 0.1], [0.25, 2.0, 0.0]])
+
+
+def yarn_of_step(step: tuple[int, int], count: int = 5) -> YarnSet:
+    """One yarn of random control points that goes on a step farther, on a sheared lattice."""
+    points = np.random.default_rng(2).normal(size=(count, 3))
+    yarns = YarnSet.from_curves([points], closed=[True], radius=0.1, rest_lengths=[1.0 + np.arange(count)])
+    labels = {"face": np.arange(count), "part": np.arange(count), "row": np.arange(count) // 3}
+    return replace(yarns, **labels, colour=[3], lattice=LATTICE, lattice_step=np.array([step]))
+
+
+def numbered(cell: YarnSet) -> YarnSet:
+    """The cell shaken out of balance; the faces of its control points are their numbers, so that copies tell them."""
+    noise = np.random.default_rng(7).normal(scale=0.01, size=cell.points.shape)
+    return replace(
+        cell, points=cell.points + noise, rest_length=0.95 * cell.rest_length, face=np.arange(len(cell.points))
+    )
+
+
+def corners_of_segments(yarns: YarnSet) -> NDArray[np.float64]:
+    """The four control points of each segment where they lie, shape (S, 12)."""
+    corners = yarns.points[yarns.segment_points]
+    return (corners if yarns.point_shift is None else corners + yarns.point_shift).reshape(-1, 12)
+
+
+def ordered(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows in lexical order of what they are to nine digits."""
+    return rows[np.lexsort(np.round(rows, 9).T)]
+
+
+@pytest.mark.parametrize("step", [(1, 0), (0, 1), (-1, 0), (2, 0), (1, 1), (2, -3), (0, 0)])
+def test_a_finite_piece_is_the_tiles_segments_and_no_others(step):
+    cell = yarn_of_step(step)
+    piece = tiled(cell, 4, 3)
+    assert piece.lattice is None
+    expected = [corners_of_segments(cell) + np.tile(shift, 4) for shift in instances(LATTICE, 4, 3)]
+    # sums of shifts, rounded in another order
+    np.testing.assert_allclose(ordered(corners_of_segments(piece)), ordered(np.concatenate(expected)), atol=1e-12)
+    np.testing.assert_array_equal(np.sort(piece.rest_length), np.sort(np.tile(cell.rest_length, 12)))
+    # each segment keeps its own rest length: the second control point says which it copies
+    source = piece.part[piece.segment_points[:, 0]]
+    np.testing.assert_array_equal(piece.rest_length, cell.rest_length[source])
+
+
+@pytest.mark.parametrize(
+    ("step", "copies"),
+    [
+        ((1, 0), [4, 4, 4]),
+        ((-1, 0), [4, 4, 4]),
+        ((0, 1), [3, 3, 3, 3]),
+        ((2, 0), [2, 2, 2, 2, 2, 2]),
+        ((1, 1), [3, 3, 2, 1, 2, 1]),
+        ((0, 0), [1] * 12),
+    ],
+)
+def test_strands_run_as_far_as_the_box_goes(step, copies):
+    piece = tiled(yarn_of_step(step), 4, 3)
+    closed = step == (0, 0)
+    np.testing.assert_array_equal(piece.closed, [closed] * len(copies))
+    np.testing.assert_array_equal(np.diff(piece.start), [5 * count + (0 if closed else 3) for count in copies])
+    np.testing.assert_array_equal(piece.colour, [3] * len(copies))
+    np.testing.assert_array_equal(piece.radius, [0.1] * len(copies))
+
+
+@pytest.mark.parametrize(
+    ("step", "count", "new"),
+    [((1, 0), 3, (1, 0)), ((0, -1), 4, (0, -1)), ((2, 0), 6, (1, 0)), ((1, 1), 1, (3, 4)), ((0, 0), 12, (0, 0))],
+)
+def test_a_larger_cell_has_larger_periods_and_its_own_steps(step, count, new):
+    larger = tiled(yarn_of_step(step), 4, 3, periodic=True)
+    np.testing.assert_array_equal(larger.lattice.periods, LATTICE.periods * [[4], [3]])
+    np.testing.assert_array_equal(larger.lattice_step, [new] * count)
+    assert larger.closed.all()
+    assert len(larger.points) == 60
+
+
+@pytest.mark.parametrize("cell", [periodic_patch(1, 1), woven_cell()], ids=["one stitch", "woven"])
+@pytest.mark.parametrize("counts", [(2, 3), (1, 2)])
+def test_a_cell_equals_its_tiling(cell, counts):
+    cell = numbered(cell)
+    larger = tiled(cell, *counts, periodic=True)
+    one, many = yarn_energies(cell, LEAF, device="cpu"), yarn_energies(larger, LEAF, device="cpu")
+    tiles = counts[0] * counts[1]
+    for term, energy in one.items():
+        assert energy > 0.0
+        assert many[term] / tiles == pytest.approx(energy, rel=1e-12)  # rounding only
+    force = yarn_forces(cell, LEAF, device="cpu")
+    source = larger.face % len(cell.points)
+    np.testing.assert_array_equal(np.bincount(source), tiles)
+    # rounding of coordinates in the stiffest term
+    np.testing.assert_allclose(
+        yarn_forces(larger, LEAF, device="cpu"), force[source], atol=1e-12 * np.abs(force).max()
+    )
+
+
+def test_a_diagonal_yarn_equals_its_tiling():
+    """Step (1, 1): two by two tiles hold two yarns, which meet their neighbours across other borders."""
+    line = np.arange(12)[:, None] / 12 * [0.9, 0.75, 0.0]
+    points = line + np.random.default_rng(4).normal(scale=0.01, size=line.shape)
+    lattice = Lattice([[0.5, 0.0, 0.0], [0.4, 0.75, 0.0]])
+    bare = YarnSet.from_curves([points], closed=[True], radius=0.16, rest_lengths=[np.full(12, 0.09)])
+    cell = numbered(replace(bare, lattice=lattice, lattice_step=np.array([[1, 1]])))
+    larger = tiled(cell, 2, 2, periodic=True)
+    assert larger.yarn_count == 2
+    one, four = yarn_energies(cell, LEAF, device="cpu"), yarn_energies(larger, LEAF, device="cpu")
+    assert one["contact"] > 0.0
+    for term, energy in one.items():
+        assert four[term] / 4 == pytest.approx(energy, rel=1e-12)  # rounding only
+
+
+def test_a_tiling_of_a_tiling_is_a_larger_tiling():
+    cell = yarn_of_step((1, 0))
+    twice, once = tiled(tiled(cell, 2, 1, periodic=True), 2, 3), tiled(cell, 4, 3)
+    np.testing.assert_allclose(twice.points, once.points, atol=1e-12)  # sums of shifts in another order
+    np.testing.assert_array_equal(twice.start, once.start)
+    np.testing.assert_array_equal(twice.row, once.row)
+
+
+def test_labels_number_on_tile_by_tile():
+    piece = tiled(yarn_of_step((1, 0)), 2, 3)
+    first = piece.face[:13]
+    np.testing.assert_array_equal(first, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 1, 2])  # the last three begin again
+    np.testing.assert_array_equal(piece.face[13:23], first[:10] + 10)
+    np.testing.assert_array_equal(piece.row[:13], [0, 0, 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0])
+    np.testing.assert_array_equal(piece.row[26:31], [4, 4, 4, 5, 5])
+    assert piece.face.max() == 5 * 6 - 1
+
+
+def test_points_that_no_stitch_made_have_their_yarns_number_for_a_row():
+    cell = replace(yarn_of_step((1, 0)), face=np.full(5, UNKNOWN_FACE))
+    piece = tiled(cell, 2, 3)
+    np.testing.assert_array_equal(piece.row, piece.point_yarn)
+    np.testing.assert_array_equal(piece.face, UNKNOWN_FACE)
+
+
+def test_instances_are_the_tiles_along_the_courses_and_then_up():
+    u, v = LATTICE.periods
+    np.testing.assert_allclose(instances(LATTICE, 2, 2), [0 * u, u, v, u + v])
+
+
+def test_what_cannot_be_tiled_is_refused():
+    with pytest.raises(ParameterError, match="got 0 columns; expected a whole number from 1"):
+        tiled(yarn_of_step((1, 0)), 0, 3)
+    with pytest.raises(ParameterError, match=r"got 1\.5 rows"):
+        instances(LATTICE, 1, 1.5)
+    with pytest.raises(YarnError, match="do not repeat; expected a cell on a lattice"):
+        tiled(tiled(yarn_of_step((1, 0)), 1, 1), 2, 2)
