@@ -33,9 +33,17 @@ if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh, StitchMesh
     from stitchmesh.meshrelax import relax_mesh
     from stitchmesh.patterns import Pattern, apply_pattern, parse_pattern, pattern_mesh, pattern_names, read_pattern
+    from stitchmesh.periodic.source import pattern_or_weave
+    from stitchmesh.periodic.swatch import Swatch, swatch
+    from stitchmesh.periodic.textures import texture_maps
+    from stitchmesh.periodic.torus import torus_mesh
+    from stitchmesh.periodic.weave import Weave
+    from stitchmesh.periodic.weave_library import read_weave, weave_names
+    from stitchmesh.periodic.weave_yarns import weave_yarns
     from stitchmesh.quality import Quality
     from stitchmesh.rest_length import RestLengths, apply_rest_lengths
     from stitchmesh.stitch import Stitch
+    from stitchmesh.tiling import tiled
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarn_radius import estimate_radius
     from stitchmesh.yarngen import Finish, check_loops, generate_yarns, regenerate_yarns
@@ -82,10 +90,20 @@ _HOME = {
     "pattern_mesh": "patterns",
     "pattern_names": "patterns",
     "read_pattern": "patterns",
+    "pattern_or_weave": "periodic.source",
+    "Swatch": "periodic.swatch",
+    "swatch": "periodic.swatch",
+    "texture_maps": "periodic.textures",
+    "torus_mesh": "periodic.torus",
+    "Weave": "periodic.weave",
+    "read_weave": "periodic.weave_library",
+    "weave_names": "periodic.weave_library",
+    "weave_yarns": "periodic.weave_yarns",
     "Quality": "quality",
     "RestLengths": "rest_length",
     "apply_rest_lengths": "rest_length",
     "Stitch": "stitch",
+    "tiled": "tiling",
     "YarnSet": "yarn",
     "estimate_radius": "yarn_radius",
     "Finish": "yarngen",
@@ -127,7 +145,9 @@ __all__ = [
     "Stitch",
     "StitchMesh",
     "StitchMeshError",
+    "Swatch",
     "Twist",
+    "Weave",
     "YarnMaterial",
     "YarnSet",
     "apply_edit",
@@ -142,16 +162,24 @@ __all__ = [
     "parse_pattern",
     "pattern_mesh",
     "pattern_names",
+    "pattern_or_weave",
     "read_mesh",
     "read_pattern",
     "read_stitches",
+    "read_weave",
     "read_yarns",
     "regenerate_yarns",
     "relax_mesh",
     "relax_yarns",
     "replay",
     "spiral",
+    "swatch",
     "tessellate",
+    "texture_maps",
+    "tiled",
+    "torus_mesh",
+    "weave_names",
+    "weave_yarns",
     "write_mesh",
     "write_stitches",
     "write_yarns",

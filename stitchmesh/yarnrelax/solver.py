@@ -7,7 +7,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -127,6 +127,31 @@ def relax_yarns(
     return Relaxation(relaxed, _report(run, relaxed), run.history)
 
 
+def settled_yarns(
+    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
+    cell: RelaxCell | None = None,
+) -> YarnSet:  # fmt: skip
+    """Yarns after some iterations towards rest, for changes that are made step by step; arguments as ``relax_yarns``.
+
+    Raises:
+        SolverError: the relaxation cannot go on.
+    """
+    solver = Iteration.start(yarns, material, quality, device_named(device), cell=cell)
+    run = _Run(solver, replace(quality, max_iterations=iterations), None, None, time.perf_counter(), None, {})
+    run.descend()
+    return solver.good_yarns()
+
+
+def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = None) -> None:
+    """Check that yarns are linked as they were drawn.
+
+    Raises:
+        SolverError: two of them are not; it names them.
+    """
+    changed = changed_pairs(doubled_linking(drawn, device=device), doubled_linking(relaxed, device=device))
+    _refuse_pull_through(drawn, changed)
+
+
 def _points_of(start: YarnSet, yarns: YarnSet) -> FloatArray:
     """Control points to start from [cm]."""
     if not (np.array_equal(start.start, yarns.start) and np.array_equal(start.closed, yarns.closed)):
@@ -192,18 +217,13 @@ class _Run:
 
     def to_rest(self) -> None:
         """Iterate until the yarns are at rest; the last state is a good one."""
-        if not self.history:
-            self.last = self.solver.assess()
-            if not self.last.finite:
-                raise SolverError(f"{self.solver.blame()}: not finite at the start; {PART_THEM}")
-            self._note()
-        self._descend()
+        self.descend()
         # what lags behind, such as the normal forces of friction, follows until that changes nothing any more
         while self.at_rest and self.solver.renew():
             self.last = self.solver.assess()
             if self.last.residual < self.quality.tolerance:
                 break
-            self._descend()
+            self.descend()
         self.write_down()
         if not self.at_rest:
             expected = self.quality.tolerance
@@ -235,8 +255,17 @@ class _Run:
         """Whether both conditions of ``convergence`` hold."""
         return has_converged(self.last.residual, self.fall, self.quality.tolerance)
 
-    def _descend(self) -> None:
-        """Iterate until the yarns are at rest, or the iterations are used up."""
+    def descend(self) -> None:
+        """Iterate until the yarns are at rest, or the iterations are used up.
+
+        Raises:
+            SolverError: the energy is not finite, or the relaxation cannot go on.
+        """
+        if not self.history:
+            self.last = self.solver.assess()
+            if not self.last.finite:
+                raise SolverError(f"{self.solver.blame()}: not finite at the start; {PART_THEM}")
+            self._note()
         while not self.at_rest and self.iteration < self.quality.max_iterations:
             self.solver.run(CHECK)
             self.iteration += CHECK

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is measured on a relaxed swatch: spacings, yarn, thickness, weight, stress and the tendency to curl."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.periodic.growing import size_of
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.cell import lattice_frame
+from stitchmesh.yarnrelax.stress import cell_stress
+
+SAMPLES = 8
+"""Points a segment at which the thickness is measured."""
+
+
+def swatch_report(
+    yarns: YarnSet, fabric: StitchMesh | None, material: YarnMaterial, quality: Quality, energy: float,
+    device: str | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Measures of a swatch, plain numbers.
+
+    Args:
+        yarns: at rest, on their lattice.
+        fabric: the stitches that they were drawn from; None for a weave.
+        material: of the yarn.
+        quality: how finely it was sampled when it came to rest.
+        energy: of the repeat at rest [erg].
+        device: where the kernels run.
+
+    Returns:
+        width, height and shear of the repeat [cm, cm, 1]; wales, courses, stitches; wale_spacing and course_spacing
+        [cm] (of a weave, of its warps and of its wefts); loop_length, the yarn of a stitch or of a crossing as it lies
+        [cm]; thickness [cm]; areal_density [g/cm^2]; course_tension, wale_tension and shear_stress [dyn/cm] that the
+        repeat needs to stay as it is; course_moment and wale_moment, which would curl the courses and the wales towards
+        the right side [dyn]; energy_per_stitch [erg]; warp_crimp and weft_crimp of a weave.
+    """
+    assert yarns.lattice is not None
+    width, height = size_of(yarns.lattice)
+    along, _across, normal = lattice_frame(yarns.lattice)
+    wales, courses, stitches = counts_of(yarns, fabric)
+    out = np.concatenate(yarns.sampled(SAMPLES)) @ normal
+    radius = np.repeat(yarns.radius, [len(curve) for curve in yarns.sampled(SAMPLES)])
+    stress = cell_stress(
+        yarns, material, quadrature_points=quality.quadrature_points, contact_samples=quality.contact_samples,
+        device=device,
+    )  # fmt: skip
+    length = float(yarns.lengths.sum())
+    report = {
+        "width": width,
+        "height": height,
+        "shear": float(yarns.lattice.periods[1] @ along) / height,
+        "wales": wales,
+        "courses": courses,
+        "stitches": stitches,
+        "control_points": len(yarns.points),
+        "wale_spacing": width / wales,
+        "course_spacing": height / courses,
+        "loop_length": length / stitches,
+        "thickness": float((out + radius).max() - (out - radius).min()),
+        "areal_density": material.mass_per_length * length / (width * height),
+        "course_tension": stress.course,
+        "wale_tension": stress.wale,
+        "shear_stress": stress.shear,
+        "course_moment": stress.course_moment,
+        "wale_moment": stress.wale_moment,
+        "energy_per_stitch": energy / stitches,
+    }
+    return report if fabric is not None else report | _crimp(yarns)
+
+
+def counts_of(yarns: YarnSet, fabric: StitchMesh | None) -> tuple[int, int, int]:
+    """Wales, courses and stitches of a repeat; warps, wefts and crossings of a weave."""
+    if fabric is None:
+        assert yarns.lattice_step is not None
+        wefts, warps = (int((yarns.lattice_step[:, axis] != 0).sum()) for axis in (0, 1))
+        return warps, wefts, warps * wefts
+    wales = int(fabric.n_bottom[fabric.row == fabric.row.min()].sum())
+    return wales, len(np.unique(fabric.row)), fabric.face_count
+
+
+def _crimp(yarns: YarnSet) -> dict[str, float]:
+    """Length over straight length less one, of the warps and of the wefts."""
+    assert yarns.lattice is not None and yarns.lattice_step is not None
+    length = np.add.reduceat(yarns.lengths, yarns.segment_start[:-1])
+    straight: FloatArray = np.linalg.norm(yarns.lattice.shift(yarns.lattice_step), axis=1)
+    crimp = length / straight - 1.0
+    is_weft = yarns.lattice_step[:, 0] != 0
+    return {"warp_crimp": float(crimp[~is_weft].mean()), "weft_crimp": float(crimp[is_weft].mean())}

@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A weave: which yarn lies over which wherever a weft crosses a warp (Leaf et al. 2018, section 4).
+
+One repeat is a matrix, a row for each weft from the top of the picture down and a column for each warp from the left,
+seen from the front. 1 says that the weft passes over the warp, 0 that the warp passes over the weft. The matrix is of
+the whole fabric: in a fabric of several layers it has the yarns of all of them, side by side as seen from the front,
+and a yarn of the front layer passes over those of the layers behind except where the layers are stitched together.
+
+A fabric hangs together if no yarns can be lifted off the others: if from every yarn a way leads down to every other,
+from yarns to yarns they lie over somewhere (C. R. J. Clapham 1980, "When a fabric hangs together").
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from stitchmesh.errors import PatternError, first_few
+from stitchmesh.mesh import IntArray
+
+
+@dataclass(frozen=True)
+class Thread:
+    """What one weft or warp is like; factors of what holds for all yarns.
+
+    Raises:
+        PatternError: a factor is not a positive number, or a number is negative.
+    """
+
+    layer: int = 0
+    """Layer that it belongs to, 0 the front one; how it passes the others is in the matrix alone."""
+    radius: float = 1.0
+    """Factor of the radius."""
+    spacing: float = 1.0
+    """Factor of the room it takes beside its neighbours, from centre to centre."""
+    length: float = 1.0
+    """Factor of its rest length, 1 as long as it is drawn."""
+    colour: int = 0
+    """Number of its colour."""
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "spacing", "length"):
+            factor = getattr(self, name)
+            if not (math.isfinite(factor) and factor > 0.0):
+                raise PatternError(f"{name} of a yarn: got {factor}; expected a positive factor")
+        for name in ("layer", "colour"):
+            if getattr(self, name) < 0:
+                raise PatternError(f"{name} of a yarn: got {getattr(self, name)}; expected a number from 0")
+
+
+@dataclass(frozen=True)
+class Weave:
+    """One repeat of a woven fabric.
+
+    Raises:
+        PatternError: the matrix is empty, not rectangular or holds other numbers than 0 and 1, there is not one thread
+            for each of its rows and columns, a yarn never interlaces, or the fabric falls apart.
+    """
+
+    matrix: tuple[tuple[int, ...], ...]
+    """1 where the weft of a row passes over the warp of a column, else 0."""
+    wefts: tuple[Thread, ...] = ()
+    """One for each row, from the top; alike where none are given."""
+    warps: tuple[Thread, ...] = ()
+    """One for each column, from the left; alike where none are given."""
+    name: str = "weave"
+    """What people call it."""
+    source: str = ""
+    """Where it comes from."""
+
+    def __post_init__(self) -> None:
+        self._check_matrix()
+        object.__setattr__(self, "matrix", tuple(tuple(int(sign) for sign in row) for row in self.matrix))
+        for kind, count in (("wefts", len(self.matrix)), ("warps", len(self.matrix[0]))):
+            threads = tuple(getattr(self, kind)) or (Thread(),) * count
+            object.__setattr__(self, kind, threads)
+            if len(threads) != count:
+                raise PatternError(f"weave: got {len(threads)} {kind} for {count} in the matrix; expected as many")
+        for text in (self.name, self.source):
+            if '"' in text or "\n" in text:
+                raise PatternError(f"weave: got the name or source {text!r}; expected one line without quotes")
+        self._check_every_yarn_interlaces()
+        self._check_hangs_together()
+
+    @cached_property
+    def over(self) -> NDArray[np.bool_]:
+        """Whether each weft passes over each warp, shape (wefts, warps)."""
+        return np.array(self.matrix, dtype=np.bool_)
+
+    @cached_property
+    def stitching(self) -> IntArray:
+        """Weft and warp of each crossing where a yarn passes over one of a layer before its own, shape (n, 2)."""
+        weft, warp = (np.array([thread.layer for thread in threads]) for threads in (self.wefts, self.warps))
+        behind = weft[:, None] - warp[None, :]
+        return np.argwhere(np.where(self.over, behind > 0, behind < 0))
+
+    @property
+    def layer_count(self) -> int:
+        """Number of layers."""
+        return 1 + max(thread.layer for thread in (*self.wefts, *self.warps))
+
+    def _check_matrix(self) -> None:
+        if len(self.matrix) == 0 or len(self.matrix[0]) == 0:
+            raise PatternError("weave: got an empty matrix; expected a row of 0 and 1 for each weft")
+        for index, row in enumerate(self.matrix):
+            if len(row) != len(self.matrix[0]):
+                found = f"got {len(row)} numbers where row 1 has {len(self.matrix[0])}"
+                raise PatternError(f"weave, row {index + 1}: {found}; expected one for each warp")
+            for column, sign in enumerate(row):
+                if sign not in (0, 1):
+                    where = f"weave, row {index + 1}, column {column + 1}"
+                    raise PatternError(f"{where}: got {sign}; expected 1 (weft over) or 0 (warp over)")
+
+    def _check_every_yarn_interlaces(self) -> None:
+        for kind, other, over in (("weft", "warp", self.over), ("warp", "weft", ~self.over.T)):
+            for index in np.flatnonzero(over.all(axis=1) | ~over.any(axis=1)).tolist():
+                side = "over" if over[index].all() else "under"
+                raise PatternError(
+                    f"weave: {kind} {self._number(kind, index)} passes {side} every {other} and never interlaces, so "
+                    f"the fabric falls apart; let one {other} pass {side} it"
+                )
+
+    def _check_hangs_together(self) -> None:
+        top = top_sheet(self.over)
+        if top.all():
+            return
+        count = len(self.wefts)
+        wefts = [self._number("weft", index) for index in np.flatnonzero(top[:count]).tolist()]
+        warps = [self._number("warp", index) for index in np.flatnonzero(top[count:]).tolist()]
+        raise PatternError(
+            f"weave: the fabric falls apart: wefts {first_few(wefts)} and warps {first_few(warps)} lie over all "
+            "other yarns wherever they cross, and lift off; let one of the others pass over one of them"
+        )
+
+    def _number(self, kind: str, index: int) -> str:
+        """The number of a yarn from 1; with its layer, and within it, where there are several."""
+        threads: Sequence[Thread] = self.wefts if kind == "weft" else self.warps
+        if self.layer_count == 1:
+            return str(index + 1)
+        layer = threads[index].layer
+        return f"{layer + 1}.{sum(thread.layer == layer for thread in threads[: index + 1])}"
+
+
+def top_sheet(over: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Yarns that lie over all others wherever they cross; all of them if the fabric hangs together.
+
+    Yarns that hang together are a strong component of the graph that leads from each yarn to those it lies over. That
+    is so for the endless fabric if it is so for one repeat, as two yarns cross alike in all their images.
+
+    Args:
+        over: whether each weft passes over each warp, shape (wefts, warps).
+
+    Returns:
+        For the wefts and then the warps, shape (wefts + warps,).
+    """
+    wefts, warps = over.shape
+    below = np.zeros((wefts + warps, wefts + warps), dtype=np.bool_)
+    below[:wefts, wefts:], below[wefts:, :wefts] = over, ~over.T
+    upper, lower = np.nonzero(below)
+    graph = csr_array((np.ones(len(upper)), (upper, lower)), shape=below.shape)
+    count, sheet = connected_components(graph, connection="strong")
+    covered = np.zeros(count, dtype=np.bool_)
+    covered[sheet[lower[sheet[upper] != sheet[lower]]]] = True
+    return np.asarray(sheet == np.flatnonzero(~covered)[0])
