@@ -17,9 +17,6 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.patterns.colour_chart import chart_palette, read_colour_chart
 from stitchmesh.periodic.weave import Weave
 
-LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Share of red, green and blue in how light a colour is (ITU-R BT.709)."""
-
 
 def read_weave_image(path: FilePath) -> Weave:
     """A weave from the pixels of a PNG of two colours.
@@ -35,7 +32,7 @@ def read_weave_image(path: FilePath) -> Weave:
     colour = np.array([[cell.yarn for cell in row.cells] for row in reversed(rows)])
     palette = chart_palette(path)
     colour = np.unique(palette, axis=0, return_inverse=True)[1].ravel()[colour]  # a palette may say a colour twice
-    light = np.unique(palette, axis=0) @ np.array(LUMINANCE)
+    light = np.unique(palette, axis=0).sum(axis=1)
     first, second = _two_colours(colour, fspath(path))
     if light[first] == light[second]:
         raise PatternError(f"{fspath(path)}: got two colours that are equally light; expected black and white")

@@ -77,7 +77,7 @@ class _Text:
 
     def __init__(self, file: str) -> None:
         self.file = file
-        self.names = {"weave": file, "source": ""}
+        self.names = {"weave": file.replace('"', "'"), "source": ""}
         self.layers: list[list[list[int]]] = []
         self.layered = False
         self.stitches: list[_Stitch] = []
