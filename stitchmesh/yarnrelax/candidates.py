@@ -23,7 +23,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.aligned import read_whole
-from stitchmesh.yarnrelax.images import image_of, shifted_by
+from stitchmesh.yarnrelax.images import cell_of, image_of, shifted_by
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.near_segments import (
     FIRST_CAPACITY,
@@ -59,13 +59,14 @@ def list_samples(
     s = model.sample_segment[p]
     here4 = read_whole(samples, p)
     here = type(centre[0])(here4[0], here4[1], here4[2])
+    cell = cell_of(model.images, s)
     reach = here4[3] + margin
     found = int(0)
     for n in range(near_count[s]):
         entry = near[s, n]
         image = image_of(model.images, entry, segment_count)
         j = entry - image * segment_count
-        seen_from = here + here - shifted_by(model.images, here, image)
+        seen_from = here + here - shifted_by(model.images, here, cell, image)
         away = centre[j] - seen_from
         limit = reach + extent[j]
         if wp.dot(away, away) < limit * limit:

@@ -41,14 +41,13 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
+from stitchmesh.yarnrelax.block import THREADS, sum_rows, wait_for_block
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.compliance import inverse_block
 from stitchmesh.yarnrelax.contact import contact_push, from_entry
 from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.precision import vector
-from stitchmesh.yarnrelax.reduction import walk_over
 from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
 from stitchmesh.yarnrelax.term import Run
 
@@ -56,6 +55,8 @@ wp.set_module_options({"enable_backward": False})
 
 PARTS = 9
 """Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
+SAMPLES_PER_STRAND, FEWEST_STRANDS, MOST_STRANDS = 16, 256, 4096
+"""Contact samples of the largest cell that a strand of a GPU takes, and the bounds of their number."""
 HELD = wp.constant(wp.float64(1.0e20))
 """Stiffness of a strain that is held [erg]."""
 
@@ -128,15 +129,11 @@ def with_leg(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness: Any) 
 def gather_strain_forces(
     # model
     model: Any,
-    e1: Any,
-    e2: Any,
-    k_along: Any,
-    segment_across: int,
-    segment_along: int,
-    segment_chunk: int,
-    sample_across: int,
-    sample_along: int,
-    sample_chunk: int,
+    strands: int,
+    frame: wp.array[Any],
+    cell_segments: wp.array[wp.int32],
+    with_segments: int,
+    with_contacts: int,
     # state in
     points: wp.array[Any],
     segment_pull: wp.array2d[Any],
@@ -144,77 +141,75 @@ def gather_strain_forces(
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
     # state out
-    parts: wp.array2d[wp.float64],
+    parts: wp.array3d[wp.float64],
 ) -> None:
-    """A strand's share of the forces on the strains and of their stiffness."""
-    strand = wp.tid()
+    """A strand's share of the forces on a cell's strains and of their stiffness; so many strands a cell."""
+    cell = wp.tid() // strands
+    strand = wp.tid() - cell * strands
+    first, last = cell_segments[cell], cell_segments[cell + 1]
+    e1, e2 = frame[2 * cell], frame[2 * cell + 1]
     total = Parts()
-    for k in range(segment_chunk):
-        s = strand * segment_across + k * segment_along
-        if s < segment_pull.shape[1]:
-            q0, q1, q2, q3 = segment_corners(model, points, s)
-            share = k_along / type(k_along)(3.0)
-            total = with_leg(total, e1, e2, q1 - q0, segment_pull[0, s], share)
-            total = with_leg(total, e1, e2, q2 - q1, segment_pull[1, s], share)
-            total = with_leg(total, e1, e2, q3 - q2, segment_pull[2, s], share)
-    for k in range(sample_chunk):
-        p = strand * sample_across + k * sample_along
-        if p < samples.shape[0]:
-            here = samples[p]
-            half = model.sample_weight[p] * model.k_contact * type(k_along)(0.5)
-            for c in range(candidate_count[p]):
-                entry = candidates[p, c]
-                gap4 = from_entry(model.images, samples, here, entry)
-                gap = type(e1)(gap4[0], gap4[1], gap4[2])
-                distance2 = wp.dot(gap, gap)
-                reach2 = gap4[3] * gap4[3]
-                if distance2 < reach2:
-                    weight = model.sample_weight[sample_number(model.images, entry)]
-                    size, stiff, _inverse = contact_push(distance2, reach2, weight * half)
-                    g1, g2 = wp.dot(gap, e1), wp.dot(gap, e2)
-                    total = with_share(total, g1, g2, g1 * size, g2 * size, stiff * distance2, distance2)
+    for s in range(first + strand, last * with_segments, strands):
+        q0, q1, q2, q3 = segment_corners(model, points, s)
+        k = model.segment_stiffness[s]
+        share = (k[0] + k[1]) * type(k[0])(2.0 / 3.0)
+        total = with_leg(total, e1, e2, q1 - q0, segment_pull[0, s], share)
+        total = with_leg(total, e1, e2, q2 - q1, segment_pull[1, s], share)
+        total = with_leg(total, e1, e2, q3 - q2, segment_pull[2, s], share)
+    for p in range(model.sample_start[first] + strand, model.sample_start[last] * with_contacts, strands):
+        here = samples[p]
+        half = model.sample_stiffness[p] * type(here[0])(0.5)
+        for c in range(candidate_count[p]):
+            entry = candidates[p, c]
+            gap4 = from_entry(model.images, samples, p, here, entry)
+            gap = type(e1)(gap4[0], gap4[1], gap4[2])
+            distance2 = wp.dot(gap, gap)
+            reach2 = gap4[3] * gap4[3]
+            if distance2 < reach2:
+                weight = model.sample_weight[sample_number(model.images, entry)]
+                size, stiff, _inverse = contact_push(distance2, reach2, weight * half)
+                g1, g2 = wp.dot(gap, e1), wp.dot(gap, e2)
+                total = with_share(total, g1, g2, g1 * size, g2 * size, stiff * distance2, distance2)
     for k in range(9):
-        parts[k, strand] = total[k]
+        parts[cell, k, strand] = total[k]
 
 
-@wp.kernel(module="unique")
-def set_strain_force(
-    # model
-    e1: Any,
-    e2: Any,
-    pull1: wp.float64,
-    pull2: wp.float64,
-    free: wp.vec3d,
-    strain_unit: wp.float64,
+@wp.func
+def put_strain_force(
+    cell: int,
     entry: int,
-    # state in
+    strain_unit: wp.float64,
+    frame: wp.array[Any],
+    pulls: wp.array2d[wp.float64],
+    free: wp.array[wp.vec3d],
     periods: wp.array[Any],
     totals: wp.array[wp.float64],
-    # state out
     point_force: wp.array[Any],
     stiffness: wp.array[Any],
     compliance: wp.array[Any],
 ) -> None:
-    """Force on the strains and how they give way; one thread."""
+    """Force on the strains of a cell and how they give way."""
     one = wp.float64(1.0)
-    first = totals[0] + pull1 * wp.float64(wp.dot(periods[0], e1))
-    second = totals[1] + pull2 * wp.float64(wp.dot(periods[1], e2))
+    e1, e2 = frame[2 * cell], frame[2 * cell + 1]
+    may = free[cell]
+    first = totals[0] + pulls[cell, 0] * wp.float64(wp.dot(periods[2 * cell], e1))
+    second = totals[1] + pulls[cell, 1] * wp.float64(wp.dot(periods[2 * cell + 1], e2))
     per_unit = one / strain_unit
     point_force[entry] = type(e1)(
-        type(e1[0])(first * free[0] * per_unit),
-        type(e1[0])(second * free[1] * per_unit),
-        type(e1[0])(totals[2] * free[2] * per_unit),
+        type(e1[0])(first * may[0] * per_unit),
+        type(e1[0])(second * may[1] * per_unit),
+        type(e1[0])(totals[2] * may[2] * per_unit),
     )
     stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
     if compliance.shape[0] > 0:
         square = per_unit * per_unit
         # yarns that do not touch and run along one direction do not hold the others
         spare = (totals[3] + totals[4] + totals[5]) * wp.float64(1.0e-3) + wp.float64(1.0e-30)
-        held = (wp.vec3d(one, one, one) - free) * HELD + wp.vec3d(spare, spare, spare)
+        held = (wp.vec3d(one, one, one) - may) * HELD + wp.vec3d(spare, spare, spare)
         block = inverse_block(Block(
             (totals[3] + held[0]) * square, (totals[4] + held[1]) * square, (totals[5] + held[2]) * square,
-            totals[6] * free[0] * free[1] * square, totals[7] * free[0] * free[2] * square,
-            totals[8] * free[1] * free[2] * square,
+            totals[6] * may[0] * may[1] * square, totals[7] * may[0] * may[2] * square,
+            totals[8] * may[1] * may[2] * square,
         ))  # fmt: skip
         give = compliance[entry]
         for k in range(6):
@@ -230,10 +225,37 @@ def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
 
 
 @wp.kernel(module="unique")
+def sum_strain_forces(
+    # model
+    point_count: int,
+    strain_unit: wp.float64,
+    frame: wp.array[Any],
+    pulls: wp.array2d[wp.float64],
+    free: wp.array[wp.vec3d],
+    # state in
+    periods: wp.array[Any],
+    parts: wp.array3d[wp.float64],
+    # state out
+    totals: wp.array2d[wp.float64],
+    point_force: wp.array[Any],
+    stiffness: wp.array[Any],
+    compliance: wp.array[Any],
+) -> None:
+    """Sum what the strands of each cell gathered; a block a cell."""
+    cell, lane = wp.tid()
+    sum_rows(parts[cell], 9, lane, wp.block_dim(), totals[cell])
+    wait_for_block()
+    if lane == 0:
+        put_strain_force(
+            cell, point_count + cell, strain_unit, frame, pulls, free, periods, totals[cell], point_force, stiffness,
+            compliance,
+        )  # fmt: skip
+
+
+@wp.kernel(module="unique")
 def deform_cell(
     # model
-    e1: Any,
-    e2: Any,
+    frame: wp.array[Any],
     per_unit: Any,
     point_count: int,
     segment_count: int,
@@ -245,8 +267,9 @@ def deform_cell(
     listed_centre: wp.array[Any],
     periods: wp.array[Any],
 ) -> None:
-    """Deform everything by the last move of the strains; a thread for each place."""
+    """Deform the only cell by the last move of its strains; a thread for each place."""
     i = wp.tid()
+    e1, e2 = frame[0], frame[1]
     strain = step[point_count] * per_unit
     if i < point_count:
         points[i] = deformed(points[i], e1, e2, strain)
@@ -258,81 +281,94 @@ def deform_cell(
 
 
 class CellStrain:
-    """The strains of a model's cell, on its device."""
+    """The strains of a model's cells, on its device."""
 
-    def __init__(self, model: Model, choice: RelaxCell) -> None:
-        """At rest relative to the cell as it lies.
+    def __init__(self, model: Model, choices: Sequence[RelaxCell]) -> None:
+        """At rest relative to the cells as they lie; one choice for each.
 
         Raises:
             ParameterError: the yarns have no lattice.
         """
-        if model.yarns.lattice is None:
+        if not model.on_lattice:
             raise ParameterError("relax cell: the yarns repeat on no lattice; give them one, or leave it out")
-        self.model, self.choice = model, choice
-        along, across, _normal = lattice_frame(model.yarns.lattice)
-        vectors = vector(3, model.scalar)
-        self.frame = [vectors(*along), vectors(*across)]
-        self.segments = walk_over(model.segment_count, model.device)
-        self.samples = walk_over(model.sample_count, model.device, self.segments.strands)
-        self.parts = wp.zeros((PARTS, self.segments.strands), dtype=wp.float64, device=model.device)
-        self.totals = wp.zeros(PARTS, dtype=wp.float64, device=model.device)
+        self.model, self.choices = model, tuple(choices)
+        lattices = [member.yarns.lattice for member in model.members]
+        frames = np.array([lattice_frame(lattice)[:2] for lattice in lattices if lattice is not None])
+        self.host_frame = frames
+        self.frame = model.upload(frames.reshape(-1, 3), 3)
+        self.host_free = np.array([choice.free for choice in choices], dtype=np.float64)
+        self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
+        units = np.array([member.unit for member in model.members])
+        self.host_pulls = np.array([[choice.course or 0.0, choice.wale or 0.0] for choice in choices])
+        self.pulls = wp.array(self.host_pulls * units[:, None], dtype=wp.float64, device=model.device)
+        self.strands = self._strands()
+        self.parts = wp.zeros((model.cell_count, PARTS, self.strands), dtype=wp.float64, device=model.device)
+        self.totals = wp.zeros((model.cell_count, PARTS), dtype=wp.float64, device=model.device)
+
+    def _strands(self) -> int:
+        """Strands of each cell: one on a CPU, as many as suit the largest cell on a GPU."""
+        if not self.model.device.is_cuda:
+            return 1
+        wanted = 1 << (self.model.largest_cell // SAMPLES_PER_STRAND).bit_length()
+        return int(np.clip(wanted, FEWEST_STRANDS, MOST_STRANDS))
 
     @property
     def periods(self) -> wp.array[Any]:
-        """The periods as they are [units], shape (2, 3)."""
+        """The periods as they are [units], shape (2 C, 3)."""
         return self.model.constants.images.periods
 
+    @property
+    def numbers(self) -> list[Any]:
+        """What kernels need to know."""
+        return [self.model.point_count, wp.float64(STRAIN_UNIT), self.frame, self.pulls, self.free]
+
+    def gather_launch(
+        self, state: State, candidates: Candidates, run: Run, *, segments: bool = True, contacts: bool = True
+    ) -> Any:
+        """Gather the forces on the strains strand by strand; those of some terms only where asked."""
+        inputs = [self.model.constants, self.strands, self.frame, self.model.cell_segments, int(segments),
+                  int(contacts), state.points, state.segment_pull, state.samples, candidates.count,
+                  candidates.lists]  # fmt: skip
+        return run(gather_strain_forces, self.model.cell_count * self.strands, inputs, [self.parts])
+
     def force_launches(
-        self, state: State, candidates: Candidates, run: Run, *, segments: bool = True, contacts: bool = True,
-        pulls: bool = True,
-    ) -> list[Any]:  # fmt: skip
-        """Leave the force on the strains after those on the control points; of some terms only where asked."""
-        model = self.model
-        material = model.material
-        k_along = model.number(2.0 * (material.k_len + material.k_length))
-        chunks = [*self.segments.numbers, *self.samples.numbers]
-        chunks[2] *= segments
-        chunks[5] *= contacts
-        inputs = [model.constants, *self.frame, k_along, *chunks, state.points, state.segment_pull, state.samples,
-                  candidates.count, candidates.lists]  # fmt: skip
-        share = pulls * model.unit
-        pull1, pull2 = ((pull or 0.0) * share for pull in (self.choice.course, self.choice.wale))
-        free = wp.vec3d(*self.choice.free.astype(np.float64))
-        loads = [*self.frame, wp.float64(pull1), wp.float64(pull2), free, wp.float64(STRAIN_UNIT), model.point_count]
-        outputs = [state.point_force, state.stiffness, state.compliance]
+        self, state: State, candidates: Candidates, run: Run, *, segments: bool = True, contacts: bool = True
+    ) -> list[Any]:
+        """Leave the forces on the strains after those on the control points."""
+        outputs = [self.totals, state.point_force, state.stiffness, state.compliance]
         return [
-            run(gather_strain_forces, self.segments.strands, inputs, [self.parts]),
-            self.segments.total(self.parts, self.totals, run),
-            run(set_strain_force, 1, [*loads, self.periods, self.totals], outputs),
-        ]
+            self.gather_launch(state, candidates, run, segments=segments, contacts=contacts),
+            run(sum_strain_forces, self.model.cell_count, [*self.numbers, self.periods, self.parts], outputs,
+                tile=THREADS),
+        ]  # fmt: skip
 
     def deform_launch(self, state: State, candidates: Candidates, step: wp.array[Any], run: Run) -> Any:
-        """Deform the cell by its part of a move."""
-        model = self.model
-        sizes = [model.point_count, model.segment_count]
-        inputs = [*self.frame, model.number(1.0 / STRAIN_UNIT), *sizes, step]
+        """Deform the only cell by its part of a move."""
+        sizes = [self.model.point_count, self.model.segment_count]
+        inputs = [self.frame, self.model.number(1.0 / STRAIN_UNIT), *sizes, step]
         outputs = [state.points, state.listed_points, candidates.near.listed_centre, self.periods]
         return run(deform_cell, max(*sizes, 2), inputs, outputs)
 
     def forces_of(self, state: State, candidates: Candidates, term: str) -> NDArray[np.float64]:
-        """Forces of one term on the strains that are free [erg], shape (3,); its pulls on legs are fresh."""
+        """Forces of one term on the strains that are free [erg], shape (C, 3); its pulls on legs are fresh."""
         contacts = term == "contact"
-        self.force_launches(state, candidates, self.model.launch, segments=not contacts, contacts=contacts, pulls=False)
-        return np.asarray(self.totals.numpy()[:3] * self.choice.free)
+        self.force_launches(state, candidates, self.model.launch, segments=not contacts, contacts=contacts)
+        return np.asarray(self.totals.numpy()[:, :3] * self.host_free)
 
-    def residual(self, forces: Sequence[NDArray[np.float64]]) -> float:
-        """Size of the sum of all forces on the strains, pulls included, over the sum of their sizes."""
-        every = [*forces, self._pulls() * self.choice.free]
-        whole = sum(float(np.linalg.norm(force)) for force in every)
-        return float(np.linalg.norm(sum(every))) / whole if whole > 0.0 else 0.0
+    def residuals(self, forces: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Size of the sum of all forces on the strains, pulls included, over the sum of their sizes, shape (C,)."""
+        every = np.array([*forces, self._on_borders() * self.host_free])
+        whole = np.linalg.norm(every, axis=2).sum(axis=0)
+        left = np.linalg.norm(every.sum(axis=0), axis=1)
+        return np.where(whole > 0.0, left / np.where(whole > 0.0, whole, 1.0), 0.0)
 
-    def _pulls(self) -> NDArray[np.float64]:
-        """Forces of the pulls on the strains [erg], shape (3,)."""
-        along, across = (np.array([*axis], dtype=np.float64) for axis in self.frame)
-        periods = self.periods.numpy().astype(np.float64) * self.model.unit
-        first, second = self.choice.course or 0.0, self.choice.wale or 0.0
-        return np.array([first * float(periods[0] @ along), second * float(periods[1] @ across), 0.0])
+    def tension_energies(self) -> NDArray[np.float64]:
+        """Potential energy of the pulls on each cell [erg], shape (C,)."""
+        return -self._on_borders().sum(axis=1)
 
-    def tension_energy(self) -> float:
-        """Potential energy of the pulls [erg]."""
-        return -float(self._pulls().sum())
+    def _on_borders(self) -> NDArray[np.float64]:
+        """Forces of the pulls on the strains [erg], shape (C, 3)."""
+        units = np.array([member.unit for member in self.model.members])
+        periods = self.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * units[:, None, None]
+        sizes = np.einsum("ckd,ckd->ck", periods, self.host_frame)
+        return np.column_stack([self.host_pulls * sizes, np.zeros(len(units))])

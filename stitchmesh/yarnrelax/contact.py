@@ -49,11 +49,11 @@ def contact_push(distance2: Any, reach2: Any, stiffness: Any) -> tuple[Any, Any,
 
 
 @wp.func
-def from_entry(images: Any, samples: wp.array[Any], here: Any, entry: int) -> Any:
-    """Vector from a listed sample, in its image, to ``here``; the sum of the two radii last."""
+def from_entry(images: Any, samples: wp.array[Any], p: int, here: Any, entry: int) -> Any:
+    """Vector from a sample that ``p`` lists, in its image, to ``here``, where p lies; the sum of the two radii last."""
     there = read_whole(samples, sample_number(images, entry))
     apart = here - there
-    return type(here)(apart[0], apart[1], apart[2], here[3] + there[3]) - entry_shift(images, type(here)(), entry)
+    return type(here)(apart[0], apart[1], apart[2], here[3] + there[3]) - entry_shift(images, type(here)(), p, entry)
 
 
 @wp.func
@@ -93,7 +93,7 @@ def contact_forces(scalar: Any, together: int) -> wp.Kernel:
         for c in range(0, count, together):
             for k in range(together):
                 entry = candidates[p, wp.min(c + k, count - 1)]
-                apart[k] = from_entry(model.images, samples, here, entry)
+                apart[k] = from_entry(model.images, samples, p, here, entry)
                 weight[k] = model.sample_weight[sample_number(model.images, entry)]
             for k in range(together):
                 gap = apart[k]
@@ -103,7 +103,7 @@ def contact_forces(scalar: Any, together: int) -> wp.Kernel:
                     size, stiff, inverse = contact_push(distance2, reach2, weight[k])
                     push += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
                     block += outer_product(gap, stiff * inverse, block)
-        scale = model.sample_weight[p] * model.k_contact
+        scale = model.sample_stiffness[p]
         write_whole(sample_force, p, push * scale)
         if sample_block.shape[0] > 0:
             sample_block[p] = block * scale
@@ -125,11 +125,11 @@ def contact_energies(
     """Half of each pair's energy [erg], at both of its samples."""
     p = wp.tid()
     here = samples[p]
-    energy = model.k_contact - model.k_contact
-    weight = model.sample_weight[p] * model.k_contact
+    weight = model.sample_stiffness[p]
+    energy = weight - weight
     for c in range(candidate_count[p]):
         entry = candidates[p, c]
-        apart = from_entry(model.images, samples, here, entry)
+        apart = from_entry(model.images, samples, p, here, entry)
         distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
         reach2 = apart[3] * apart[3]
         if distance2 < reach2:

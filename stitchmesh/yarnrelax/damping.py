@@ -93,7 +93,7 @@ def contact_damping(
     loss = type(here)()
     for c in range(candidate_count[p]):
         entry = candidates[p, c]
-        apart = from_entry(model.images, samples, here, entry)
+        apart = from_entry(model.images, samples, p, here, entry)
         distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
         if distance2 < apart[3] * apart[3]:
             q = sample_number(model.images, entry)

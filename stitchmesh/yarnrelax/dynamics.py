@@ -136,8 +136,10 @@ class Dynamics(Method):
     needs_blocks = False
     allowed_rise = 0.05
 
-    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, held: bool = False) -> None:
         """Yarns at rest, on a model's device; the stiffness of further terms comes with ``state.stiffness``."""
+        if model.cell_count > 1:
+            raise ParameterError("dynamics: cells move in one time; relax them one by one, or quasistatically")
         if strains:
             raise ParameterError("dynamics: a cell has no mass to relax with; use the solver quasistatic")
         if model.material.mass_per_length == 0.0:
@@ -167,14 +169,14 @@ class Dynamics(Method):
         launches.append(run(carry_out, model.point_count, [now, self.step], [state.points, self.velocity]))
         return launches
 
-    def restart(self, caution: float) -> None:
+    def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
         """Stand still, and take time steps ``caution`` times as long as they may be."""
         self.velocity.zero_()
-        self.clock.caution.fill_(caution)
+        self.dare(caution)
 
-    def dare(self, caution: float) -> None:
+    def dare(self, caution: NDArray[np.float64]) -> None:
         """Take time steps ``caution`` times as long as they may be."""
-        self.clock.caution.fill_(caution)
+        self.clock.caution.fill_(float(caution[0]))
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Velocities [unit / s], time step and time [s], and the scale of time steps."""

@@ -7,13 +7,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.contact import contact_energies, contact_forces
 from stitchmesh.yarnrelax.gather import gather_forces
 from stitchmesh.yarnrelax.internal import internal_energies, place_and_pull
-from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.model import CONTACT, Model
 from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.samples import place_samples
 from stitchmesh.yarnrelax.state import State
@@ -37,7 +38,7 @@ def all_forces(
     run: Run,
 ) -> list[Any]:
     """Place the samples, then leave the sum of all forces in ``state.point_force``."""
-    inputs = [model.constants, *_internal_stiffnesses(model), state.points]
+    inputs = [model.constants, model.numbers(1.0, 1.0, 1.0), state.points]
     outputs = [state.samples, state.segment_pull, state.segment_block]
     launches = [run(place_and_pull(model.quadrature_points), model.segment_count, inputs, outputs)]
     launches.append(_contact(model, state, candidates, run))
@@ -58,19 +59,16 @@ def each_term(
     model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
 ) -> Iterator[str]:
     """Leave the force of one term after the other in ``state.point_force``; the samples must be placed."""
-    k_len, k_length, k_bend = _internal_stiffnesses(model)
-    zero = model.number(0.0)
     kernel = place_and_pull(model.quadrature_points)
     _clear_forces(state)
-    parts = {"stretch": (k_len, zero, zero), "length": (zero, k_length, zero), "bend": (zero, zero, k_bend)}
-    for name, stiffnesses in parts.items():
-        if any(float(value) > 0.0 for value in stiffnesses):
-            inputs = [model.constants, *stiffnesses, state.points]
+    for place, name in enumerate(("stretch", "length", "bend")):
+        if model.stiffness[:, place].any():
+            inputs = [model.constants, model.numbers(*np.eye(3)[place]), state.points]
             model.launch(kernel, model.segment_count, inputs, [state.samples, state.segment_pull, state.segment_block])
             gather(model, state, point_stiffness, model.launch)
             yield name
     state.segment_pull.zero_()
-    if model.material.k_contact > 0.0:
+    if model.stiffness[:, CONTACT].any():
         _contact(model, state, candidates, model.launch)
         gather(model, state, point_stiffness, model.launch)
         yield "contact"
@@ -83,21 +81,23 @@ def each_term(
 
 def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[Term]) -> dict[str, float]:
     """Energy of each term [erg]; the samples must be placed."""
-    sums = Sums(BASE_TERMS, model.sample_count + model.point_count, model.device)
+    sums = Sums(BASE_TERMS, model.largest_cell, model.cell_count, model.device)
     sum_energies(model, state, candidates, sums)
-    return sums.read() | {term.name: term.energy(state, candidates) for term in terms}
+    found = {name: float(parts.sum()) for name, parts in sums.read().items()}
+    return found | {term.name: term.energy(state, candidates) for term in terms}
 
 
 def sum_energies(model: Model, state: State, candidates: Candidates, sums: Sums) -> None:
     """Ask for the energies of the terms that every relaxation has."""
     stretch, length, bend = (model.empty(model.segment_count) for _ in range(3))
-    inputs = [model.constants, *_internal_stiffnesses(model), state.points]
+    inputs = [model.constants, state.points]
     model.launch(internal_energies, model.segment_count, inputs, [stretch, length, bend])
     contact = model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
     model.launch(contact_energies, model.sample_count, inputs, [contact])
-    for name, part in (("stretch", stretch), ("length", length), ("bend", bend), ("contact", contact)):
-        sums.add(name, part)
+    for name, part in (("stretch", stretch), ("length", length), ("bend", bend)):
+        sums.add(name, part, model.cell_segments)
+    sums.add("contact", contact, model.cell_samples)
 
 
 @wp.kernel(module="unique")
@@ -108,11 +108,6 @@ def clear(
     """Set an array to zero, in a recorded launch."""
     i = wp.tid()
     vectors[i] = type(vectors[0])()
-
-
-def _internal_stiffnesses(model: Model) -> tuple[Any, Any, Any]:
-    material = model.material
-    return model.number(material.k_len), model.number(material.k_length), model.number(material.k_bend)
 
 
 def _contact(model: Model, state: State, candidates: Candidates, run: Run) -> Any:

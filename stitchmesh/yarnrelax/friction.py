@@ -52,7 +52,7 @@ def slip_of_pair(
     model: Any, law: Any, tangent: Any, samples: Any, p: int, entry: int, anchor: Any, force: Any
 ) -> tuple[Any, Any]:
     """How far a pair has slipped from its anchor, and the part of it that friction resists, weighted by the law."""
-    slip = vector_from(model.images, samples, samples[p], entry, force) - anchor
+    slip = vector_from(model.images, samples, p, samples[p], entry, force) - anchor
     q = sample_number(model.images, entry)
     return slip, resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
 

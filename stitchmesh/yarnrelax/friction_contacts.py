@@ -106,7 +106,7 @@ def list_contacts(
         force = press_of_pair(model, samples, tangent, p, listed)
         if wp.dot(force, force) > type(force[0])(0.0):
             q = sample_number(model.images, listed)
-            apart = vector_from(model.images, samples, here, listed, force)
+            apart = vector_from(model.images, samples, p, here, listed, force)
             moved = (here - old_place[p]) - (samples[q] - old_place[q])
             slip = type(force)(moved[0], moved[1], moved[2])
             for old in range(old_count[p]):

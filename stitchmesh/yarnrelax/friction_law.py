@@ -35,23 +35,23 @@ def across_both(apart: Any, first: Any, second: Any) -> Any:
 
 
 @wp.func
-def vector_from(images: Any, samples: wp.array[Any], here: Any, entry: int, zero: Any) -> Any:
-    """Vector from a listed sample, in its image, to ``here``."""
-    apart = from_entry(images, samples, here, entry)
+def vector_from(images: Any, samples: wp.array[Any], p: int, here: Any, entry: int, zero: Any) -> Any:
+    """Vector from a sample that ``p`` lists, in its image, to ``here``, where p lies."""
+    apart = from_entry(images, samples, p, here, entry)
     return type(zero)(apart[0], apart[1], apart[2])
 
 
 @wp.func
 def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p: int, entry: int) -> Any:
     """N n of sample p and a listed one [erg / unit]; zero where they do not touch, or where an end meets an end."""
-    apart = from_entry(model.images, samples, samples[p], entry)
+    apart = from_entry(model.images, samples, p, samples[p], entry)
     away = type(tangent[p])(apart[0], apart[1], apart[2])
     distance2 = wp.dot(away, away)
     reach2 = apart[3] * apart[3]
     press = type(tangent[p])()
     if distance2 < reach2:
         q = sample_number(model.images, entry)
-        stiffness = model.k_contact * model.sample_weight[p] * model.sample_weight[q]
+        stiffness = model.sample_stiffness[p] * model.sample_weight[q]
         push, _stiff, _inverse = contact_push(distance2, reach2, stiffness)
         press = across_both(away, tangent[p], tangent[q]) * push
     return press

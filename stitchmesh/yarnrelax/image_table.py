@@ -10,6 +10,7 @@ shrunk, so that an image is missing, the table is made anew.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,24 +32,31 @@ def put_images(model: Model, kind: Any) -> Any:
     """The struct of images of a model's yarns."""
     images = kind()
     images.sample_count = model.sample_count
-    if model.yarns.lattice is not None:
-        images.periods = model.upload(model.yarns.lattice.periods / model.unit, 3)
-        _put_table(model, images, near_images(model.yarns, CONTACT_RANGE + 2 * SPREAD))
+    if not model.on_lattice:
+        return images
+    periods = [member.yarns.lattice.periods / member.unit for member in model.members if member.yarns.lattice]
+    images.periods = model.upload(np.concatenate(periods), 3)
+    cell = np.repeat(np.arange(model.cell_count), np.diff(model.segment_start))
+    images.segment_cell = model.integers(cell)
+    images.sample_cell = model.integers(np.repeat(cell, np.diff(model.sample_start)))
+    images.box = model.empty(2 * model.cell_count, 3)
+    _put_table(model, images, [member.yarns for member in model.members])
     return images
 
 
-def renew_images(model: Model, yarns: YarnSet) -> bool:
-    """Make the table anew if it lacks an image of the yarns as they lie now; whether it was."""
+def renew_images(model: Model, cells: Sequence[YarnSet]) -> bool:
+    """Make the table anew if it lacks an image of the members' yarns as they lie now; whether it was."""
     table = model.constants.images.image.numpy()
-    needed = near_images(yarns, CONTACT_RANGE)
+    needed = np.concatenate([near_images(yarns, CONTACT_RANGE) for yarns in cells])
     if _numbers(needed, table)[1].all():
         return False
-    _put_table(model, model.constants.images, near_images(yarns, CONTACT_RANGE + 2 * SPREAD))
+    _put_table(model, model.constants.images, cells)
     return True
 
 
-def _put_table(model: Model, images: Any, near: NDArray[np.int64]) -> None:
-    corner = corner_images(model.yarns)
+def _put_table(model: Model, images: Any, cells: Sequence[YarnSet]) -> None:
+    near = np.concatenate([near_images(yarns, CONTACT_RANGE + 2 * SPREAD) for yarns in cells])
+    corner = np.concatenate([corner_images(member.yarns) for member in model.members])
     table = np.unique(np.concatenate([near, corner.reshape(-1, 2)]), axis=0)
     table = np.concatenate([[[0, 0]], table[table.any(axis=1)]])
     number = _numbers(corner.reshape(-1, 2), table)[0].reshape(corner.shape[:2])
@@ -56,7 +64,7 @@ def _put_table(model: Model, images: Any, near: NDArray[np.int64]) -> None:
     images.corner_image = wp.array(number.astype(np.int32), dtype=wp.vec4i, device=model.device)
 
 
-def _numbers(images: NDArray[np.int64], table: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Place of each image in a table, and whether it is there."""
     most = int(max(np.abs(images).max(), np.abs(table).max()))
     place = np.full((2 * most + 1, 2 * most + 1), -1)

@@ -3,9 +3,9 @@
 """Images on a lattice: where the neighbours of an element of a periodic fabric lie.
 
 A control point or a contact sample that an element refers to lies at its own place plus a u + b v, with the periods u
-and v and a stored integer image (a, b) (design, section 2). Images are numbered in a table. A fabric without a lattice
-has no images: its overloads of the functions below read the place and nothing more, so no kernel asks whether a fabric
-repeats.
+and v and a stored integer image (a, b) (design, section 2). Images are numbered in a table. Several fabrics may be
+relaxed together, each a cell with periods of its own; they share the table. A fabric without a lattice has no images:
+its overloads of the functions below read the place and nothing more, so no kernel asks whether a fabric repeats.
 """
 
 # overloads, which Warp tells apart by the types of their arguments
@@ -39,6 +39,9 @@ class Images32:
     periods: wp.array[wp.vec3f]
     image: wp.array[wp.vec2i]
     corner_image: wp.array[wp.vec4i]
+    segment_cell: wp.array[wp.int32]
+    sample_cell: wp.array[wp.int32]
+    box: wp.array[wp.vec3f]
 
 
 @wp.struct
@@ -49,20 +52,23 @@ class Images64:
     periods: wp.array[wp.vec3d]
     image: wp.array[wp.vec2i]
     corner_image: wp.array[wp.vec4i]
+    segment_cell: wp.array[wp.int32]
+    sample_cell: wp.array[wp.int32]
+    box: wp.array[wp.vec3d]
 
 
 @wp.func
-def image_shift(images: Images32, number: int) -> wp.vec3f:
-    """Displacement of an image."""
+def image_shift(images: Images32, cell: int, number: int) -> wp.vec3f:
+    """Displacement of an image of a cell."""
     ab = images.image[number]
-    return images.periods[0] * wp.float32(ab[0]) + images.periods[1] * wp.float32(ab[1])
+    return images.periods[2 * cell] * wp.float32(ab[0]) + images.periods[2 * cell + 1] * wp.float32(ab[1])
 
 
 @wp.func
-def image_shift(images: Images64, number: int) -> wp.vec3d:
-    """Displacement of an image."""
+def image_shift(images: Images64, cell: int, number: int) -> wp.vec3d:
+    """Displacement of an image of a cell."""
     ab = images.image[number]
-    return images.periods[0] * wp.float64(ab[0]) + images.periods[1] * wp.float64(ab[1])
+    return images.periods[2 * cell] * wp.float64(ab[0]) + images.periods[2 * cell + 1] * wp.float64(ab[1])
 
 
 @wp.func
@@ -87,13 +93,13 @@ def corner_place(images: NoImages, points: wp.array[Any], s: int, slot: int, poi
 @wp.func
 def corner_place(images: Images32, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
     """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
-    return points[point] + image_shift(images, images.corner_image[s][slot])
+    return points[point] + image_shift(images, images.segment_cell[s], images.corner_image[s][slot])
 
 
 @wp.func
 def corner_place(images: Images64, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
     """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
-    return points[point] + image_shift(images, images.corner_image[s][slot])
+    return points[point] + image_shift(images, images.segment_cell[s], images.corner_image[s][slot])
 
 
 @wp.func
@@ -133,21 +139,21 @@ def image_count(images: Images64) -> int:
 
 
 @wp.func
-def shifted_by(images: NoImages, place: Any, number: int) -> Any:
+def shifted_by(images: NoImages, place: Any, cell: int, number: int) -> Any:
     """A place in an image."""
     return place
 
 
 @wp.func
-def shifted_by(images: Images32, place: Any, number: int) -> wp.vec3f:
+def shifted_by(images: Images32, place: Any, cell: int, number: int) -> wp.vec3f:
     """A place in an image."""
-    return place + image_shift(images, number)
+    return place + image_shift(images, cell, number)
 
 
 @wp.func
-def shifted_by(images: Images64, place: Any, number: int) -> wp.vec3d:
+def shifted_by(images: Images64, place: Any, cell: int, number: int) -> wp.vec3d:
     """A place in an image."""
-    return place + image_shift(images, number)
+    return place + image_shift(images, cell, number)
 
 
 @wp.func
@@ -187,20 +193,84 @@ def image_of(images: Images64, entry: int, count: int) -> int:
 
 
 @wp.func
-def entry_shift(images: NoImages, zero: Any, entry: int) -> Any:
-    """Displacement of the image that an entry means: none."""
+def entry_shift(images: NoImages, zero: Any, p: int, entry: int) -> Any:
+    """Displacement of the image that an entry of sample ``p``'s list means: none."""
     return zero
 
 
 @wp.func
-def entry_shift(images: Images32, zero: Any, entry: int) -> wp.vec4f:
-    """Displacement of the image that an entry means, and 0."""
-    shift = image_shift(images, entry // images.sample_count)
+def entry_shift(images: Images32, zero: Any, p: int, entry: int) -> wp.vec4f:
+    """Displacement of the image that an entry of sample ``p``'s list means, and 0."""
+    shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4f(shift[0], shift[1], shift[2], zero[3])
 
 
 @wp.func
-def entry_shift(images: Images64, zero: Any, entry: int) -> wp.vec4d:
-    """Displacement of the image that an entry means, and 0."""
-    shift = image_shift(images, entry // images.sample_count)
+def entry_shift(images: Images64, zero: Any, p: int, entry: int) -> wp.vec4d:
+    """Displacement of the image that an entry of sample ``p``'s list means, and 0."""
+    shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4d(shift[0], shift[1], shift[2], zero[3])
+
+
+@wp.func
+def cell_of(images: NoImages, s: int) -> int:
+    """The cell of a segment."""
+    return 0
+
+
+@wp.func
+def cell_of(images: Images32, s: int) -> int:
+    """The cell of a segment."""
+    return images.segment_cell[s]
+
+
+@wp.func
+def cell_of(images: Images64, s: int) -> int:
+    """The cell of a segment."""
+    return images.segment_cell[s]
+
+
+@wp.func
+def apart_from_cell(images: NoImages, place: Any, cell: int, reach: Any) -> bool:
+    """Whether a place is farther than a reach from the box around all segments of a cell."""
+    return False
+
+
+@wp.func
+def apart_from_cell(images: Images32, place: wp.vec3f, cell: int, reach: wp.float32) -> bool:
+    """Whether a place is farther than a reach from the box around all segments of a cell."""
+    low, high = images.box[2 * cell], images.box[2 * cell + 1]
+    return (
+        place[0] < low[0] - reach or place[1] < low[1] - reach or place[2] < low[2] - reach
+        or place[0] > high[0] + reach or place[1] > high[1] + reach or place[2] > high[2] + reach
+    )  # fmt: skip
+
+
+@wp.func
+def apart_from_cell(images: Images64, place: wp.vec3d, cell: int, reach: wp.float64) -> bool:
+    """Whether a place is farther than a reach from the box around all segments of a cell."""
+    low, high = images.box[2 * cell], images.box[2 * cell + 1]
+    return (
+        place[0] < low[0] - reach or place[1] < low[1] - reach or place[2] < low[2] - reach
+        or place[0] > high[0] + reach or place[1] > high[1] + reach or place[2] > high[2] + reach
+    )  # fmt: skip
+
+
+@wp.func
+def grid_place(images: NoImages, place: Any, cell: int, pitch: Any) -> Any:
+    """Where a place stands in the hash grid."""
+    return place
+
+
+@wp.func
+def grid_place(images: Images32, place: wp.vec3f, cell: int, pitch: wp.float32) -> wp.vec3f:
+    """Where a place stands in the hash grid, in which cells lie apart from one another as far as the grid goes."""
+    along, up, out = cell % 10, (cell // 10) % 10, cell // 100
+    return place + wp.vec3f(wp.float32(along), wp.float32(up), wp.float32(out)) * pitch
+
+
+@wp.func
+def grid_place(images: Images64, place: wp.vec3d, cell: int, pitch: wp.float64) -> wp.vec3d:
+    """Where a place stands in the hash grid, in which cells lie apart from one another as far as the grid goes."""
+    along, up, out = cell % 10, (cell // 10) % 10, cell // 100
+    return place + wp.vec3d(wp.float64(along), wp.float64(up), wp.float64(out)) * pitch

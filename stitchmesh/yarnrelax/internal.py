@@ -99,9 +99,7 @@ def place_and_pull(quadrature_points: int) -> wp.Kernel:
     def place_and_pull(
         # model
         model: Any,
-        k_len: Any,
-        k_length: Any,
-        k_bend: Any,
+        terms: Any,
         # state in
         points: wp.array[Any],
         # state out
@@ -109,12 +107,16 @@ def place_and_pull(quadrature_points: int) -> wp.Kernel:
         segment_pull: wp.array2d[Any],
         segment_block: wp.array[Any],
     ) -> None:
-        """Contact samples, pulls on the legs of each segment [erg / unit], ``mean_direction`` where there is room."""
+        """Contact samples, pulls on the legs of each segment [erg / unit], ``mean_direction`` where there is room.
+
+        ``terms`` is 1 for each of stretch, length and bending that counts, else 0.
+        """
         s = wp.tid()
         q0, q1, q2, q3 = segment_corners(model, points, s)
         put_samples(model, s, q0, q1, q2, q3, samples)
         rest_length = model.segment_rest_length[s]
-        pull0, pull1, pull2 = pulls(model, k_len, k_length, k_bend, rest_length, q1 - q0, q2 - q1, q3 - q2)
+        k = wp.cw_mul(model.segment_stiffness[s], terms)
+        pull0, pull1, pull2 = pulls(model, k[0], k[1], k[2], rest_length, q1 - q0, q2 - q1, q3 - q2)
         segment_pull[0, s] = pull0
         segment_pull[1, s] = pull1
         segment_pull[2, s] = pull2
@@ -128,9 +130,6 @@ def place_and_pull(quadrature_points: int) -> wp.Kernel:
 def internal_energies(
     # model
     model: Any,
-    k_len: Any,
-    k_length: Any,
-    k_bend: Any,
     # state in
     points: wp.array[Any],
     # state out
@@ -143,6 +142,7 @@ def internal_energies(
     q0, q1, q2, q3 = segment_corners(model, points, s)
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
     rest_length = model.segment_rest_length[s]
+    k = model.segment_stiffness[s]
     in_stretch, in_bend, long = rest_length - rest_length, rest_length - rest_length, rest_length - rest_length
     for g in range(model.quadrature_points):
         rule = model.rule[g]
@@ -150,8 +150,8 @@ def internal_energies(
         turn = (leg1 - leg0) * rule[3] + (leg2 - leg1) * rule[4]
         speed = wp.length(tangent)
         long += speed * rule[5]
-        in_stretch += stretch_energy(speed, rest_length, k_len * rule[5])
-        in_bend += bend_energy(tangent, turn, k_bend * rest_length * rule[5])
+        in_stretch += stretch_energy(speed, rest_length, k[0] * rule[5])
+        in_bend += bend_energy(tangent, turn, k[2] * rest_length * rule[5])
     stretch[s] = in_stretch
-    length[s] = length_energy(long, rest_length, k_length)
+    length[s] = length_energy(long, rest_length, k[1])
     bend[s] = in_bend

@@ -25,11 +25,11 @@ from stitchmesh.yarnrelax.image_table import renew_images
 from stitchmesh.yarnrelax.material import YarnMaterial
 from stitchmesh.yarnrelax.method import Method, Scene
 from stitchmesh.yarnrelax.methods import method_named
-from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.model import Model, put_cells
 from stitchmesh.yarnrelax.near_segments import NOTHING_LISTED
 from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import State, make_state
-from stitchmesh.yarnrelax.step_limit import limit_steps, smallest_distance, yarn_place
+from stitchmesh.yarnrelax.step_limit import limit_steps, smallest_distances, yarn_place
 from stitchmesh.yarnrelax.stiffness import internal_stiffness
 from stitchmesh.yarnrelax.term import Constraint, ConstraintChoice, Term, TermChoice
 
@@ -49,6 +49,20 @@ RECOVERY = 1.2
 """Growth of the scale of steps after each good assessment."""
 
 
+@wp.kernel(module="unique")
+def copy_where(
+    # state in
+    chosen: wp.array[wp.int32],
+    source: wp.array[Any],
+    # state out
+    target: wp.array[Any],
+) -> None:
+    """Copy what is chosen."""
+    i = wp.tid()
+    if chosen[i] != 0:
+        target[i] = source[i]
+
+
 @dataclass(eq=False)
 class Iteration:
     """The arrays of a relaxation and the launches that repeat."""
@@ -64,15 +78,18 @@ class Iteration:
     good_points: wp.array[Any]
     """Control points of the last state that was found good, shape (N, 3)."""
     step_fraction: float
-    rounding: float
-    """Force that the rounding of coordinates makes [erg / unit]."""
+    rounding: NDArray[np.float64]
+    """Force that the rounding of coordinates makes [erg / unit], shape (C,)."""
+    caution: NDArray[np.float64]
+    """Scale of the steps of each cell, shape (C,)."""
     strain: CellStrain | None = None
     """The strains of a cell that relaxes."""
     good_periods: wp.array[Any] | None = None
     """Periods of the last good state on a lattice, shape (2, 3)."""
-    caution: float = 1.0
     age: int = 0
     """Iterations since the candidate lists were made."""
+    stuck: dict[int, str] = field(default_factory=dict)
+    """What is wrong with cells that cannot go on."""
     launches: list[wp.Launch] = field(default_factory=list)
     graph: Any = None
 
@@ -89,9 +106,23 @@ class Iteration:
         cell: RelaxCell | None = None,
     ) -> Iteration:
         """Send yarns to the device and get ready to iterate; from ``points`` [cm] where given, not the yarns' own."""
-        model = put_model(
-            yarns,
-            material,
+        cells = None if cell is None else [cell]
+        return cls.start_cells([(yarns, material)], quality, device, terms, constraints, points, cells)
+
+    @classmethod
+    def start_cells(
+        cls,
+        given: Sequence[tuple[YarnSet, YarnMaterial]],
+        quality: Quality,
+        device: wp.Device,
+        terms: Sequence[TermChoice] = (),
+        constraints: Sequence[ConstraintChoice] = (),
+        points: FloatArray | None = None,
+        cells: Sequence[RelaxCell] | None = None,
+    ) -> Iteration:
+        """Likewise for several cells that know nothing of one another; without terms or constraints."""
+        model = put_cells(
+            given,
             quadrature_points=quality.quadrature_points,
             contact_samples=quality.contact_samples,
             scalar=scalar_named(quality.precision),
@@ -100,8 +131,8 @@ class Iteration:
         chosen = [term.on(model) for term in terms]
         further = sum((term.stiffness() for term in chosen), start=np.zeros(model.point_count))
         stiffness = further + internal_stiffness(model)
-        strains = 0 if cell is None else 1
-        method = method_named(quality.solver)(model, further, strains)
+        strains = 0 if cells is None else model.cell_count
+        method = method_named(quality.solver)(model, further, strains, held=bool(constraints))
         state = make_state(model, points, outer=bool(chosen), blocks=method.needs_blocks, strains=strains)
         iteration = cls(
             model,
@@ -114,8 +145,9 @@ class Iteration:
             wp.clone(state.points),
             quality.step_fraction,
             rounding_force(model, stiffness),
-            None if cell is None else CellStrain(model, cell),
-            None if yarns.lattice is None else wp.clone(model.constants.images.periods),
+            np.ones(model.cell_count),
+            None if cells is None else CellStrain(model, cells),
+            wp.clone(model.constants.images.periods) if model.on_lattice else None,
         )
         iteration.list_candidates()
         for term in chosen:
@@ -123,9 +155,12 @@ class Iteration:
         iteration._record()
         return iteration
 
-    def run(self, count: int) -> None:
-        """Iterate ``count`` times, making new candidate lists where control points have moved far."""
-        self.method.begin(count)
+    def run(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
+        """Iterate ``count`` times, making new candidate lists where control points have moved far; only some cells."""
+        wanted = np.full(self.model.cell_count, count)
+        if cells is not None:
+            wanted[~cells] = 0
+        self.method.begin(wanted)
         while self.method.left > 0:
             if self.graph is not None:
                 wp.capture_launch(self.graph)
@@ -147,34 +182,64 @@ class Iteration:
         return bool(lagging)
 
     def assess(self) -> Assessment:
-        """Residual and energies of the state as it is."""
+        """Residual and energies of the first cell, or of the only piece, as it is."""
+        return self.assess_cells()[0]
+
+    def assess_cells(self) -> list[Assessment]:
+        """Residual and energies of each cell as it is."""
         return assess(
             self.model, self.state, self.candidates, self.terms, self.constraints, self.point_stiffness,
             rounding=self.rounding, strain=self.strain,
         )  # fmt: skip
 
-    def keep(self) -> None:
-        """Call the state good, and grow eager again."""
-        wp.copy(self.good_points, self.state.points)
+    def keep(self, cells: NDArray[np.bool_] | None = None) -> None:
+        """Call the state of some cells good, or of all, and let them grow eager again."""
+        kept = self._chosen(cells)
+        self._copy(kept, self.state.points, self.good_points)
         if self.good_periods is not None:
-            wp.copy(self.good_periods, self.model.constants.images.periods)
-        if self.caution < 1.0:
-            self.caution = min(self.caution * RECOVERY, 1.0)
+            self._copy_periods(kept, self.model.constants.images.periods, self.good_periods)
+        if (self.caution[kept] < 1.0).any():
+            self.caution[kept] = np.minimum(self.caution[kept] * RECOVERY, 1.0)
             self.method.dare(self.caution)
 
-    def back_off(self) -> None:
-        """Go back to the last good state, at rest and half as eager.
+    def back_off(self, cells: NDArray[np.bool_] | None = None) -> None:
+        """Take some cells, or all, back to their last good state, at rest and half as eager.
 
         Raises:
-            SolverError: it has been tried often enough.
+            SolverError: of a single piece it has been tried often enough.
         """
-        if self.caution < SMALLEST_CAUTION:
-            raise SolverError(f"{self.blame()}: its energy grows at the smallest steps; {PART_THEM}")
-        self._go_back()
-        self.caution /= 2
-        self.method.restart(self.caution)
+        back = self._chosen(cells)
+        for cell in np.flatnonzero(back & (self.caution < SMALLEST_CAUTION)).tolist():
+            self.stuck[cell] = f"{self.blame(cell)}: its energy grows at the smallest steps; {PART_THEM}"
+        self._raise_if_alone()
+        self._go_back(back)
+        self.caution[back] /= 2
+        self.method.restart(self.caution, back)
         if self.list_candidates():
             self._record()
+
+    def _chosen(self, cells: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+        return np.ones(self.model.cell_count, dtype=bool) if cells is None else cells
+
+    def _raise_if_alone(self) -> None:
+        if self.stuck and self.model.cell_count == 1:
+            raise SolverError(self.stuck[0])
+
+    def _copy(self, cells: NDArray[np.bool_], source: wp.array[Any], target: wp.array[Any]) -> None:
+        """Copy the entries of some cells."""
+        if cells.all():
+            wp.copy(target, source)
+            return
+        counts = np.diff(self.model.point_start)
+        strains = [cells] if len(source) > self.model.point_count else []
+        self._copy_where(np.concatenate([np.repeat(cells, counts), *strains]), source, target)
+
+    def _copy_periods(self, cells: NDArray[np.bool_], source: wp.array[Any], target: wp.array[Any]) -> None:
+        """Copy the periods of some cells."""
+        self._copy_where(np.repeat(cells, 2), source, target)
+
+    def _copy_where(self, chosen: NDArray[np.bool_], source: wp.array[Any], target: wp.array[Any]) -> None:
+        self.model.launch(copy_where, len(chosen), [self.model.integers(chosen), source], [target])
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """All on the device that decides how the iterations go on, by name; candidate lists follow from it."""
@@ -187,7 +252,9 @@ class Iteration:
             carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
         return own | carried
 
-    def resume(self, arrays: Mapping[str, NDArray[Any]], *, margin: float, age: int, caution: float) -> None:
+    def resume(
+        self, arrays: Mapping[str, NDArray[Any]], *, margin: float, age: int, caution: NDArray[np.float64]
+    ) -> None:
         """Go on from where another was that started alike; the arrays stay where recorded launches look for them."""
         self.candidates.margin = margin
         self.state.points.assign(arrays["listed_points"])
@@ -201,15 +268,23 @@ class Iteration:
         self.age, self.caution = age, caution
         self._record()
 
-    def good_yarns(self) -> YarnSet:
-        """The yarns in the last good state."""
+    def good_yarns(self, cell: int = 0) -> YarnSet:
+        """The yarns of a cell, or of the only piece, in the last good state."""
+        return self.good_cells()[cell]
+
+    def good_cells(self) -> list[YarnSet]:
+        """The yarns of each cell in the last good state."""
         return self._yarns_at(self.good_points, self.good_periods)
 
-    def smallest_distance(self) -> float:
-        """Smallest distance of yarns in the last good state over their radius, 2 where none touch."""
-        self._go_back()
+    def smallest_distance(self, cell: int = 0) -> float:
+        """Smallest distance of yarns of a cell in its last good state over their radius, 2 where none touch."""
+        return float(self.smallest_distances()[cell])
+
+    def smallest_distances(self) -> NDArray[np.float64]:
+        """The same of all cells, shape (C,)."""
+        self._go_back(self._chosen(None))
         self.list_candidates()
-        return smallest_distance(self.model, self.state, self.candidates)
+        return smallest_distances(self.model, self.state, self.candidates)
 
     @property
     def scene(self) -> Scene:
@@ -222,19 +297,20 @@ class Iteration:
         return BURST["cuda" if self.model.device.is_cuda else "cpu"]
 
     @property
-    def noise(self) -> float:
-        """Energy that rounding forces do over a radius at every control point [erg]."""
-        return self.rounding * self.model.point_count
+    def noise(self) -> NDArray[np.float64]:
+        """Energy that rounding forces do over a radius at every control point of each cell [erg], shape (C,)."""
+        return self.rounding * np.diff(self.model.point_start)
 
-    def blame(self) -> str:
-        """The energy with the largest force of all, and where it acts."""
+    def blame(self, cell: int = 0) -> str:
+        """The energy with the largest force of all in a cell, or in the only piece, and where it acts."""
+        first, last = self.model.point_start[cell : cell + 2]
         largest, energy, point = -1.0, "", 0
         forces.sample(self.model, self.state)
         for term in forces.each_term(self.model, self.state, self.candidates, self.terms, self.point_stiffness):
-            force = np.linalg.norm(self.state.point_force.numpy().astype(np.float64), axis=1)
+            force = np.linalg.norm(self.state.point_force.numpy()[first:last].astype(np.float64), axis=1)
             force = np.where(np.isfinite(force), force, np.inf)
             if force.max() > largest:
-                largest, energy, point = float(force.max()), term, int(force.argmax())
+                largest, energy, point = float(force.max()), term, int(first + force.argmax())
         return f"{energy} energy of {yarn_place(self.model.yarns, point)}"
 
     def _fit_margin(self, worn: bool) -> bool:
@@ -255,26 +331,30 @@ class Iteration:
         forces.sample(self.model, self.state)
         wp.copy(self.state.listed_points, self.state.points)
         grown = find_candidates(self.model, self.state.samples, self.candidates)
-        limit_steps(self.model, self.state, self.candidates)
+        self.stuck |= limit_steps(self.model, self.state, self.candidates)
+        self._raise_if_alone()
         return grown or renewed
 
-    def _yarns_now(self) -> YarnSet:
-        """The yarns as they are."""
+    def _yarns_now(self) -> list[YarnSet]:
+        """The yarns of each cell as they are."""
         return self._yarns_at(self.state.points, self.model.constants.images.periods)
 
-    def _yarns_at(self, points: wp.array[Any], periods: wp.array[Any] | None) -> YarnSet:
-        """The yarns at some control points, on a lattice of some periods if on any."""
-        places = self.model.from_device(points)[: self.model.point_count]
+    def _yarns_at(self, points: wp.array[Any], periods: wp.array[Any] | None) -> list[YarnSet]:
+        """The yarns of each cell at some control points, on lattices of some periods if on any."""
+        start, places = self.model.point_start, self.model.from_device(points)
+        members = self.model.members
+        moved = [replace(member.yarns, points=places[start[k] : start[k + 1]]) for k, member in enumerate(members)]
         if self.strain is None or periods is None:
-            return replace(self.model.yarns, points=places)
-        lattice = Lattice(periods.numpy().astype(np.float64) * self.model.unit)
-        return replace(self.model.yarns, points=places, lattice=lattice)
+            return moved
+        now = periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        lattices = [Lattice(now[k] * member.unit) for k, member in enumerate(members)]
+        return [replace(yarns, lattice=lattice) for yarns, lattice in zip(moved, lattices, strict=True)]
 
-    def _go_back(self) -> None:
-        """Take the last good state again."""
-        wp.copy(self.state.points, self.good_points)
+    def _go_back(self, cells: NDArray[np.bool_]) -> None:
+        """Take the last good state of some cells again."""
+        self._copy(cells, self.good_points, self.state.points)
         if self.good_periods is not None:
-            wp.copy(self.model.constants.images.periods, self.good_periods)
+            self._copy_periods(cells, self.good_periods, self.model.constants.images.periods)
             self.candidates.near.reach = NOTHING_LISTED
 
     def _launch_burst(self) -> None:

@@ -9,7 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.cell import CellStrain
@@ -53,12 +55,12 @@ class Method(ABC):
         """Move the control points by one iteration, none by more than its limits."""
 
     @abstractmethod
-    def restart(self, caution: float) -> None:
-        """Forget the past; ``caution`` in (0, 1] scales steps, 1 for an undisturbed run."""
+    def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
+        """Forget the past of some cells, or of all; ``caution`` in (0, 1] scales steps of each, 1 undisturbed."""
 
     @abstractmethod
-    def dare(self, caution: float) -> None:
-        """Scale steps by ``caution`` from now on."""
+    def dare(self, caution: NDArray[np.float64]) -> None:
+        """Scale the steps of each cell by ``caution`` from now on."""
 
     @abstractmethod
     def arrays(self) -> dict[str, wp.array[Any]]:
@@ -68,9 +70,9 @@ class Method(ABC):
         """Kinetic energy [erg]; none for a solver that knows no motion."""
         return 0.0
 
-    def begin(self, count: int) -> None:
-        """Get ready for ``count`` iterations."""
-        self.left = count
+    def begin(self, count: NDArray[np.int64]) -> None:
+        """Get ready for so many iterations of each cell."""
+        self.left = int(count.max())
 
     def worn(self, scene: Scene, launched: int) -> bool:
         """Count what was launched, and tell whether the candidate lists must be made again."""

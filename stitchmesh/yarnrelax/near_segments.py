@@ -17,8 +17,8 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.errors import SolverError
-from stitchmesh.yarnrelax.images import image_count, shifted_by, turns_to
-from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.images import apart_from_cell, cell_of, grid_place, image_count, shifted_by, turns_to
+from stitchmesh.yarnrelax.model import BLOCK, Model
 from stitchmesh.yarnrelax.reduction import maximum
 
 wp.set_module_options({"enable_backward": False})
@@ -31,6 +31,8 @@ NOTHING_LISTED = -1.0
 """Reach of lists that hold nothing."""
 CELL = 2.0
 """Width of a cell of the hash grid over the radius of a search."""
+APART = 6.0
+"""Distance between the cells of several fabrics in the hash grid, over the width of a cell of the grid."""
 SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
 """Cells along each axis of the hash grid, up to that many segments and beyond; cells wrap around, so this bounds
 memory and not space."""
@@ -88,6 +90,7 @@ def list_segments(
     model: Any,
     margin: Any,
     search_radius: Any,
+    pitch: Any,
     # state in
     grid: wp.uint64,
     centre: wp.array[Any],
@@ -99,14 +102,18 @@ def list_segments(
     """Segments near each segment, in ascending order; an entry counts images by the number of segments."""
     i = wp.tid()
     here = centre[i]
+    cell = cell_of(model.images, i)
     reach = margin + extent[i]
     found = int(0)
     for image in range(image_count(model.images)):
-        seen_from = here + here - shifted_by(model.images, here, image)
-        for j in wp.hash_grid_query(grid, seen_from, search_radius):
+        seen_from = here + here - shifted_by(model.images, here, cell, image)
+        if apart_from_cell(model.images, seen_from, cell, search_radius):
+            continue
+        for j in wp.hash_grid_query(grid, grid_place(model.images, seen_from, cell, pitch), search_radius):
             apart = centre[j] - seen_from
             limit = reach + extent[j]
-            if wp.dot(apart, apart) < limit * limit and may_collide(model, i, j, image):
+            same_cell = cell_of(model.images, j) == cell
+            if same_cell and wp.dot(apart, apart) < limit * limit and may_collide(model, i, j, image):
                 entry = image * centre.shape[0] + j
                 place = found
                 found += 1
@@ -116,6 +123,48 @@ def list_segments(
                         place -= 1
                     near[i, place] = entry
     near_count[i] = found
+
+
+@wp.kernel(module="unique")
+def place_in_grid(
+    # model
+    model: Any,
+    pitch: Any,
+    # state in
+    centre: wp.array[Any],
+    # state out
+    place: wp.array[Any],
+) -> None:
+    """Where each ball stands in the hash grid."""
+    s = wp.tid()
+    place[s] = grid_place(model.images, centre[s], cell_of(model.images, s), pitch)
+
+
+@wp.kernel(module="unique")
+def bound_cells(
+    # model
+    cell_segments: wp.array[wp.int32],
+    # state in
+    centre: wp.array[Any],
+    # state out
+    box: wp.array[Any],
+) -> None:
+    """The box around the middles of each cell's segments; a block of 64 threads a cell."""
+    cell, lane = wp.tid()
+    first, last = cell_segments[cell], cell_segments[cell + 1]
+    low = centre[first]
+    high = low
+    for s in range(first + lane, last, wp.block_dim()):
+        low = wp.min(low, centre[s])
+        high = wp.max(high, centre[s])
+    for axis in range(3):
+        least, most = wp.tile_min(wp.tile(low[axis])), wp.tile_max(wp.tile(high[axis]))
+        if lane == 0:
+            low[axis] = least[0]
+            high[axis] = most[0]
+    if lane == 0:
+        box[2 * cell] = low
+        box[2 * cell + 1] = high
 
 
 @wp.kernel(module="unique")
@@ -152,6 +201,8 @@ class NearSegments:
     """How far the yarn reached then, shape (S,)."""
     grid: wp.HashGrid
     """The grid that finds them."""
+    grid_place: wp.array[Any]
+    """Where each segment stands in it, shape (S, 3)."""
     reach: float = NOTHING_LISTED
     """How near balls had to come to be listed, in units; negative before there are lists."""
 
@@ -167,6 +218,7 @@ def make_near_segments(model: Model) -> NearSegments:
         model.empty(count, 3),
         model.empty(count),
         wp.HashGrid(cells, cells, cells, device=model.device, dtype=model.scalar),
+        model.empty(count, 3),
     )
 
 
@@ -187,8 +239,14 @@ def find_near_segments(model: Model, samples: wp.array[Any], near: NearSegments,
     wp.copy(near.listed_centre, near.centre)
     wp.copy(near.listed_extent, near.extent)
     radius = near.reach + 2.0 * maximum(near.extent)
-    near.grid.build(near.centre, CELL * radius)
-    inputs = [model.constants, model.number(near.reach), model.number(radius), wp.uint64(near.grid.id),
+    pitch = model.number(APART * CELL * radius)
+    if model.on_lattice:
+        images = model.constants.images
+        model.launch(bound_cells, model.cell_count, [model.cell_segments, near.centre], [images.box], tile=BLOCK)
+    model.launch(place_in_grid, count, [model.constants, pitch, near.centre], [near.grid_place])
+    near.grid.build(near.grid_place, CELL * radius)
+    # places in the grid are rounded: a thousandth of a radius covers the farthest cell
+    inputs = [model.constants, model.number(near.reach), model.number(radius + 1e-3), pitch, wp.uint64(near.grid.id),
               near.centre, near.extent]  # fmt: skip
     while True:
         model.launch(list_segments, count, inputs, [near.count, near.lists])

@@ -120,28 +120,80 @@ def _parallel_strands(count: int) -> int:
     return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_PARALLEL))
 
 
-class Sums:
-    """Sums of several arrays, read back to the host together: each wait for a GPU costs as much as an iteration."""
+@wp.kernel(module="unique")
+def range_sums(
+    # model
+    strands: int,
+    start: wp.array[wp.int32],
+    # state in
+    values: wp.array[Any],
+    # state out
+    sums: wp.array[wp.float64],
+) -> None:
+    """Sum of a strand's values in its range, in ascending order; so many strands a range."""
+    cell = wp.tid() // strands
+    strand = wp.tid() - cell * strands
+    total = wp.float64(0.0)
+    for k in range(start[cell] + strand, start[cell + 1], strands):
+        total += wp.float64(values[k])
+    sums[wp.tid()] = total
 
-    def __init__(self, count: int, longest: int, device: wp.Device) -> None:
-        """Room for ``count`` sums of arrays of at most ``longest`` values."""
-        self._parts = wp.zeros((count, strands_for(longest)), dtype=wp.float64, device=device)
+
+@wp.kernel(module="unique")
+def range_minima(
+    # model
+    strands: int,
+    start: wp.array[wp.int32],
+    # state in
+    values: wp.array[Any],
+    # state out
+    minima: wp.array[wp.float64],
+) -> None:
+    """Smallest of a strand's values in its range; not a number where one of them is not."""
+    cell = wp.tid() // strands
+    strand = wp.tid() - cell * strands
+    least = wp.float64(1.0e300)
+    for k in range(start[cell] + strand, start[cell + 1], strands):
+        value = wp.float64(values[k])
+        if least == least and not (value >= least):  # once it is not a number it stays so
+            least = value
+    minima[wp.tid()] = least
+
+
+def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDArray[np.float64]:
+    """Smallest of an array of scalars in each range, read back to the host; not a number where one is not."""
+    strands, ranges = strands_for(longest), len(start) - 1
+    partial = wp.empty(ranges * strands, dtype=wp.float64, device=values.device)
+    wp.launch(range_minima, len(partial), [strands, start, values], [partial], device=values.device)
+    smallest: NDArray[np.float64] = partial.numpy().reshape(ranges, strands).min(axis=1)
+    return smallest
+
+
+class Sums:
+    """Sums of several arrays over ranges, read back together: each wait for a GPU costs as much as an iteration."""
+
+    def __init__(self, count: int, longest: int, ranges: int, device: wp.Device) -> None:
+        """Room for ``count`` sums over so many ranges of at most ``longest`` values."""
+        self._strands = strands_for(longest)
+        self._parts = wp.zeros((count * ranges, self._strands), dtype=wp.float64, device=device)
+        self._ranges = ranges
         self._names: list[str] = []
 
-    def add(self, name: str, values: wp.array[Any]) -> None:
-        """Ask for the sum of an array of scalars."""
-        part = self._parts[len(self._names)][: strands_for(len(values))]
+    def add(self, name: str, values: wp.array[Any], start: wp.array[Any]) -> None:
+        """Ask for the sums of an array of scalars; range k goes from ``start[k]`` to ``start[k + 1]``."""
+        first = len(self._names) * self._ranges
+        part = self._parts[first : first + self._ranges].flatten()
         self._names.append(name)
-        wp.launch(strand_sums, dim=len(part), inputs=[values], outputs=[part], device=values.device)
+        wp.launch(range_sums, dim=len(part), inputs=[self._strands, start, values], outputs=[part], device=part.device)
 
-    def read(self) -> dict[str, float]:
-        """The sums, in the order in which they were asked for."""
-        totals = wp.empty(len(self._parts), dtype=wp.float64, device=self._parts.device)
+    def read(self) -> dict[str, NDArray[np.float64]]:
+        """The sums over each range, in the order in which they were asked for."""
         count = len(self._parts)
+        totals = wp.empty(count, dtype=wp.float64, device=self._parts.device)
         wp.launch_tiled(
             row_totals, dim=count, inputs=[self._parts], outputs=[totals], block_dim=TILE, device=totals.device
         )
-        return dict(zip(self._names, totals.numpy().tolist(), strict=True))
+        return dict(zip(self._names, totals.numpy().reshape(-1, self._ranges), strict=False))
 
 
 def ordered_sum(values: wp.array[Any]) -> float:

@@ -210,7 +210,8 @@ class _Run:
 
     def resume(self, moment: Moment) -> None:
         """Go on from a moment of the same relaxation."""
-        self.solver.resume(moment.arrays, margin=moment.margin, age=moment.age, caution=moment.caution)
+        caution = np.array([moment.caution])
+        self.solver.resume(moment.arrays, margin=moment.margin, age=moment.age, caution=caution)
         self.iteration, self.last, self.history = moment.iteration, moment.last, list(moment.history)
         self.began -= moment.seconds
         self.moving = self.solver.method.kinetic_energy()
@@ -246,7 +247,7 @@ class _Run:
             return float("inf")
         before, after = (sum(entry["energies"].values()) for entry in self.history[-2:])
         size = sum(abs(energy) for energy in self.last.energies.values())
-        if before == after and self.solver.caution < 1.0:  # it went back to where it had been
+        if before == after and self.solver.caution[0] < 1.0:  # it went back to where it had been
             return float("inf")
         return (before - after) / size if size > 0.0 else 0.0
 
@@ -283,7 +284,7 @@ class _Run:
         solver, last = self.solver, self.last
         total, moving = now.energy, solver.method.kinetic_energy()
         size = sum(abs(energy) for energy in last.energies.values()) + self.moving
-        allowed = solver.method.allowed_rise * size + solver.noise
+        allowed = solver.method.allowed_rise * size + float(solver.noise[0])
         if now.finite and total + moving <= last.energy + self.moving + allowed:
             self.moving = moving
             solver.keep()
@@ -323,6 +324,6 @@ class _Run:
             history=tuple(self.history),
             margin=solver.candidates.margin,
             age=solver.age,
-            caution=solver.caution,
+            caution=float(solver.caution[0]),
             arrays={name: wp.clone(array) for name, array in solver.arrays().items()},
         )

@@ -44,15 +44,15 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
-from stitchmesh.errors import SolverError
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.contact import from_entry
 from stitchmesh.yarnrelax.curve import segment_corners, weight_row
 from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.reduction import minimum
+from stitchmesh.yarnrelax.reduction import minima_over
 from stitchmesh.yarnrelax.sampling import LARGEST_REACH
 from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
 
@@ -135,7 +135,7 @@ def arc_clearances(
     for c in range(candidate_count[p]):
         entry = candidates[p, c]
         q = sample_number(model.images, entry)
-        apart4 = from_entry(model.images, samples, here, entry)
+        apart4 = from_entry(model.images, samples, p, here, entry)
         apart = type(half_tangent[0])(apart4[0], apart4[1], apart4[2])
         gap = wp.length(apart) - reach - slack[q][0]
         if gap < wp.min(least, enough):
@@ -186,7 +186,7 @@ def nearest_arcs(
     for c in range(candidate_count[p]):
         entry = candidates[p, c]
         q = sample_number(model.images, entry)
-        apart = from_entry(model.images, samples, here, entry)
+        apart = from_entry(model.images, samples, p, here, entry)
         centre = type(half_tangent[0])(apart[0], apart[1], apart[2])
         least = wp.min(least, distance_of_pieces(centre, half_tangent[p], half_tangent[q]) / apart[3])
     nearest[p] = least * type(least)(2.0)
@@ -212,7 +212,7 @@ def nearest_entry(
     for c in range(candidate_count[sample]):
         entry = candidates[sample, c]
         q = sample_number(model.images, entry)
-        apart = from_entry(model.images, samples, here, entry)
+        apart = from_entry(model.images, samples, sample, here, entry)
         centre = type(half_tangent[0])(apart[0], apart[1], apart[2])
         found = distance_of_pieces(centre, half_tangent[sample], half_tangent[q])
         if nearest[0] < 0 or found < distance[0]:
@@ -239,16 +239,19 @@ def clearances(model: Model, state: State, candidates: Candidates) -> wp.array[A
     return result
 
 
-def limit_steps(model: Model, state: State, candidates: Candidates) -> None:
-    """Set the budgets of all control points, and of the strains of a cell, for lists that were just made.
+def limit_steps(model: Model, state: State, candidates: Candidates) -> dict[int, str]:
+    """Set the budgets of all control points, and of the strains of cells, for lists that were just made.
 
-    Raises:
-        SolverError: the clearance of an arc is used up; it names the yarn and the stitch face.
+    Returns:
+        Of cells in which the clearance of an arc is used up what is wrong; it names the yarn and the stitch face.
     """
     clearance = clearances(model, state, candidates)
-    least = minimum(clearance)
-    if not least >= SMALLEST_CLEARANCE:
-        raise SolverError(_too_close(model, state, candidates, int(clearance.numpy().argmin())))
+    least = minima_over(clearance, model.cell_samples, model.largest_cell)
+    stuck = {}
+    for cell in np.flatnonzero(~(least >= SMALLEST_CLEARANCE)).tolist():
+        first, last = model.sample_start[model.segment_start[cell : cell + 2]]
+        worst = int(first + clearance.numpy()[first:last].argmin())
+        stuck[cell] = _too_close(model, state, candidates, worst)
     strained = len(state.budget) > model.point_count
     beside = BESIDE_STRAIN if strained else 1.0
     numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
@@ -256,18 +259,22 @@ def limit_steps(model: Model, state: State, candidates: Candidates) -> None:
     model.launch(set_budgets, model.point_count, inputs, [state.budget])
     if strained:
         apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
-        strain = min(OF_STRAIN * least, (1.0 - BESIDE_STRAIN) * candidates.margin) / apart
-        strain = min(strain, LARGEST_STRAIN)
-        state.budget[model.point_count :].fill_(strain * STRAIN_UNIT)
+        strain = np.minimum(OF_STRAIN * least, (1.0 - BESIDE_STRAIN) * candidates.margin) / apart
+        strain = np.clip(strain, 0.0, LARGEST_STRAIN)
+        state.budget[model.point_count :].assign(strain * STRAIN_UNIT)
+    return stuck
 
 
-def smallest_distance(model: Model, state: State, candidates: Candidates) -> float:
-    """Smallest distance of yarns over their radius, 2 where none touch; as exact as the arcs' sag is small."""
+def smallest_distances(model: Model, state: State, candidates: Candidates) -> NDArray[np.float64]:
+    """Smallest distance of each cell's yarns over their radius, 2 where none touch, shape (C,).
+
+    As exact as the arcs' sag is small.
+    """
     half_tangent, _slack = _arcs(model, state)
     nearest = model.empty(model.sample_count)
     inputs = [model.constants, state.samples, half_tangent, candidates.count, candidates.lists]
     model.launch(nearest_arcs, model.sample_count, inputs, [nearest])
-    return minimum(nearest)
+    return minima_over(nearest, model.cell_samples, model.largest_cell)
 
 
 def _arcs(model: Model, state: State) -> tuple[wp.array[Any], wp.array[Any]]:

@@ -32,13 +32,13 @@ def internal_stiffness(model: Model) -> NDArray[np.float64]:
 
 def along_stiffness(model: Model) -> NDArray[np.float64]:
     """Row sums along the yarn, for each of a segment's four control points [erg / unit^2], shape (S, 4)."""
-    stiffness = model.material.k_len + model.material.k_length
+    stiffness = model.segment_stiffness[:, :2].sum(axis=1, keepdims=True)
     return 2 * stiffness * _swept_rows(1) / model.rest_length[:, None] ** 2
 
 
 def bend_stiffness(model: Model) -> NDArray[np.float64]:
     """Row sums across the yarn, for each of a segment's four control points [erg / unit^2], shape (S, 4)."""
-    return 2 * model.material.k_bend * _swept_rows(2) / model.rest_length[:, None] ** 3
+    return 2 * model.segment_stiffness[:, 2:] * _swept_rows(2) / model.rest_length[:, None] ** 3
 
 
 def _swept_rows(order: int) -> NDArray[np.float64]:

@@ -111,11 +111,11 @@ def contact_shares(
     p = wp.tid()
     here = samples[p]
     half = wp.float64(0.5)
-    stiffness = model.sample_weight[p] * model.k_contact * half
+    stiffness = model.sample_stiffness[p] * half
     share = Shares()
     for c in range(candidate_count[p]):
         entry = candidates[p, c]
-        gap4 = from_entry(model.images, samples, here, entry)
+        gap4 = from_entry(model.images, samples, p, here, entry)
         gap = wp.vec3d(gap4[0], gap4[1], gap4[2])
         distance2, reach2 = wp.dot(gap, gap), gap4[3] * gap4[3]
         if distance2 < reach2:

@@ -65,7 +65,7 @@ def crossing_yarns() -> YarnSet:
 @pytest.mark.parametrize("caution", [1.0, 0.5])
 def test_a_yarn_falls_freely(caution: float) -> None:
     iteration, method = started(straight_yarn(5), undamped(), [Gravity()])
-    method.restart(caution)
+    method.restart(np.array([caution]))
     iteration.run(100)
     time, step = method.time, caution * 4e-4
     assert time == pytest.approx(100 * step, rel=1e-12)  # nothing is stiff enough to shorten the step
@@ -120,7 +120,7 @@ def test_damped_yarns_never_gain_energy() -> None:
     iteration, method = started(yarns, YarnMaterial.named("leaf"))
     method.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
     # the fastest modes turn by 0.16 a step, so that the integrator's swing, 0.08 of their energy, is below their loss
-    method.dare(0.1)
+    method.dare(np.array([0.1]))
     energies = []
     for _ in range(100):
         energies.append(iteration.assess().energy + method.kinetic_energy())
@@ -133,7 +133,7 @@ def test_energy_is_kept_without_damping() -> None:
     yarns = crossing_yarns()
     iteration, method = started(yarns, undamped())
     method.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
-    method.dare(0.1)
+    method.dare(np.array([0.1]))
     energies = []
     for _ in range(60):
         energies.append(iteration.assess().energy + method.kinetic_energy())

@@ -47,7 +47,7 @@ def strain_forces(yarns: YarnSet) -> np.ndarray:
     iteration.assess()
     terms = forces.each_term(iteration.model, iteration.state, iteration.candidates, (), iteration.point_stiffness)
     parts = [iteration.strain.forces_of(iteration.state, iteration.candidates, term) for term in terms]
-    return np.sum(parts, axis=0)
+    return np.sum(parts, axis=0)[0]
 
 
 @pytest.mark.parametrize("yarns", [sheared(periodic_patch(1, 1), 0.1), sheared(woven_cell(), 0.05)],

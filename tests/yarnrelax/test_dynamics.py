@@ -231,11 +231,11 @@ def test_a_cell_moves_as_its_tiling_does() -> None:
 def test_a_restart_stands_still_and_takes_shorter_steps() -> None:
     iteration, method = started(straight_yarn(2.0))
     method.velocity.fill_(1.0)
-    method.restart(0.25)
+    method.restart(np.array([0.25]))
     assert method.kinetic_energy() == 0.0
     iteration.run(1)
     assert method.time_step == LONGEST_TIME_STEP / 4
-    method.dare(1.0)
+    method.dare(np.ones(1))
     iteration.run(1)
     assert method.time_step == LONGEST_TIME_STEP
 

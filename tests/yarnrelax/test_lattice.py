@@ -252,13 +252,13 @@ def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
         cell, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )  # fmt: skip
-    assert not renew_images(model, cell)
+    assert not renew_images(model, [cell])
     before = len(model.constants.images.image)
     apart = cell.points.copy()
     apart[0, 0] -= (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
     spread = replace(cell, points=apart)
-    assert renew_images(model, spread)
+    assert renew_images(model, [spread])
     table = model.constants.images.image.numpy()
     assert len(table) > before and not table[0].any()
     assert {tuple(image) for image in near_images(spread, CONTACT_RANGE)} <= {tuple(image) for image in table}
-    assert not renew_images(model, spread)
+    assert not renew_images(model, [spread])

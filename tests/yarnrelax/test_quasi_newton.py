@@ -14,7 +14,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet, basis_derivative
 from stitchmesh.yarnrelax import YarnMaterial, forces
 from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.quasi_newton import MEMORY, PERIOD, SMOOTHING
+from stitchmesh.yarnrelax.quasi_newton_steps import MEMORY, PERIOD, SMOOTHING
 
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 LEAF = YarnMaterial.named("leaf")
@@ -24,12 +24,12 @@ PAIRS, TURN, PLAIN, WAITS = 1, 2, 3, 6
 
 def started(yarns: YarnSet, material: YarnMaterial = LEAF) -> Iteration:
     iteration = Iteration.start(yarns, material, DOUBLE, device_named("cpu"))
-    iteration.method.begin(PERIOD)
+    iteration.method.begin(np.array([PERIOD]))
     return iteration
 
 
 def numbers(iteration: Iteration) -> np.ndarray:
-    return iteration.method.arrays()["numbers"].numpy().copy()
+    return iteration.method.arrays()["numbers"].numpy()[0].copy()
 
 
 def blocks(rows: np.ndarray) -> np.ndarray:
@@ -95,8 +95,8 @@ def settled_tube() -> Iteration:
         iteration.run(PERIOD)
     iteration.list_candidates()
     iteration.state.budget.fill_(10.0)
-    iteration.method.restart(1.0)
-    iteration.method.begin(PERIOD)
+    iteration.method.restart(np.ones(1))
+    iteration.method.begin(np.array([PERIOD]))
     return iteration
 
 

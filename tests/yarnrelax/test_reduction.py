@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from stitchmesh.yarnrelax.reduction import (
     VALUES_PER_STRAND,
     Sums,
     maximum,
+    minima_over,
     minimum,
     ordered_sum,
     strands_for,
@@ -28,6 +30,10 @@ LENGTHS = [1, 255, 256, 257, 20_000, 300_001]
 
 def array(values: np.ndarray) -> wp.array:
     return wp.array(values, device="cpu")
+
+
+def ranges(*start: int) -> wp.array:
+    return wp.array(np.array(start, dtype=np.int32), device="cpu")
 
 
 def random(count: int, kind: type = np.float64) -> np.ndarray:
@@ -72,14 +78,28 @@ def test_the_same_values_give_the_same_bits() -> None:
 
 def test_several_sums_at_once_equal_single_ones() -> None:
     parts = {"many": random(20_000), "few": random(3), "one": random(1)}
-    sums = Sums(3, 20_000, wp.get_device("cpu"))
+    sums = Sums(3, 20_000, 1, wp.get_device("cpu"))
     for name, values in parts.items():
-        sums.add(name, array(values))
+        sums.add(name, array(values), ranges(0, len(values)))
     found = sums.read()
     assert list(found) == list(parts)
     for name, values in parts.items():
         # two orders of a float64 sum
-        assert found[name] == pytest.approx(math.fsum(values), abs=1e-13 * np.abs(values).sum())
+        assert found[name][0] == pytest.approx(math.fsum(values), abs=1e-13 * np.abs(values).sum())
+
+
+def test_sums_and_minima_over_ranges_are_those_of_each() -> None:
+    values, start = random(20_000), [0, 3, 4, 12_345, 20_000]
+    sums = Sums(2, 20_000, 4, wp.get_device("cpu"))
+    sums.add("plain", array(values), ranges(*start))
+    sums.add("squared", array(values**2), ranges(*start))
+    found, smallest = sums.read(), minima_over(array(values), ranges(*start), 20_000)
+    for k, (first, last) in enumerate(pairwise(start)):
+        part = values[first:last]
+        # two orders of a float64 sum
+        assert found["plain"][k] == pytest.approx(math.fsum(part), abs=1e-13 * np.abs(part).sum())
+        assert found["squared"][k] == pytest.approx(math.fsum(part**2), rel=1e-13)
+        assert smallest[k] == part.min()
 
 
 def test_the_number_of_strands_depends_on_the_length_alone_and_suits_tiles() -> None:

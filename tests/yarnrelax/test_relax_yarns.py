@@ -134,17 +134,17 @@ def test_backing_off_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> No
     np.testing.assert_array_equal(iteration.state.points.numpy(), iteration.good_points.numpy())
     np.testing.assert_array_equal(iteration.good_yarns().points, good)
     assert iteration.caution == 0.5
-    pairs, scale = iteration.method.arrays()["numbers"].numpy()[[1, 4]]
+    pairs, scale = iteration.method.arrays()["numbers"].numpy()[0, [1, 4]]
     assert pairs == 0 and scale == 0.5  # nothing is remembered of what went wrong
     iteration.run(20)
     assert iteration.assess().finite
     iteration.keep()
-    assert iteration.caution == iteration.method.arrays()["numbers"].numpy()[4] == 0.6
+    assert iteration.caution == iteration.method.arrays()["numbers"].numpy()[0, 4] == 0.6
 
 
 def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
     iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
-    iteration.caution = SMALLEST_CAUTION / 2
+    iteration.caution[:] = SMALLEST_CAUTION / 2
     with pytest.raises(
         SolverError, match=r"(stretch|bend|contact) energy of yarn \d \(control point \d+, stitch face \d+\)"
     ):

@@ -114,7 +114,7 @@ def test_no_control_point_leaves_its_ball_whatever_happens_on_one_list(solver: S
     iteration = Iteration.start(hopf_link(0.3), YarnMaterial.named("leaf"), quality, device_named("cpu"))
     state = iteration.state
     listed, budget = state.listed_points.numpy().copy(), state.budget.numpy().copy()
-    iteration.method.begin(200)
+    iteration.method.begin(np.array([200]))
     gone = np.zeros(len(budget))
     for turn in range(200):
         for launch in iteration.launches:  # a look at the lists would make new ones

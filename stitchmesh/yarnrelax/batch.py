@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many cells relaxed together: the launches of one serve all, and each comes to rest by itself.
+
+Cells know nothing of one another: each has its lattice, its material, its memory and its own steps, and is left alone
+once it is at rest. What one cannot do, such as part yarns that start too close, ends that cell alone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.cell import RelaxCell
+from stitchmesh.yarnrelax.convergence import Assessment, has_converged
+from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
+from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
+from stitchmesh.yarnrelax.quasi_newton_cells import fits_blocks
+from stitchmesh.yarnrelax.solver import CHECK
+
+
+@dataclass(frozen=True, eq=False)
+class RelaxedCell:
+    """One of the cells."""
+
+    yarns: YarnSet
+    """Its yarns at rest, or in their last good state."""
+    report: dict[str, Any]
+    """iterations, leaf_iterations (those to L's test, None where it never held), converged, residual, energy [erg],
+    energies [erg], max_strain, min_distance_over_radius, and error, None or why it could not go on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Cells that were relaxed together."""
+
+    cells: list[RelaxedCell]
+    """They, in the order in which they were given."""
+    report: dict[str, Any]
+    """seconds, launched (iterations of the longest), converged (how many cells), device."""
+
+
+def relax_cells(
+    cells: Sequence[YarnSet],
+    *,
+    materials: Sequence[YarnMaterial] | None = None,
+    free: Sequence[RelaxCell] | None = None,
+    quality: str | Quality = "standard",
+    device: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Batch:
+    """Relax many cells in the launches of one.
+
+    Args:
+        cells: yarns on a lattice each.
+        materials: of each cell; the material ``stitchmesh`` scaled to its radius where not given.
+        free: what the periods of each cell are free to do; they are kept where not given.
+        quality: of all.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        progress: called with the cells at rest and the iterations so far.
+
+    Raises:
+        ParameterError: there is no cell, one repeats on no lattice or is too large, there is not one material or one
+            choice for each, or the solver is not the quasistatic one.
+    """
+    began = time.perf_counter()
+    quality = quality_named(quality)
+    _check(cells, materials, free, quality)
+    if materials is None:
+        named = YarnMaterial.named("stitchmesh")
+        materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
+    solver = Iteration.start_cells(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
+    if not fits_blocks(solver.model):
+        raise ParameterError("cells: one is too large to be relaxed with others; relax it by itself")
+    run = _Run(solver, quality)
+    while run.active.any() and run.launched < quality.max_iterations:
+        run.advance()
+        if progress is not None:
+            progress(int((~run.active).sum()), run.launched)
+    report = {"seconds": time.perf_counter() - began, "launched": run.launched,
+              "converged": int(run.at_rest.sum()), "device": str(solver.model.device)}  # fmt: skip
+    return Batch(run.relaxed(), report)
+
+
+def _check(
+    cells: Sequence[YarnSet], materials: Sequence[Any] | None, free: Sequence[Any] | None, quality: Quality
+) -> None:
+    if not cells:
+        raise ParameterError("cells: got none; expected at least one")
+    for name, each in (("materials", materials), ("free", free)):
+        if each is not None and len(each) != len(cells):
+            raise ParameterError(f"{name}: got {len(each)} for {len(cells)} cells; expected one for each")
+    for number, yarns in enumerate(cells):
+        if yarns.lattice is None:
+            raise ParameterError(f"cell {number}: repeats on no lattice; give it one, or relax it by itself")
+    if quality.solver != "quasistatic":
+        raise ParameterError(f"cells: got the solver {quality.solver!r}; only the quasistatic one relaxes several")
+
+
+@dataclass(eq=False)
+class _Run:
+    """Cells on their way to rest."""
+
+    solver: Iteration
+    quality: Quality
+    launched: int = 0
+    last: list[Assessment] = field(init=False)
+    iterations: NDArray[np.int64] = field(init=False)
+    active: NDArray[np.bool_] = field(init=False)
+    at_rest: NDArray[np.bool_] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Assess the cells as they were given."""
+        count = self.solver.model.cell_count
+        self.last = self.solver.assess_cells()
+        self.iterations = np.zeros(count, dtype=np.int64)
+        self.at_rest = np.zeros(count, dtype=bool)
+        for cell, now in enumerate(self.last):
+            if not now.finite:
+                self.solver.stuck[cell] = f"{self.solver.blame(cell)}: not finite at the start; {PART_THEM}"
+        self.active = np.array([cell not in self.solver.stuck for cell in range(count)])
+
+    def advance(self) -> None:
+        """Iterate the cells that are not at rest, and judge them."""
+        self.solver.run(CHECK, self.active)
+        self.launched += CHECK
+        self.iterations[self.active] += CHECK
+        now = self.solver.assess_cells()
+        good = np.array([self._is_good(cell, now[cell]) for cell in range(len(now))]) & self.active
+        for cell in np.flatnonzero(good).tolist():
+            size = sum(abs(energy) for energy in now[cell].energies.values())
+            fall = (self.last[cell].energy - now[cell].energy) / size if size > 0.0 else 0.0
+            self.at_rest[cell] = has_converged(now[cell].residual, fall, self.quality.tolerance)
+            self.last[cell] = now[cell]
+        self.solver.keep(good)
+        bad = self.active & ~good
+        if bad.any():
+            self.solver.back_off(bad)
+        stuck = np.isin(np.arange(len(now)), list(self.solver.stuck))
+        self.active &= ~self.at_rest & ~stuck
+
+    def _is_good(self, cell: int, now: Assessment) -> bool:
+        """Whether a cell's energy is finite and has not risen too far."""
+        last = self.last[cell]
+        size = sum(abs(energy) for energy in last.energies.values())
+        allowed = self.solver.method.allowed_rise * size + float(self.solver.noise[cell])
+        return now.finite and now.energy <= last.energy + allowed
+
+    def relaxed(self) -> list[RelaxedCell]:
+        """The cells and their reports."""
+        method = self.solver.method
+        assert isinstance(method, QuasiNewton)
+        leaf = method.leaf_iterations()
+        yarns, distance = self.solver.good_cells(), self.solver.smallest_distances()
+        return [
+            RelaxedCell(yarns[cell], {
+                "iterations": int(self.iterations[cell]),
+                "leaf_iterations": leaf[cell],
+                "converged": bool(self.at_rest[cell]),
+                "residual": now.residual,
+                "energy": now.energy,
+                "energies": now.energies,
+                "max_strain": float(np.abs(yarns[cell].strain).max()),
+                "min_distance_over_radius": float(distance[cell]),
+                "error": self.solver.stuck.get(cell),
+            })
+            for cell, now in enumerate(self.last)
+        ]  # fmt: skip
