@@ -71,3 +71,12 @@ class Lattice:
     def _dual(self) -> NDArray[np.float64]:
         """Dual basis: its rows tell how many of each period a displacement spans [1/cm], shape (2, 3)."""
         return np.asarray(np.linalg.pinv(self.periods).T, dtype=np.float64)
+
+
+def lattice_frame(lattice: Lattice) -> NDArray[np.float64]:
+    """Unit vectors along the courses, across them in the plane of the lattice, and out of it, rows of (3, 3)."""
+    first, second = lattice.periods
+    along = first / np.linalg.norm(first)
+    normal = np.cross(first, second)
+    normal /= np.linalg.norm(normal)
+    return np.stack([along, np.cross(normal, along), normal])

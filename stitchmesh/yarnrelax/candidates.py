@@ -62,7 +62,7 @@ def list_samples(
     cell = cell_of(model.images, s)
     reach = here4[3] + margin
     found = int(0)
-    for n in range(near_count[s]):
+    for n in range(wp.min(near_count[s], near.shape[1])):  # lists that are too short are seen and made again
         entry = near[s, n]
         image = image_of(model.images, entry, segment_count)
         j = entry - image * segment_count

@@ -40,14 +40,12 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.lattice import Lattice
+from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarnrelax.block import THREADS, sum_rows, wait_for_block
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.compliance import inverse_block
-from stitchmesh.yarnrelax.contact import contact_push, from_entry
-from stitchmesh.yarnrelax.curve import segment_corners
-from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.recording import Zeroing
 from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
 from stitchmesh.yarnrelax.term import Run
 
@@ -90,56 +88,15 @@ class RelaxCell:
         return np.array([self.course is not None, self.wale is not None, self.shear])
 
 
-def lattice_frame(lattice: Lattice) -> NDArray[np.float64]:
-    """Unit vectors along the courses, across them in the plane of the lattice, and out of it, rows of (3, 3)."""
-    first, second = lattice.periods
-    along = first / np.linalg.norm(first)
-    normal = np.cross(first, second)
-    normal /= np.linalg.norm(normal)
-    return np.stack([along, np.cross(normal, along), normal])
-
-
-@wp.func
-def with_share(total: Any, first: Any, second: Any, force1: Any, force2: Any, stiffness: Any, length2: Any) -> Any:
-    """Add an element of in-plane extent (first, second), force, and stiffness by its strain."""
-    total[0] += wp.float64(force1 * first)
-    total[1] += wp.float64(force2 * second)
-    total[2] += wp.float64(force1 * second)
-    scale = type(first)(1.0) / length2
-    m0, m1, m2 = first * first * scale, second * second * scale, first * second * scale
-    total[3] += wp.float64(stiffness * m0 * m0)
-    total[4] += wp.float64(stiffness * m1 * m1)
-    total[5] += wp.float64(stiffness * m2 * m2)
-    total[6] += wp.float64(stiffness * m0 * m1)
-    total[7] += wp.float64(stiffness * m0 * m2)
-    total[8] += wp.float64(stiffness * m1 * m2)
-    return total
-
-
-@wp.func
-def with_leg(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness: Any) -> Any:
-    """Add a leg of a segment."""
-    length2 = wp.max(wp.dot(leg, leg), type(stiffness)(1.0e-30))
-    return with_share(
-        total, wp.dot(leg, e1), wp.dot(leg, e2), wp.dot(pull, e1), wp.dot(pull, e2), stiffness, length2
-    )
-
-
 @wp.kernel(module="unique")
 def gather_strain_forces(
     # model
     model: Any,
     strands: int,
-    frame: wp.array[Any],
     cell_segments: wp.array[wp.int32],
-    with_segments: int,
-    with_contacts: int,
     # state in
-    points: wp.array[Any],
-    segment_pull: wp.array2d[Any],
-    samples: wp.array[Any],
-    candidate_count: wp.array[wp.int32],
-    candidates: wp.array2d[wp.int32],
+    segment_strain: wp.array[Any],
+    sample_strain: wp.array[Any],
     # state out
     parts: wp.array3d[wp.float64],
 ) -> None:
@@ -147,29 +104,13 @@ def gather_strain_forces(
     cell = wp.tid() // strands
     strand = wp.tid() - cell * strands
     first, last = cell_segments[cell], cell_segments[cell + 1]
-    e1, e2 = frame[2 * cell], frame[2 * cell + 1]
     total = Parts()
-    for s in range(first + strand, last * with_segments, strands):
-        q0, q1, q2, q3 = segment_corners(model, points, s)
-        k = model.segment_stiffness[s]
-        share = (k[0] + k[1]) * type(k[0])(2.0 / 3.0)
-        total = with_leg(total, e1, e2, q1 - q0, segment_pull[0, s], share)
-        total = with_leg(total, e1, e2, q2 - q1, segment_pull[1, s], share)
-        total = with_leg(total, e1, e2, q3 - q2, segment_pull[2, s], share)
-    for p in range(model.sample_start[first] + strand, model.sample_start[last] * with_contacts, strands):
-        here = samples[p]
-        half = model.sample_stiffness[p] * type(here[0])(0.5)
-        for c in range(candidate_count[p]):
-            entry = candidates[p, c]
-            gap4 = from_entry(model.images, samples, p, here, entry)
-            gap = type(e1)(gap4[0], gap4[1], gap4[2])
-            distance2 = wp.dot(gap, gap)
-            reach2 = gap4[3] * gap4[3]
-            if distance2 < reach2:
-                weight = model.sample_weight[sample_number(model.images, entry)]
-                size, stiff, _inverse = contact_push(distance2, reach2, weight * half)
-                g1, g2 = wp.dot(gap, e1), wp.dot(gap, e2)
-                total = with_share(total, g1, g2, g1 * size, g2 * size, stiff * distance2, distance2)
+    for s in range(first + strand, last, strands):
+        for k in range(9):
+            total[k] += wp.float64(segment_strain[s][k])
+    for p in range(model.sample_start[first] + strand, model.sample_start[last], strands):
+        for k in range(9):
+            total[k] += wp.float64(sample_strain[p][k])
     for k in range(9):
         parts[cell, k, strand] = total[k]
 
@@ -253,6 +194,35 @@ def sum_strain_forces(
 
 
 @wp.kernel(module="unique")
+def add_strain_effort(
+    # model
+    free: wp.array[wp.vec3d],
+    # state in
+    totals: wp.array2d[wp.float64],
+    # state out
+    net: wp.array[wp.vec3d],
+    effort: wp.array[wp.float64],
+) -> None:
+    """Add a term's force on the strains of each cell that are free, and its size."""
+    cell = wp.tid()
+    force = wp.cw_mul(wp.vec3d(totals[cell, 0], totals[cell, 1], totals[cell, 2]), free[cell])
+    net[cell] += force
+    effort[cell] += wp.length(force)
+
+
+@wp.kernel(module="unique")
+def sum_parts(
+    # state in
+    parts: wp.array3d[wp.float64],
+    # state out
+    totals: wp.array2d[wp.float64],
+) -> None:
+    """Sum what the strands of each cell gathered; a block a cell."""
+    cell, lane = wp.tid()
+    sum_rows(parts[cell], 9, lane, wp.block_dim(), totals[cell])
+
+
+@wp.kernel(module="unique")
 def deform_cell(
     # model
     frame: wp.array[Any],
@@ -293,9 +263,7 @@ class CellStrain:
             raise ParameterError("relax cell: the yarns repeat on no lattice; give them one, or leave it out")
         self.model, self.choices = model, tuple(choices)
         lattices = [member.yarns.lattice for member in model.members]
-        frames = np.array([lattice_frame(lattice)[:2] for lattice in lattices if lattice is not None])
-        self.host_frame = frames
-        self.frame = model.upload(frames.reshape(-1, 3), 3)
+        self.host_frame = np.array([lattice_frame(lattice)[:2] for lattice in lattices if lattice is not None])
         self.host_free = np.array([choice.free for choice in choices], dtype=np.float64)
         self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
         units = np.array([member.unit for member in model.members])
@@ -304,6 +272,8 @@ class CellStrain:
         self.strands = self._strands()
         self.parts = wp.zeros((model.cell_count, PARTS, self.strands), dtype=wp.float64, device=model.device)
         self.totals = wp.zeros((model.cell_count, PARTS), dtype=wp.float64, device=model.device)
+        self.net = wp.zeros(model.cell_count, dtype=wp.vec3d, device=model.device)
+        self.effort = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
 
     def _strands(self) -> int:
         """Strands of each cell: one on a CPU, as many as suit the largest cell on a GPU."""
@@ -318,29 +288,29 @@ class CellStrain:
         return self.model.constants.images.periods
 
     @property
+    def frame(self) -> wp.array[Any]:
+        """Directions along the courses and across them, shape (2 C, 3)."""
+        return self.model.constants.images.frame
+
+    @property
     def numbers(self) -> list[Any]:
         """What kernels need to know."""
         return [self.model.point_count, wp.float64(STRAIN_UNIT), self.frame, self.pulls, self.free]
 
-    def gather_launch(
-        self, state: State, candidates: Candidates, run: Run, *, segments: bool = True, contacts: bool = True
-    ) -> Any:
-        """Gather the forces on the strains strand by strand; those of some terms only where asked."""
-        inputs = [self.model.constants, self.strands, self.frame, self.model.cell_segments, int(segments),
-                  int(contacts), state.points, state.segment_pull, state.samples, candidates.count,
-                  candidates.lists]  # fmt: skip
+    def gather_launch(self, state: State, run: Run) -> Any:
+        """Gather the forces on the strains strand by strand."""
+        inputs = [self.model.constants, self.strands, self.model.cell_segments, state.segment_strain,
+                  state.sample_strain]  # fmt: skip
         return run(gather_strain_forces, self.model.cell_count * self.strands, inputs, [self.parts])
 
-    def force_launches(
-        self, state: State, candidates: Candidates, run: Run, *, segments: bool = True, contacts: bool = True
-    ) -> list[Any]:
+    def force_launches(self, state: State, run: Run) -> list[Any]:
         """Leave the forces on the strains after those on the control points."""
         outputs = [self.totals, state.point_force, state.stiffness, state.compliance]
+        inputs = [*self.numbers, self.periods, self.parts]
         return [
-            self.gather_launch(state, candidates, run, segments=segments, contacts=contacts),
-            run(sum_strain_forces, self.model.cell_count, [*self.numbers, self.periods, self.parts], outputs,
-                tile=THREADS),
-        ]  # fmt: skip
+            self.gather_launch(state, run),
+            run(sum_strain_forces, self.model.cell_count, inputs, outputs, tile=THREADS),
+        ]
 
     def deform_launch(self, state: State, candidates: Candidates, step: wp.array[Any], run: Run) -> Any:
         """Deform the only cell by its part of a move."""
@@ -349,17 +319,24 @@ class CellStrain:
         outputs = [state.points, state.listed_points, candidates.near.listed_centre, self.periods]
         return run(deform_cell, max(*sizes, 2), inputs, outputs)
 
-    def forces_of(self, state: State, candidates: Candidates, term: str) -> NDArray[np.float64]:
-        """Forces of one term on the strains that are free [erg], shape (C, 3); its pulls on legs are fresh."""
-        contacts = term == "contact"
-        self.force_launches(state, candidates, self.model.launch, segments=not contacts, contacts=contacts)
-        return np.asarray(self.totals.numpy()[:, :3] * self.host_free)
+    def clear_launches(self) -> list[Any]:
+        """Forget what terms exert."""
+        return [Zeroing(self.net), Zeroing(self.effort)]
 
-    def residuals(self, forces: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    def effort_launches(self, state: State, run: Run) -> list[Any]:
+        """Add what one term exerts on the strains, whose shares are fresh."""
+        cells = self.model.cell_count
+        return [
+            self.gather_launch(state, run),
+            run(sum_parts, cells, [self.parts], [self.totals], tile=THREADS),
+            run(add_strain_effort, cells, [self.free, self.totals], [self.net, self.effort]),
+        ]
+
+    def residuals(self) -> NDArray[np.float64]:
         """Size of the sum of all forces on the strains, pulls included, over the sum of their sizes, shape (C,)."""
-        every = np.array([*forces, self._on_borders() * self.host_free])
-        whole = np.linalg.norm(every, axis=2).sum(axis=0)
-        left = np.linalg.norm(every.sum(axis=0), axis=1)
+        pulls = self._on_borders() * self.host_free
+        left = np.linalg.norm(self.net.numpy() + pulls, axis=1)
+        whole = self.effort.numpy() + np.linalg.norm(pulls, axis=1)
         return np.where(whole > 0.0, left / np.where(whole > 0.0, whole, 1.0), 0.0)
 
     def tension_energies(self) -> NDArray[np.float64]:

@@ -24,8 +24,9 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
-from stitchmesh.yarnrelax.images import entry_shift, sample_number
+from stitchmesh.yarnrelax.images import cell_of_sample, entry_shift, sample_number
 from stitchmesh.yarnrelax.precision import vector
+from stitchmesh.yarnrelax.strain_share import with_gap
 
 wp.set_module_options({"enable_backward": False})
 
@@ -64,8 +65,10 @@ def outer_product(apart: Any, size: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def contact_forces(scalar: Any, together: int) -> wp.Kernel:
+def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
     """The kernel of contact forces in one precision that takes so many entries of a list at a time.
+
+    Where cells are ``strained``, it finds each sample's share of the forces on their strains too.
 
     On a GPU four places are on the way together; a CPU is fastest with one. Entries past the end are left out.
     """
@@ -82,12 +85,14 @@ def contact_forces(scalar: Any, together: int) -> wp.Kernel:
         # state out
         sample_force: wp.array[Any],
         sample_block: wp.array[Any],
+        sample_strain: wp.array[Any],
     ) -> None:
         """Contact force on each sample and the row sum of its stiffness; its block of stiffness where there is room."""
         p = wp.tid()
         here = read_whole(samples, p)
         push = type(here)()
         block = type(sample_block[0])()
+        share = type(sample_strain[0])()
         count = candidate_count[p]
         apart, weight = vectors(), scalars()
         for c in range(0, count, together):
@@ -103,10 +108,16 @@ def contact_forces(scalar: Any, together: int) -> wp.Kernel:
                     size, stiff, inverse = contact_push(distance2, reach2, weight[k])
                     push += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
                     block += outer_product(gap, stiff * inverse, block)
+                    if wp.static(strained):
+                        cell = cell_of_sample(model.images, p)
+                        e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
+                        share = with_gap(share, e1, e2, gap, size, stiff, distance2)
         scale = model.sample_stiffness[p]
         write_whole(sample_force, p, push * scale)
         if sample_block.shape[0] > 0:
             sample_block[p] = block * scale
+        if wp.static(strained):
+            sample_strain[p] = share * scale
 
     return contact_forces
 

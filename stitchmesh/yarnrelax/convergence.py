@@ -38,9 +38,10 @@ from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.cell import CellStrain
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.recording import Recording, Zeroing
 from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.state import State
-from stitchmesh.yarnrelax.term import Constraint, Term
+from stitchmesh.yarnrelax.term import Constraint, Run, Term
 
 wp.set_module_options({"enable_backward": False})
 
@@ -171,86 +172,94 @@ def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.f
     return np.sqrt(mean) * model.size * _precision(model)
 
 
-def assess(
-    model: Model,
-    state: State,
-    candidates: Candidates,
-    terms: Sequence[Term],
-    constraints: Sequence[Constraint],
-    point_stiffness: wp.array[Any],
-    *,
-    rounding: NDArray[np.float64],
-    strain: CellStrain | None = None,
-) -> list[Assessment]:
-    """Residual and energies of each cell; its forces are overwritten. ``rounding`` is ``rounding_force``."""
-    n, counts = model.point_count, np.diff(model.point_start)
-    net, effort, contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
-    evaluation = (model, state, candidates, terms, point_stiffness)
-    on_strain = []
-    forces.sample(model, state)
-    for name in forces.each_term(*evaluation):
-        if strain is not None:
-            on_strain.append(strain.forces_of(state, candidates, name))
-        inputs = [point_stiffness, state.points, state.point_force, state.stiffness]
-        model.launch(add_effort, n, inputs, [net, effort, contact_noise])
-    for constraint in constraints:
-        constraint.filter_forces(net, model.launch)
-    found = _sums(model, state, candidates, [net, effort, contact_noise])
-    left, whole, in_contacts = (np.sqrt(found.pop(name) / counts) for name in ("net", "effort", "contact noise"))
-    found |= {term.name: np.array([term.energy(state, candidates)]) for term in terms}
-    in_cell = np.zeros(model.cell_count)
-    if strain is not None:
-        in_cell = STRAINS_COUNT * strain.residuals(on_strain)
-        found |= {"tension": strain.tension_energies()}
-    noise = np.zeros(model.cell_count)
-    doubtful = left <= rounding + _precision(model) * in_contacts
-    if doubtful.any():
-        measured = np.maximum(_noise(*evaluation, constraints, net), rounding / model.size)
-        noise = np.where(doubtful, measured, 0.0)
-    still = doubtful & (whole <= ABOVE_NOISE * noise)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        residual = np.maximum(np.where(still, 0.0, left / whole), in_cell)
-        share = np.where(still, 0.0, noise / whole)
-    energies = [{name: float(parts[cell]) for name, parts in found.items()} for cell in range(model.cell_count)]
-    return [Assessment(*each) for each in zip(residual.tolist(), energies, share.tolist(), strict=True)]
+class Assessor:
+    """Launches of an assessment, prepared once: some thirty of them, and two looks at the result."""
 
+    def __init__(
+        self,
+        model: Model,
+        state: State,
+        candidates: Candidates,
+        terms: Sequence[Term],
+        constraints: Sequence[Constraint],
+        point_stiffness: wp.array[Any],
+        *,
+        rounding: NDArray[np.float64],
+        strain: CellStrain | None = None,
+    ) -> None:
+        """Prepare them for arrays as they are; ``rounding`` is ``rounding_force``."""
+        n = model.point_count
+        self.model, self.state, self.candidates, self.terms = model, state, candidates, terms
+        self.constraints, self.point_stiffness, self.strain = constraints, point_stiffness, strain
+        self.rounding = rounding
+        self.net, self.effort, self.contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
+        self.sums = Sums(forces.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
+        self.recording = Recording(self._launches(model.record), model.device)
 
-def _sums(
-    model: Model, state: State, candidates: Candidates, parts: Sequence[wp.array[Any]]
-) -> dict[str, NDArray[np.float64]]:
-    """Energies, and sums of the squares of net force, effort and contact noise; read back together."""
-    n = model.point_count
-    squares = [model.empty(n) for _ in parts]
-    model.launch(square_forces, n, list(parts), squares)
-    sums = Sums(forces.BASE_TERMS + len(parts), model.largest_cell, model.cell_count, model.device)
-    forces.sum_energies(model, state, candidates, sums)
-    for name, square in zip(("net", "effort", "contact noise"), squares, strict=True):
-        sums.add(name, square, model.cell_points)
-    return sums.read()
+    def assess(self) -> list[Assessment]:
+        """Residual and energies of each cell as it is; its forces are overwritten."""
+        self.recording.launch()
+        found = self.sums.totals()
+        counts = np.diff(self.model.point_start)
+        left, whole, in_contacts = (np.sqrt(found.pop(name) / counts) for name in ("net", "effort", "contact noise"))
+        found |= {term.name: np.array([term.energy(self.state, self.candidates)]) for term in self.terms}
+        in_cell = np.zeros(self.model.cell_count)
+        if self.strain is not None:
+            in_cell = STRAINS_COUNT * self.strain.residuals()
+            found |= {"tension": self.strain.tension_energies()}
+        noise = np.zeros(self.model.cell_count)
+        doubtful = left <= self.rounding + _precision(self.model) * in_contacts
+        if doubtful.any():
+            noise = np.where(doubtful, np.maximum(self._noise(), self.rounding / self.model.size), 0.0)
+        still = doubtful & (whole <= ABOVE_NOISE * noise)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            residual = np.maximum(np.where(still, 0.0, left / whole), in_cell)
+            share = np.where(still, 0.0, noise / whole)
+        cells = range(self.model.cell_count)
+        energies = [{name: float(parts[cell]) for name, parts in found.items()} for cell in cells]
+        return [Assessment(*each) for each in zip(residual.tolist(), energies, share.tolist(), strict=True)]
 
+    def _launches(self, run: Run) -> list[Any]:
+        """Forces term by term, what they leave and what they exert, and energies."""
+        model, state = self.model, self.state
+        sums = [self.net, self.effort, self.contact_noise]
+        launches: list[Any] = [Zeroing(array) for array in sums]
+        if self.strain is not None:
+            launches += self.strain.clear_launches()
+        launches.append(forces.sample_launch(model, state, run))
+        evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
+        for own in forces.term_launches(*evaluation, run).values():
+            launches += own
+            inputs = [self.point_stiffness, state.points, state.point_force, state.stiffness]
+            launches.append(run(add_effort, model.point_count, inputs, sums))
+            if self.strain is not None:
+                launches += self.strain.effort_launches(state, run)
+        for constraint in self.constraints:
+            launches += constraint.filter_forces(self.net, run)
+        squares = [model.empty(model.point_count) for _ in sums]
+        launches.append(run(square_forces, model.point_count, list(sums), squares))
+        launches += forces.energy_launches(model, state, self.candidates, self.sums, run)
+        for name, square in zip(("net", "effort", "contact noise"), squares, strict=True):
+            launches.append(self.sums.add(name, square, model.cell_points, run))
+        return [*launches, self.sums.total_launch(run)]
 
-def _noise(
-    model: Model,
-    state: State,
-    candidates: Candidates,
-    terms: Sequence[Term],
-    point_stiffness: wp.array[Any],
-    constraints: Sequence[Constraint],
-    net: wp.array[Any],
-) -> NDArray[np.float64]:
-    """Force that the rounding of coordinates makes [erg / unit], root mean square, shape (C,)."""
-    n = model.point_count
-    kept = wp.clone(state.points)
-    model.launch(nudge, n, [model.number(_precision(model))], [state.points])
-    forces.all_forces(model, state, candidates, terms, point_stiffness, model.launch)
-    wp.copy(state.points, kept)
-    for constraint in constraints:
-        constraint.filter_forces(state.point_force, model.launch)
-    change2 = model.empty(n)
-    model.launch(square_change, n, [net, state.point_force], [change2])
-    sums = Sums(1, model.largest_cell, model.cell_count, model.device)
-    sums.add("noise", change2, model.cell_points)
-    return np.sqrt(sums.read()["noise"] / (12.0 * np.diff(model.point_start)))
+    def _noise(self) -> NDArray[np.float64]:
+        """Force that the rounding of coordinates makes [erg / unit], root mean square, shape (C,)."""
+        model, state = self.model, self.state
+        n = model.point_count
+        kept = wp.clone(state.points)
+        model.launch(nudge, n, [model.number(_precision(model))], [state.points])
+        evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
+        for launch in forces.all_forces(*evaluation, model.record):
+            launch.launch()
+        wp.copy(state.points, kept)
+        for constraint in self.constraints:
+            constraint.filter_forces(state.point_force, model.launch)
+        change2 = model.empty(n)
+        model.launch(square_change, n, [self.net, state.point_force], [change2])
+        sums = Sums(1, model.largest_cell, model.cell_count, model.device)
+        sums.add("noise", change2, model.cell_points, model.launch)
+        return np.sqrt(sums.read()["noise"] / (12.0 * np.diff(model.point_start)))
 
 
 def _precision(model: Model) -> float:

@@ -15,6 +15,7 @@ from stitchmesh.yarnrelax.contact import contact_energies, contact_forces
 from stitchmesh.yarnrelax.gather import gather_forces
 from stitchmesh.yarnrelax.internal import internal_energies, place_and_pull
 from stitchmesh.yarnrelax.model import CONTACT, Model
+from stitchmesh.yarnrelax.recording import Zeroing
 from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.samples import place_samples
 from stitchmesh.yarnrelax.state import State
@@ -26,7 +27,12 @@ BASE_TERMS = 4
 
 def sample(model: Model, state: State) -> None:
     """Place the contact samples on the curves."""
-    model.launch(place_samples, model.segment_count, [model.constants, state.points], [state.samples])
+    sample_launch(model, state, model.launch)
+
+
+def sample_launch(model: Model, state: State, run: Run) -> Any:
+    """Likewise."""
+    return run(place_samples, model.segment_count, [model.constants, state.points], [state.samples])
 
 
 def all_forces(
@@ -39,11 +45,12 @@ def all_forces(
 ) -> list[Any]:
     """Place the samples, then leave the sum of all forces in ``state.point_force``."""
     inputs = [model.constants, model.numbers(1.0, 1.0, 1.0), state.points]
-    outputs = [state.samples, state.segment_pull, state.segment_block]
-    launches = [run(place_and_pull(model.quadrature_points), model.segment_count, inputs, outputs)]
+    outputs = [state.samples, state.segment_pull, state.segment_block, state.segment_strain]
+    kernel = place_and_pull(model.quadrature_points, state.strained)
+    launches = [run(kernel, model.segment_count, inputs, outputs)]
     launches.append(_contact(model, state, candidates, run))
     if terms:
-        launches.append(run(clear, model.point_count, [], [state.outer_force]))
+        launches.append(Zeroing(state.outer_force))
         launches += [launch for term in terms for launch in term.forces(state, candidates, run)]
     launches.append(gather(model, state, point_stiffness, run))
     return launches
@@ -59,64 +66,71 @@ def each_term(
     model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
 ) -> Iterator[str]:
     """Leave the force of one term after the other in ``state.point_force``; the samples must be placed."""
-    kernel = place_and_pull(model.quadrature_points)
-    _clear_forces(state)
+    launches = term_launches(model, state, candidates, terms, point_stiffness, model.record)
+    for name, own in launches.items():
+        for launch in own:
+            launch.launch()
+        yield name
+
+
+def term_launches(
+    model: Model,
+    state: State,
+    candidates: Candidates,
+    terms: Sequence[Term],
+    point_stiffness: wp.array[Any],
+    run: Run,
+) -> dict[str, list[Any]]:
+    """Of each term what leaves its force in ``state.point_force``, in this order; the samples must be placed."""
+    result: dict[str, list[Any]] = {}
+    of_pairs = [state.sample_force, state.sample_strain, state.outer_force]
     for place, name in enumerate(("stretch", "length", "bend")):
         if model.stiffness[:, place].any():
             inputs = [model.constants, model.numbers(*np.eye(3)[place]), state.points]
-            model.launch(kernel, model.segment_count, inputs, [state.samples, state.segment_pull, state.segment_block])
-            gather(model, state, point_stiffness, model.launch)
-            yield name
-    state.segment_pull.zero_()
+            outputs = [state.samples, state.segment_pull, state.segment_block, state.segment_strain]
+            kernel = place_and_pull(model.quadrature_points, state.strained)
+            result[name] = [] if result else _cleared(of_pairs)
+            result[name].append(run(kernel, model.segment_count, inputs, outputs))
+            result[name].append(gather(model, state, point_stiffness, run))
+    of_segments = [state.segment_pull, state.segment_strain]
     if model.stiffness[:, CONTACT].any():
-        _contact(model, state, candidates, model.launch)
-        gather(model, state, point_stiffness, model.launch)
-        yield "contact"
-    for term in terms:
-        _clear_forces(state)
-        term.forces(state, candidates, model.launch)
-        gather(model, state, point_stiffness, model.launch)
-        yield term.name
+        result["contact"] = _cleared([*of_segments, state.outer_force])
+        result["contact"].append(_contact(model, state, candidates, run))
+        result["contact"].append(gather(model, state, point_stiffness, run))
+    for number, term in enumerate(terms):
+        own = _cleared([*of_segments, *of_pairs])
+        own += [*term.forces(state, candidates, run), gather(model, state, point_stiffness, run)]
+        result[term.name if term.name not in result else f"{term.name} {number}"] = own
+    return result
 
 
 def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[Term]) -> dict[str, float]:
     """Energy of each term [erg]; the samples must be placed."""
     sums = Sums(BASE_TERMS, model.largest_cell, model.cell_count, model.device)
-    sum_energies(model, state, candidates, sums)
+    energy_launches(model, state, candidates, sums, model.launch)
     found = {name: float(parts.sum()) for name, parts in sums.read().items()}
     return found | {term.name: term.energy(state, candidates) for term in terms}
 
 
-def sum_energies(model: Model, state: State, candidates: Candidates, sums: Sums) -> None:
-    """Ask for the energies of the terms that every relaxation has."""
-    stretch, length, bend = (model.empty(model.segment_count) for _ in range(3))
-    inputs = [model.constants, state.points]
-    model.launch(internal_energies, model.segment_count, inputs, [stretch, length, bend])
-    contact = model.empty(model.sample_count)
+def energy_launches(model: Model, state: State, candidates: Candidates, sums: Sums, run: Run) -> list[Any]:
+    """Ask for the energies of the terms that every relaxation has; the samples must be placed."""
+    segments, contact = [model.empty(model.segment_count) for _ in range(3)], model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
-    model.launch(contact_energies, model.sample_count, inputs, [contact])
-    for name, part in (("stretch", stretch), ("length", length), ("bend", bend)):
-        sums.add(name, part, model.cell_segments)
-    sums.add("contact", contact, model.cell_samples)
-
-
-@wp.kernel(module="unique")
-def clear(
-    # state out
-    vectors: wp.array[Any],
-) -> None:
-    """Set an array to zero, in a recorded launch."""
-    i = wp.tid()
-    vectors[i] = type(vectors[0])()
+    launches = [
+        run(internal_energies, model.segment_count, [model.constants, state.points], segments),
+        run(contact_energies, model.sample_count, inputs, [contact]),
+    ]
+    for name, part in zip(("stretch", "length", "bend"), segments, strict=True):
+        launches.append(sums.add(name, part, model.cell_segments, run))
+    return [*launches, sums.add("contact", contact, model.cell_samples, run)]
 
 
 def _contact(model: Model, state: State, candidates: Candidates, run: Run) -> Any:
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
-    kernel = contact_forces(model.scalar, 4 if model.device.is_cuda else 1)
-    return run(kernel, model.sample_count, inputs, [state.sample_force, state.sample_block])
+    kernel = contact_forces(model.scalar, 4 if model.device.is_cuda else 1, state.strained)
+    return run(kernel, model.sample_count, inputs, [state.sample_force, state.sample_block, state.sample_strain])
 
 
-def _clear_forces(state: State) -> None:
-    state.segment_pull.zero_()
-    state.sample_force.zero_()
-    state.outer_force.zero_()
+def _cleared(arrays: Sequence[wp.array[Any]]) -> list[Any]:
+    """Set arrays to zero."""
+    return [Zeroing(array) for array in arrays if len(array)]

@@ -17,6 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
@@ -40,15 +41,17 @@ def put_images(model: Model, kind: Any) -> Any:
     images.segment_cell = model.integers(cell)
     images.sample_cell = model.integers(np.repeat(cell, np.diff(model.sample_start)))
     images.box = model.empty(2 * model.cell_count, 3)
+    frames = [lattice_frame(member.yarns.lattice)[:2] for member in model.members if member.yarns.lattice]
+    images.frame = model.upload(np.concatenate(frames), 3)
     _put_table(model, images, [member.yarns for member in model.members])
     return images
 
 
-def renew_images(model: Model, cells: Sequence[YarnSet]) -> bool:
-    """Make the table anew if it lacks an image of the members' yarns as they lie now; whether it was."""
+def renew_images(model: Model, cells: Sequence[YarnSet], *, anyway: bool = False) -> bool:
+    """Make the table anew if it lacks an image of the members' yarns as they lie now, or anyway; whether it was."""
     table = model.constants.images.image.numpy()
     needed = np.concatenate([near_images(yarns, CONTACT_RANGE) for yarns in cells])
-    if _numbers(needed, table)[1].all():
+    if not anyway and _numbers(needed, table)[1].all():
         return False
     _put_table(model, model.constants.images, cells)
     return True

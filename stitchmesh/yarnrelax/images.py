@@ -42,6 +42,7 @@ class Images32:
     segment_cell: wp.array[wp.int32]
     sample_cell: wp.array[wp.int32]
     box: wp.array[wp.vec3f]
+    frame: wp.array[wp.vec3f]
 
 
 @wp.struct
@@ -55,6 +56,7 @@ class Images64:
     segment_cell: wp.array[wp.int32]
     sample_cell: wp.array[wp.int32]
     box: wp.array[wp.vec3d]
+    frame: wp.array[wp.vec3d]
 
 
 @wp.func
@@ -228,6 +230,24 @@ def cell_of(images: Images32, s: int) -> int:
 def cell_of(images: Images64, s: int) -> int:
     """The cell of a segment."""
     return images.segment_cell[s]
+
+
+@wp.func
+def cell_of_sample(images: NoImages, p: int) -> int:
+    """The cell of a contact sample."""
+    return 0
+
+
+@wp.func
+def cell_of_sample(images: Images32, p: int) -> int:
+    """The cell of a contact sample."""
+    return images.sample_cell[p]
+
+
+@wp.func
+def cell_of_sample(images: Images64, p: int) -> int:
+    """The cell of a contact sample."""
+    return images.sample_cell[p]
 
 
 @wp.func

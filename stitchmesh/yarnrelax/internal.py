@@ -15,8 +15,10 @@ import warp as wp
 
 from stitchmesh.yarnrelax.bend import bend_energy, bend_slopes
 from stitchmesh.yarnrelax.curve import segment_corners
+from stitchmesh.yarnrelax.images import cell_of
 from stitchmesh.yarnrelax.length import length_energy, length_slope
 from stitchmesh.yarnrelax.samples import put_samples
+from stitchmesh.yarnrelax.strain_share import with_leg
 from stitchmesh.yarnrelax.stretch import stretch_energy, stretch_slope
 
 wp.set_module_options({"enable_backward": False})
@@ -91,8 +93,11 @@ def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def place_and_pull(quadrature_points: int) -> wp.Kernel:
-    """The kernel that places contact samples and finds the pulls: both need a segment's control points, read once."""
+def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
+    """The kernel that places contact samples and finds the pulls: both need a segment's control points, read once.
+
+    Where cells are ``strained``, it finds each segment's share of the forces on their strains too.
+    """
     pulls = segment_pulls(quadrature_points)
 
     @wp.kernel(module="unique")
@@ -106,6 +111,7 @@ def place_and_pull(quadrature_points: int) -> wp.Kernel:
         samples: wp.array[Any],
         segment_pull: wp.array2d[Any],
         segment_block: wp.array[Any],
+        segment_strain: wp.array[Any],
     ) -> None:
         """Contact samples, pulls on the legs of each segment [erg / unit], ``mean_direction`` where there is room.
 
@@ -122,6 +128,13 @@ def place_and_pull(quadrature_points: int) -> wp.Kernel:
         segment_pull[2, s] = pull2
         if segment_block.shape[0] > 0:
             segment_block[s] = mean_direction(rest_length, q1 - q0, q2 - q1, q3 - q2, segment_block[0])
+        if wp.static(strained):
+            cell = cell_of(model.images, s)
+            e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
+            third = (k[0] + k[1]) * type(rest_length)(2.0 / 3.0)
+            share = with_leg(type(segment_strain[0])(), e1, e2, q1 - q0, pull0, third)
+            share = with_leg(share, e1, e2, q2 - q1, pull1, third)
+            segment_strain[s] = with_leg(share, e1, e2, q3 - q2, pull2, third)
 
     return place_and_pull
 

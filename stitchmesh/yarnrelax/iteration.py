@@ -20,14 +20,16 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
 from stitchmesh.yarnrelax.cell import CellStrain, RelaxCell
-from stitchmesh.yarnrelax.convergence import Assessment, assess, rounding_force
+from stitchmesh.yarnrelax.convergence import Assessment, Assessor, rounding_force
 from stitchmesh.yarnrelax.image_table import renew_images
+from stitchmesh.yarnrelax.listing import Listing
 from stitchmesh.yarnrelax.material import YarnMaterial
 from stitchmesh.yarnrelax.method import Method, Scene
 from stitchmesh.yarnrelax.methods import method_named
 from stitchmesh.yarnrelax.model import Model, put_cells
 from stitchmesh.yarnrelax.near_segments import NOTHING_LISTED
 from stitchmesh.yarnrelax.precision import scalar_named
+from stitchmesh.yarnrelax.recording import Recording
 from stitchmesh.yarnrelax.state import State, make_state
 from stitchmesh.yarnrelax.step_limit import limit_steps, smallest_distances, yarn_place
 from stitchmesh.yarnrelax.stiffness import internal_stiffness
@@ -90,8 +92,12 @@ class Iteration:
     """Iterations since the candidate lists were made."""
     stuck: dict[int, str] = field(default_factory=dict)
     """What is wrong with cells that cannot go on."""
-    launches: list[wp.Launch] = field(default_factory=list)
-    graph: Any = None
+    recording: Recording | None = None
+    """The launches of a burst."""
+    listing: Listing | None = None
+    """Makes candidate lists quickly, where there is nothing odd about them."""
+    assessor: Assessor | None = None
+    """Made anew when arrays are."""
 
     @classmethod
     def start(
@@ -162,10 +168,8 @@ class Iteration:
             wanted[~cells] = 0
         self.method.begin(wanted)
         while self.method.left > 0:
-            if self.graph is not None:
-                wp.capture_launch(self.graph)
-            else:
-                self._launch_burst()
+            assert self.recording is not None
+            self.recording.launch()
             self.age += self.burst
             worn = self.method.worn(self.scene, self.burst)
             if (worn or self.age > LONG_LIFE) and self._fit_margin(worn) and self.list_candidates():
@@ -187,10 +191,12 @@ class Iteration:
 
     def assess_cells(self) -> list[Assessment]:
         """Residual and energies of each cell as it is."""
-        return assess(
-            self.model, self.state, self.candidates, self.terms, self.constraints, self.point_stiffness,
-            rounding=self.rounding, strain=self.strain,
-        )  # fmt: skip
+        if self.assessor is None:
+            self.assessor = Assessor(
+                self.model, self.state, self.candidates, self.terms, self.constraints, self.point_stiffness,
+                rounding=self.rounding, strain=self.strain,
+            )  # fmt: skip
+        return self.assessor.assess()
 
     def keep(self, cells: NDArray[np.bool_] | None = None) -> None:
         """Call the state of some cells good, or of all, and let them grow eager again."""
@@ -287,6 +293,11 @@ class Iteration:
         return smallest_distances(self.model, self.state, self.candidates)
 
     @property
+    def launches(self) -> list[Any]:
+        """The launches of one iteration, in their order."""
+        return [] if self.recording is None else self.recording.launches
+
+    @property
     def scene(self) -> Scene:
         """What the solver works on."""
         return Scene(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain)
@@ -325,14 +336,21 @@ class Iteration:
     def list_candidates(self) -> bool:
         """Make new candidate lists and budgets; whether launches have to be recorded again."""
         self.age = 0
-        renewed = self.model.yarns.lattice is not None and renew_images(self.model, self._yarns_now())
-        if renewed:
+        if self.listing is not None and self.listing.fits() and self.listing.launch():
+            return False
+        known = self.listing.table if self.listing is not None and self.listing.holds else None
+        renewed = self.model.on_lattice and renew_images(
+            self.model, self._yarns_now(), anyway=self.listing is not None and known is None
+        )
+        if renewed or self.strain is not None:  # cells that deform bring yarns nearer than their drift tells
             self.candidates.near.reach = NOTHING_LISTED
         forces.sample(self.model, self.state)
         wp.copy(self.state.listed_points, self.state.points)
         grown = find_candidates(self.model, self.state.samples, self.candidates)
         self.stuck |= limit_steps(self.model, self.state, self.candidates)
         self._raise_if_alone()
+        if self.model.on_lattice and not self.stuck:
+            self.listing = Listing(self.model, self.state, self.candidates, None if renewed else known)
         return grown or renewed
 
     def _yarns_now(self) -> list[YarnSet]:
@@ -357,21 +375,12 @@ class Iteration:
             self._copy_periods(cells, self.good_periods, self.model.constants.images.periods)
             self.candidates.near.reach = NOTHING_LISTED
 
-    def _launch_burst(self) -> None:
-        for _ in range(self.burst):
-            for launch in self.launches:
-                launch.launch()
-
     def _record(self) -> None:
         """Prepare the launches of an iteration, in their order."""
+        self.assessor = None
         model, state, record = self.model, self.state, self.model.record
-        self.launches = forces.all_forces(model, state, self.candidates, self.terms, self.point_stiffness, record)
-        if self.strain is not None:
-            self.launches += self.strain.force_launches(state, self.candidates, record)
+        launches = forces.all_forces(model, state, self.candidates, self.terms, self.point_stiffness, record)
         for constraint in self.constraints:
-            self.launches += constraint.filter_forces(state.point_force, record)
-        self.launches += self.method.launches(self.scene, record)
-        if model.device.is_cuda:
-            with wp.ScopedCapture(device=model.device) as capture:
-                self._launch_burst()
-            self.graph = capture.graph
+            launches += constraint.filter_forces(state.point_force, record)
+        launches += self.method.launches(self.scene, record)
+        self.recording = Recording(launches, model.device, times=self.burst)

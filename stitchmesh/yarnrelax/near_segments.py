@@ -19,6 +19,7 @@ import warp as wp
 from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.images import apart_from_cell, cell_of, grid_place, image_count, shifted_by, turns_to
 from stitchmesh.yarnrelax.model import BLOCK, Model
+from stitchmesh.yarnrelax.recording import Copying
 from stitchmesh.yarnrelax.reduction import maximum
 
 wp.set_module_options({"enable_backward": False})
@@ -236,24 +237,57 @@ def find_near_segments(model: Model, samples: wp.array[Any], near: NearSegments,
     if margin + 2.0 * maximum(drift) <= near.reach:
         return
     near.reach = margin + SPARE
-    wp.copy(near.listed_centre, near.centre)
-    wp.copy(near.listed_extent, near.extent)
-    radius = near.reach + 2.0 * maximum(near.extent)
-    pitch = model.number(APART * CELL * radius)
-    if model.on_lattice:
-        images = model.constants.images
-        model.launch(bound_cells, model.cell_count, [model.cell_segments, near.centre], [images.box], tile=BLOCK)
-    model.launch(place_in_grid, count, [model.constants, pitch, near.centre], [near.grid_place])
-    near.grid.build(near.grid_place, CELL * radius)
-    # places in the grid are rounded: a thousandth of a radius covers the farthest cell
-    inputs = [model.constants, model.number(near.reach), model.number(radius + 1e-3), pitch, wp.uint64(near.grid.id),
-              near.centre, near.extent]  # fmt: skip
+    longest = maximum(near.extent)
+    for launch in grid_launches(model, near, near.reach, longest):
+        launch.launch()
+    listing = near_launches(model, near, near.reach, longest)
     while True:
-        model.launch(list_segments, count, inputs, [near.count, near.lists])
+        for launch in listing:
+            launch.launch()
         needed = int(maximum(near.count))
         if needed <= near.lists.shape[1]:
             return
         near.lists = room_for_lists(model, count, bearable(model, near.count, needed))
+        listing = near_launches(model, near, near.reach, longest)
+
+
+def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
+    """Put the balls, of extents up to ``longest``, into the hash grid; where they lie is where they are listed."""
+    count, run = model.segment_count, model.record
+    radius = reach + 2.0 * longest
+    launches: list[Any] = [Copying(near.centre, near.listed_centre), Copying(near.extent, near.listed_extent)]
+    if model.on_lattice:
+        box = model.constants.images.box
+        launches.append(run(bound_cells, model.cell_count, [model.cell_segments, near.centre], [box], tile=BLOCK))
+    inputs = [model.constants, model.number(_pitch(radius)), near.centre]
+    launches.append(run(place_in_grid, count, inputs, [near.grid_place]))
+    return [*launches, _GridBuild(near, CELL * radius)]
+
+
+def near_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
+    """List what comes nearer than a reach."""
+    radius = reach + 2.0 * longest
+    # places in the grid are rounded: a thousandth of a radius covers the farthest cell
+    numbers = [model.number(value) for value in (reach, radius + 1e-3, _pitch(radius))]
+    inputs = [model.constants, *numbers, wp.uint64(near.grid.id), near.centre, near.extent]
+    return [model.record(list_segments, model.segment_count, inputs, [near.count, near.lists])]
+
+
+def _pitch(radius: float) -> float:
+    """Distance between the cells of several fabrics in the hash grid."""
+    return APART * CELL * radius
+
+
+@dataclass(frozen=True, eq=False)
+class _GridBuild:
+    """Sorts the balls into the hash grid when it is launched."""
+
+    near: NearSegments
+    width: float
+
+    def launch(self) -> None:
+        """Do it."""
+        self.near.grid.build(self.near.grid_place, self.width)
 
 
 def bearable(model: Model, count: wp.array[Any], needed: int) -> int:

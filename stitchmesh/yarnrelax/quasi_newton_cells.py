@@ -171,7 +171,7 @@ class CellLaunches:
     def launches(self, scene: Scene, run: Run) -> list[Any]:
         """Gather the forces on the strains, then remember, propose, move and deform."""
         state, memory, strain = scene.state, self.memory, scene.strain
-        launches = [] if strain is None else [strain.gather_launch(state, scene.candidates, run)]
+        launches = [] if strain is None else [strain.gather_launch(state, run)]
         about = self.none if strain is None else [strain.frame, strain.pulls, strain.free]
         gathered = self.parts if strain is None else strain.parts
         inputs = [self.model.number(scene.step_fraction), wp.float64(STRAIN_UNIT), int(strain is not None),

@@ -172,7 +172,8 @@ class PieceLaunches:
         numbers, curvature, fall, rise = memory.numbers[0], memory.curvature[0], memory.fall[0], memory.rise[0]
         now = [*walk.numbers, state.point_force, state.compliance]
         places = [scene.model.number(scene.step_fraction), state.points, state.listed_points, state.budget]
-        launches = [
+        launches = [] if scene.strain is None else scene.strain.force_launches(state, run)
+        launches += [
             run(compare, walk.strands, [*now, numbers, memory.moves, *places[1:]],
                 [memory.last_force, memory.losses, self.products]),
             walk.total(self.products, self.product, run),

@@ -176,24 +176,33 @@ class Sums:
         """Room for ``count`` sums over so many ranges of at most ``longest`` values."""
         self._strands = strands_for(longest)
         self._parts = wp.zeros((count * ranges, self._strands), dtype=wp.float64, device=device)
+        self._totals = wp.zeros(count * ranges, dtype=wp.float64, device=device)
         self._ranges = ranges
         self._names: list[str] = []
 
-    def add(self, name: str, values: wp.array[Any], start: wp.array[Any]) -> None:
+    def add(self, name: str, values: wp.array[Any], start: wp.array[Any], run: Callable[..., Any]) -> Any:
         """Ask for the sums of an array of scalars; range k goes from ``start[k]`` to ``start[k + 1]``."""
         first = len(self._names) * self._ranges
         part = self._parts[first : first + self._ranges].flatten()
         self._names.append(name)
-        wp.launch(range_sums, dim=len(part), inputs=[self._strands, start, values], outputs=[part], device=part.device)
+        return run(range_sums, len(part), [self._strands, start, values], [part])
+
+    def total_launch(self, run: Callable[..., Any]) -> Any:
+        """Add up what the strands have."""
+        return run(row_totals, len(self._totals), [self._parts], [self._totals], tile=TILE)
+
+    def totals(self) -> dict[str, NDArray[np.float64]]:
+        """The sums over each range as they were added up, in the order in which they were asked for."""
+        return dict(zip(self._names, self._totals.numpy().reshape(-1, self._ranges), strict=False))
 
     def read(self) -> dict[str, NDArray[np.float64]]:
-        """The sums over each range, in the order in which they were asked for."""
-        count = len(self._parts)
-        totals = wp.empty(count, dtype=wp.float64, device=self._parts.device)
+        """Add up and read."""
+        count = len(self._totals)
         wp.launch_tiled(
-            row_totals, dim=count, inputs=[self._parts], outputs=[totals], block_dim=TILE, device=totals.device
-        )
-        return dict(zip(self._names, totals.numpy().reshape(-1, self._ranges), strict=False))
+            row_totals, dim=count, inputs=[self._parts], outputs=[self._totals], block_dim=TILE,
+            device=self._totals.device,
+        )  # fmt: skip
+        return self.totals()
 
 
 def ordered_sum(values: wp.array[Any]) -> float:

@@ -37,6 +37,11 @@ class State:
     """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, shape (S, 7); empty likewise."""
     segment_pull: wp.array[Any]
     """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
+    sample_strain: wp.array[Any]
+    """Each sample's share of the forces on the strains of its cell and of their stiffness (``strain_share``), shape
+    (P, 9); empty where no cell relaxes."""
+    segment_strain: wp.array[Any]
+    """Each segment's, shape (S, 9); empty likewise."""
     outer_force: wp.array[Any]
     """Force of terms that act on control points, shape (N, 3); empty where a relaxation has none."""
     point_force: wp.array[Any]
@@ -45,6 +50,11 @@ class State:
     """Row sum of stiffness at each [erg / unit^2], shape (E,)."""
     compliance: wp.array[Any]
     """How each gives way (``compliance``) [unit^2 / erg], shape (E, 6); empty where no solver needs it."""
+
+    @property
+    def strained(self) -> bool:
+        """Whether cells relax."""
+        return len(self.segment_strain) > 0
 
 
 def make_state(
@@ -66,6 +76,8 @@ def make_state(
         sample_block=model.empty(model.sample_count if blocks else 0, 6),
         segment_block=model.empty(model.segment_count if blocks else 0, 7),
         segment_pull=model.empty((3, model.segment_count), 3),
+        sample_strain=model.empty(model.sample_count if strains else 0, 9),
+        segment_strain=model.empty(model.segment_count if strains else 0, 9),
         outer_force=model.empty(n if outer else 0, 3),
         point_force=model.empty(entries, 3),
         stiffness=model.empty(entries),

@@ -54,16 +54,15 @@ from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import minima_over
 from stitchmesh.yarnrelax.sampling import LARGEST_REACH
-from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
+from stitchmesh.yarnrelax.state import State
 
 wp.set_module_options({"enable_backward": False})
 
 SAFETY = 0.45
 """Part of the clearance that one control point may use up; below one half."""
-BESIDE_STRAIN, OF_STRAIN = 0.7, 0.35
-"""Part of that where the cell deforms too; part of the smallest clearance that its strain may use up."""
-LARGEST_STRAIN = 0.05
-"""Strain of the cell for which lists are made anew: its square, which is left out, is a small part of a clearance."""
+BESIDE_STRAIN = 0.7
+"""Part of that where the cell deforms too; its strain has the rest of the margin, 0.35 of the smallest clearance, and
+at most 0.05, whose square, which is left out, is a small part of a clearance (``strain_budget``)."""
 SMALLEST_CLEARANCE = 1e-3
 """Clearance over the mean yarn radius below which a relaxation gives up."""
 
@@ -132,7 +131,7 @@ def arc_clearances(
     reach, sag = slack[p][0], slack[p][1]
     least = type(margin)(2.0) * (here[3] - reach) + margin
     enough = margin / type(margin)(2.0 * 0.45)
-    for c in range(candidate_count[p]):
+    for c in range(wp.min(candidate_count[p], candidates.shape[1])):  # as in ``list_samples``
         entry = candidates[p, c]
         q = sample_number(model.images, entry)
         apart4 = from_entry(model.images, samples, p, here, entry)
@@ -231,12 +230,61 @@ def shortened(step: Any, limit: Any) -> Any:
 
 def clearances(model: Model, state: State, candidates: Candidates) -> wp.array[Any]:
     """Clearance of each arc as the yarns lie, where it limits a budget, shape (P,); samples and lists are fresh."""
-    half_tangent, slack = _arcs(model, state)
-    result = model.empty(model.sample_count)
+    clearance, launches = clearance_launches(model, state, candidates)
+    for launch in launches:
+        launch.launch()
+    return clearance
+
+
+def clearance_launches(model: Model, state: State, candidates: Candidates) -> tuple[wp.array[Any], list[Any]]:
+    """Room for the clearance of each arc, and what finds it."""
+    half_tangent, slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
+    result, run = model.empty(model.sample_count), model.record
     inputs = [model.constants, model.number(candidates.margin), state.samples, half_tangent, slack,
               candidates.count, candidates.lists]  # fmt: skip
-    model.launch(arc_clearances, model.sample_count, inputs, [result])
-    return result
+    return result, [
+        run(measure_arcs, model.segment_count, [model.constants, state.points], [half_tangent, slack]),
+        run(arc_clearances, model.sample_count, inputs, [result]),
+    ]
+
+
+def budget_launch(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> Any:
+    """Set the budgets of all control points."""
+    beside = BESIDE_STRAIN if state.strained else 1.0
+    numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
+    return model.record(set_budgets, model.point_count, [model.constants, *numbers, clearance], [state.budget])
+
+
+@wp.func
+def strain_budget(clearance: wp.float64, margin: wp.float64, apart: wp.float64) -> wp.float64:
+    """How far the strains of a cell may go, as their entry counts them."""
+    part = wp.min(clearance * wp.float64(0.35), margin * wp.float64(0.3)) / apart
+    return wp.clamp(part, wp.float64(0.0), wp.float64(0.05)) * wp.float64(10.0)
+
+
+@wp.kernel(module="unique")
+def set_strain_budgets(
+    # model
+    point_count: int,
+    margin: wp.float64,
+    apart: wp.float64,
+    # state in
+    least: wp.array[wp.float64],
+    # state out
+    budget: wp.array[Any],
+) -> None:
+    """Set the budget of the strains of each cell."""
+    cell = wp.tid()
+    budget[point_count + cell] = type(budget[0])(strain_budget(least[cell], margin, apart))
+
+
+def strain_budget_launches(model: Model, state: State, candidates: Candidates, least: wp.array[Any]) -> list[Any]:
+    """Set the budgets of the strains of cells that relax, for the smallest clearance of each."""
+    if not state.strained:
+        return []
+    apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
+    inputs = [model.point_count, wp.float64(candidates.margin), wp.float64(apart), least]
+    return [model.record(set_strain_budgets, model.cell_count, inputs, [state.budget])]
 
 
 def limit_steps(model: Model, state: State, candidates: Candidates) -> dict[int, str]:
@@ -247,21 +295,22 @@ def limit_steps(model: Model, state: State, candidates: Candidates) -> dict[int,
     """
     clearance = clearances(model, state, candidates)
     least = minima_over(clearance, model.cell_samples, model.largest_cell)
+    on_device = wp.array(least, dtype=wp.float64, device=model.device)
+    budgets = budget_launch(model, state, candidates, clearance)
+    for launch in [budgets, *strain_budget_launches(model, state, candidates, on_device)]:
+        launch.launch()
+    return too_close_cells(model, state, candidates, clearance, least)
+
+
+def too_close_cells(
+    model: Model, state: State, candidates: Candidates, clearance: wp.array[Any], least: NDArray[np.float64]
+) -> dict[int, str]:
+    """Of cells in which the clearance of an arc is used up what is wrong; it names the yarn and the stitch face."""
     stuck = {}
     for cell in np.flatnonzero(~(least >= SMALLEST_CLEARANCE)).tolist():
         first, last = model.sample_start[model.segment_start[cell : cell + 2]]
         worst = int(first + clearance.numpy()[first:last].argmin())
         stuck[cell] = _too_close(model, state, candidates, worst)
-    strained = len(state.budget) > model.point_count
-    beside = BESIDE_STRAIN if strained else 1.0
-    numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
-    inputs = [model.constants, *numbers, clearance]
-    model.launch(set_budgets, model.point_count, inputs, [state.budget])
-    if strained:
-        apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
-        strain = np.minimum(OF_STRAIN * least, (1.0 - BESIDE_STRAIN) * candidates.margin) / apart
-        strain = np.clip(strain, 0.0, LARGEST_STRAIN)
-        state.budget[model.point_count :].assign(strain * STRAIN_UNIT)
     return stuck
 
 

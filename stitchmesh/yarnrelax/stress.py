@@ -28,9 +28,9 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
-from stitchmesh.yarnrelax.cell import lattice_frame
 from stitchmesh.yarnrelax.contact import contact_push, from_entry
 from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.energies import evaluation

@@ -32,6 +32,10 @@ def array(values: np.ndarray) -> wp.array:
     return wp.array(values, device="cpu")
 
 
+def launch(kernel: wp.Kernel, count: int, inputs: list, outputs: list) -> None:
+    wp.launch(kernel, count, inputs, outputs, device="cpu")
+
+
 def ranges(*start: int) -> wp.array:
     return wp.array(np.array(start, dtype=np.int32), device="cpu")
 
@@ -80,7 +84,7 @@ def test_several_sums_at_once_equal_single_ones() -> None:
     parts = {"many": random(20_000), "few": random(3), "one": random(1)}
     sums = Sums(3, 20_000, 1, wp.get_device("cpu"))
     for name, values in parts.items():
-        sums.add(name, array(values), ranges(0, len(values)))
+        sums.add(name, array(values), ranges(0, len(values)), launch)
     found = sums.read()
     assert list(found) == list(parts)
     for name, values in parts.items():
@@ -91,8 +95,8 @@ def test_several_sums_at_once_equal_single_ones() -> None:
 def test_sums_and_minima_over_ranges_are_those_of_each() -> None:
     values, start = random(20_000), [0, 3, 4, 12_345, 20_000]
     sums = Sums(2, 20_000, 4, wp.get_device("cpu"))
-    sums.add("plain", array(values), ranges(*start))
-    sums.add("squared", array(values**2), ranges(*start))
+    sums.add("plain", array(values), ranges(*start), launch)
+    sums.add("squared", array(values**2), ranges(*start), launch)
     found, smallest = sums.read(), minima_over(array(values), ranges(*start), 20_000)
     for k, (first, last) in enumerate(pairwise(start)):
         part = values[first:last]
