@@ -33,7 +33,9 @@ if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh, StitchMesh
     from stitchmesh.meshrelax import relax_mesh
     from stitchmesh.patterns import Pattern, apply_pattern, parse_pattern, pattern_mesh, pattern_names, read_pattern
+    from stitchmesh.periodic.session import SwatchSession
     from stitchmesh.periodic.source import pattern_or_weave
+    from stitchmesh.periodic.stretch import StretchCurve, stretch
     from stitchmesh.periodic.swatch import Swatch, swatch
     from stitchmesh.periodic.textures import texture_maps
     from stitchmesh.periodic.torus import torus_mesh
@@ -90,7 +92,10 @@ _HOME = {
     "pattern_mesh": "patterns",
     "pattern_names": "patterns",
     "read_pattern": "patterns",
+    "SwatchSession": "periodic.session",
     "pattern_or_weave": "periodic.source",
+    "StretchCurve": "periodic.stretch",
+    "stretch": "periodic.stretch",
     "Swatch": "periodic.swatch",
     "swatch": "periodic.swatch",
     "texture_maps": "periodic.textures",
@@ -145,7 +150,9 @@ __all__ = [
     "Stitch",
     "StitchMesh",
     "StitchMeshError",
+    "StretchCurve",
     "Swatch",
+    "SwatchSession",
     "Twist",
     "Weave",
     "YarnMaterial",
@@ -173,6 +180,7 @@ __all__ = [
     "relax_yarns",
     "replay",
     "spiral",
+    "stretch",
     "swatch",
     "tessellate",
     "texture_maps",

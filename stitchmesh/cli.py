@@ -14,6 +14,8 @@ from typing import NoReturn, get_args
 from stitchmesh import __version__
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.quality import Solver
+from stitchmesh.stretch_command import add_stretch
+from stitchmesh.swatch_command import add_swatch
 
 BAD_INPUT, INTERRUPTED = 2, 130
 """Exit statuses."""
@@ -71,6 +73,8 @@ def parser() -> argparse.ArgumentParser:
     _add_knit(commands)
     _add_stitch_stages(commands)
     _add_yarn_stages(commands)
+    add_swatch(commands)
+    add_stretch(commands)
     _add_file_commands(commands)
     return top
 
@@ -170,7 +174,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:
     check.add_argument("file", metavar="FILE")
     _add_reading(check)
 
-    commands.add_parser("patterns", help="the patterns of the library, their sizes and sources")
+    commands.add_parser("patterns", help="the patterns and weaves of the library, their sizes and sources")
 
     instructions = commands.add_parser("instructions", help="a stitch mesh in words, to knit by hand")
     instructions.add_argument("fabric", metavar="FABRIC", help=STITCHES)
@@ -180,6 +184,8 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:
     convert = commands.add_parser("convert", help=what)
     convert.add_argument("file", metavar="IN")
     convert.add_argument("output", metavar="OUT")
+    what = "of yarns that repeat: periods along the courses and along the wales to write (one, or the lattice)"
+    convert.add_argument("--tile", type=int, nargs=2, metavar=("C", "R"), help=what)
     _add_reading(convert)
 
     render = commands.add_parser("render", help="a picture of yarns, stitches, rows or a mesh")
@@ -262,7 +268,8 @@ def _add_rest_lengths(command: argparse.ArgumentParser) -> None:
     group.add_argument("--loop-length", type=float, metavar="CM", help="yarn in every plain stitch, before factors")
     group.add_argument(
         "--rest-length", action="append", default=[], metavar="KEY=F",
-        help="factor of a stitch type (k=1.1), a row (row:3=0.9) or a yarn (yarn:12=1.2); repeatable",
+        help="factor of a stitch type (k=1.1), a row (row:3=0.9), a yarn (yarn:12=1.2), or of the floats=F or held=F "
+        "loops of slip stitches; repeatable",
     )  # fmt: skip
 
 

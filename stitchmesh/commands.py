@@ -6,31 +6,32 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import sys
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stitchmesh.description import description, kind_of, stitch_counts
-from stitchmesh.errors import DisplayError, FileError, ParameterError
+from stitchmesh.errors import ParameterError
 from stitchmesh.instructions import knitting_instructions
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.atomic import write_json, write_text
 from stitchmesh.io.contents import suffix_of
-from stitchmesh.io.history import HistoryEntry, write_history
+from stitchmesh.io.history import write_history
 from stitchmesh.io.stitches import WRITABLE as WRITABLE_STITCHES
 from stitchmesh.io.yarns import check_writable
 from stitchmesh.labeling import label as label_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.patterns import pattern_names, read_pattern
 from stitchmesh.patterns.columns import check_remainder
 from stitchmesh.pipeline import KnitOptions, RelaxOptions, relax_as_told, with_pattern
 from stitchmesh.pipeline import knit as knit_mesh
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import Quality, quality_with
 from stitchmesh.rest_length import RestLengths, parse_rest_lengths
+from stitchmesh.stretch_command import stretch  # noqa: F401 (a command that stands in a file of its own)
+from stitchmesh.swatch_command import swatch  # noqa: F401 (another)
 from stitchmesh.tessellate import tessellate as tessellate_mesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import Finish, generate_yarns, regenerate_yarns
@@ -57,13 +58,15 @@ def knit(arguments: Namespace) -> None:
         finish=_finish(arguments),
         relaxation=_relax_options(arguments, Path(arguments.output), _rest_lengths(arguments)),
     )
-    with _output_folder(arguments.output) as folder:
+    with output_folder(arguments.output) as folder:
         mesh = read_mesh(arguments.mesh, unit=arguments.unit)
         with on_terminal() as progress:
             made = knit_mesh(mesh, folder, options, progress=progress)
-    _plot(made.history, folder, options.quality)
+    plot_history(made.history, folder, options.quality)
     if not arguments.no_picture:
-        _preview(made.yarns, folder / "preview.png")
+        from stitchmesh.viewer import render_yarns
+
+        draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
     print(json.dumps(made.report, indent=2))
 
 
@@ -160,8 +163,8 @@ def _relax_to_file(
     output, quality = Path(arguments.output), _quality(arguments)
     last = [start or given]
     with ExitStack() as stack:
-        stack.enter_context(_output_folder(str(output.parent)))
-        folder = None if arguments.report is None else stack.enter_context(_output_folder(arguments.report))
+        stack.enter_context(output_folder(str(output.parent)))
+        folder = None if arguments.report is None else stack.enter_context(output_folder(arguments.report))
         progress = stack.enter_context(on_terminal())
         try:
             relaxed = relax_as_told(
@@ -177,7 +180,7 @@ def _relax_to_file(
         if folder is not None:
             write_json(folder / "report.json", relaxed.report)
             write_history(folder / "convergence.csv", relaxed.history)
-            _plot(relaxed.history, folder, quality)
+            plot_history(relaxed.history, folder, quality)
     print(json.dumps(relaxed.report, indent=2))
 
 
@@ -194,13 +197,19 @@ def check(arguments: Namespace) -> None:
 
 
 def patterns(arguments: Namespace) -> None:
-    """The library."""
-    width = max(map(len, pattern_names()))
+    """The library: what is knitted, then what is woven."""
+    from stitchmesh.periodic.weave_library import read_weave, weave_names
+
+    width = max(map(len, (*pattern_names(), *weave_names())))
     print(f"{'name':{width}}    size  yarns  title; source")
     for name in pattern_names():
         found = read_pattern(name)
         size = f"{found.width} x {found.height}"
         print(f"{name:{width}}  {size:>7}  {found.yarn_count:5}  {found.name}; {found.source}")
+    for name in weave_names():
+        weave = read_weave(name)
+        size = f"{len(weave.warps)} x {len(weave.wefts)}"
+        print(f"{name:{width}}  {size:>7}  woven  {weave.name}; {weave.source}")
 
 
 def instructions(arguments: Namespace) -> None:
@@ -215,8 +224,11 @@ def instructions(arguments: Namespace) -> None:
 def convert(arguments: Namespace) -> None:
     """One format to another of the same noun."""
     noun = _read(arguments)
+    tiles = None if arguments.tile is None else tuple(arguments.tile)
     if isinstance(noun, YarnSet):
-        write_yarns(arguments.output, noun)
+        write_yarns(arguments.output, noun, tiles=tiles)
+    elif tiles is not None:
+        raise ParameterError(f"tile: {arguments.file} is a {kind_of(noun)}; only yarns that repeat can be tiled")
     elif isinstance(noun, StitchMesh) and suffix_of(arguments.output, (*WRITABLE_STITCHES, ".obj")) != ".obj":
         write_stitches(arguments.output, noun)
     else:
@@ -238,11 +250,7 @@ def _read(arguments: Namespace) -> Mesh | YarnSet:
 
 def _quality(arguments: Namespace) -> str | Quality:
     """The preset, or what the arguments make of it."""
-    changes = {"solver": arguments.solver, "max_iterations": arguments.max_iterations}
-    changes = {name: value for name, value in changes.items() if value is not None}
-    if changes.get("max_iterations", 1) < 1:
-        raise ParameterError(f"max iterations: got {arguments.max_iterations}; expected at least 1")
-    return dataclasses.replace(quality_named(arguments.quality), **changes) if changes else str(arguments.quality)
+    return quality_with(arguments.quality, solver=arguments.solver, max_iterations=arguments.max_iterations)
 
 
 def _finish(arguments: Namespace) -> Finish:
@@ -306,42 +314,3 @@ def _checkpoint(arguments: Namespace, folder: Path) -> Checkpoints | None:
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
 
     return Checkpoints(folder, arguments.checkpoint_every)
-
-
-def _plot(history: Sequence[HistoryEntry], folder: Path, quality: str | Quality) -> None:
-    """The picture of how yarns came to rest."""
-    from stitchmesh.viewer.convergence_plot import plot_convergence
-
-    plot_convergence(history, folder / "convergence.png", tolerance=quality_named(quality).tolerance)
-
-
-def _preview(made: YarnSet, path: Path) -> None:
-    """The picture of a run; a machine that cannot draw keeps its yarns and is told what it lacks."""
-    from stitchmesh.viewer import render_yarns
-
-    try:
-        render_yarns(made, path)
-    except DisplayError as error:
-        print(f"no picture: {error}", file=sys.stderr)
-
-
-@contextmanager
-def _output_folder(name: str) -> Iterator[Path]:
-    """The output folder, made before hours of work, so that they do not end at a closed door.
-
-    Where the work is refused, a folder that was made for it and is still empty goes again.
-    """
-    folder = Path(name)
-    made = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".stitchmesh-probe"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise FileError(f"{name}: cannot be written ({error.strerror}); choose another output folder") from error
-    try:
-        yield folder
-    finally:
-        if made and not any(folder.iterdir()):
-            folder.rmdir()

@@ -8,6 +8,8 @@ import ctypes
 import functools
 import os
 import sys
+import threading
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 
@@ -16,6 +18,38 @@ import warp as wp
 from stitchmesh.errors import ParameterError
 
 CUDA_DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
+
+
+_turn = threading.Condition()
+_queue: deque[int] = deque()
+"""Threads that launch kernels or wait to; the first one does."""
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Launch kernels while no other thread of the program does; a context, or with ``@alone()`` all of a function.
+
+    Warp is not made for several threads: on the CPU, sums by tiles share one scratch memory, on a GPU a graph records
+    what others launch. Threads take turns in the order in which they ask, and may ask again during their turn.
+    """
+    own = threading.get_ident()
+    with _turn:
+        within = bool(_queue) and _queue[0] == own
+        if not within:
+            _queue.append(own)
+            try:
+                _turn.wait_for(lambda: _queue[0] == own)
+            except BaseException:  # interrupted: others must not wait for this thread
+                _queue.remove(own)
+                _turn.notify_all()
+                raise
+    try:
+        yield
+    finally:
+        if not within:
+            with _turn:
+                _queue.popleft()
+                _turn.notify_all()
 
 
 def device_named(name: str | None) -> wp.Device:

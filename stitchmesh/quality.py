@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 from stitchmesh.errors import ParameterError
 
@@ -54,3 +54,18 @@ def quality_named(name: str | Quality) -> Quality:
     if name not in PRESETS:
         raise ParameterError(f"quality: got {name!r}; expected one of {', '.join(PRESETS)}")
     return PRESETS[name]
+
+
+def quality_with(
+    name: str | Quality, *, solver: Solver | None = None, max_iterations: int | None = None
+) -> str | Quality:
+    """The preset of that name, with another solver or limit of iterations where given.
+
+    Raises:
+        ParameterError: there is no preset of that name, or the limit is not positive.
+    """
+    if max_iterations is not None and max_iterations < 1:
+        raise ParameterError(f"max iterations: got {max_iterations}; expected at least 1")
+    changes = {"solver": solver, "max_iterations": max_iterations}
+    given: dict[str, Any] = {field: value for field, value in changes.items() if value is not None}
+    return replace(quality_named(name), **given) if given else name

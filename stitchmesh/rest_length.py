@@ -4,16 +4,22 @@
 
 The rest length l of a segment becomes
 
-    l * a * factor * factor of its stitch's type * factor of its row * factor of its yarn
+    l * a * factor * factor of its stitch's type * factor of its row * factor of its yarn * factors of its part
 
-(Leaf et al. 2018, section 6.1, for slip stitches and for warp and weft). Where a loop length is asked for (Yuksel et
-al. 2012, section 6.3), a = loop length / yarn in the stitch, so that every plain stitch holds that length before the
-factors; else a = 1. Plain stitches are the knits and purls inside the fabric that cross no others. All other yarn
-that stitches made, in increases and decreases, in cables, in row ends with their turns, in cast-on and bind-off, takes
-the median of the plain stitches' a, and so keeps its share. Yarn that no stitch made keeps the length it has.
+Where a loop length is asked for (Yuksel et al. 2012, section 6.3), a = loop length / yarn in the stitch, so that every
+plain stitch holds that length before the factors; else a = 1. Plain stitches are the knits and purls inside the fabric
+that cross no others. All other yarn that stitches made, in increases and decreases, in cables, in row ends with their
+turns, in cast-on and bind-off, takes the median of the plain stitches' a, and so keeps its share. Yarn that no stitch
+made keeps the length it has.
 
 A segment runs from about its second control point to about its third, and belongs to the stitch and to the row of
 the second. The yarn in a plain stitch is its own foot and legs and the head that they are drawn through: one loop.
+
+Parts have names where the yarn they need varies most (Leaf et al. 2018, section 6.1). A slip stitch has a *float*, the
+yarn of its own row that passes by, and a *held* loop, drawn up from a row below; they are told apart by their rows. A
+tuck holds a loop too, but its own yarn is a loop and no float. A float behind stitches of another yarn is yarn of the
+stitch that it comes from. Of a weave the *warp* goes on along the second period of its lattice, the *weft* along the
+first.
 """
 
 from __future__ import annotations
@@ -29,11 +35,17 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.stitch import CODES, Stitch
+from stitchmesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
-FORMS = "CODE=FACTOR, row:N=FACTOR or yarn:N=FACTOR"
+PARTS = ("floats", "held", "warp", "weft")
+"""Names of parts; each is a field of ``RestLengths`` and a word of the user."""
+FORMS = "CODE=FACTOR, row:N=FACTOR, yarn:N=FACTOR, or floats, held, warp or weft=FACTOR"
 """How a user writes a factor."""
+SLIPS = tuple(stitch for stitch, making in VOCABULARY.items() if making.made == "s")
+"""Stitches whose yarn only passes by."""
+HOLDING = tuple(stitch for stitch, making in VOCABULARY.items() if "s" in making.made)
+"""Stitches that hold a loop: slips, tucks and those that knit into a loop and keep it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,43 +66,57 @@ class RestLengths:
     """Factor of each knitting row."""
     yarns: Mapping[int, float] = field(default_factory=dict)
     """Factor of each yarn."""
+    floats: float = 1.0
+    """Factor of the yarn that passes by slipped loops."""
+    held: float = 1.0
+    """Factor of the loops that slips and tucks hold, where these hold them."""
+    warp: float = 1.0
+    """Factor of the warps of a weave."""
+    weft: float = 1.0
+    """Factor of the wefts of a weave."""
 
     def __post_init__(self) -> None:
         _check_positive("rest length factor", self.factor)
         if self.loop_length is not None:
             _check_positive("loop length", self.loop_length)
-        for prefix, factors in (("", self.stitches), ("row:", self.rows), ("yarn:", self.yarns)):
+        for prefix, factors in (("", self.stitches), ("", self.parts), ("row:", self.rows), ("yarn:", self.yarns)):
             for key, factor in factors.items():
                 _check_positive(f"rest length {prefix}{key}", factor)
         unknown = [code for code in self.stitches if code not in CODES]
         if unknown:
-            raise ParameterError(f"rest length {unknown[0]}: unknown stitch; expected one of {', '.join(CODES)}")
+            known = ", ".join((*CODES, *PARTS))
+            raise ParameterError(f"rest length {unknown[0]}: unknown stitch; expected one of {known}")
+
+    @property
+    def parts(self) -> dict[str, float]:
+        """Factors of parts, of those that change."""
+        return {name: getattr(self, name) for name in PARTS if getattr(self, name) != 1.0}
 
     @property
     def need_fabric(self) -> bool:
         """Whether they can only be applied where the fabric is known."""
-        return self.loop_length is not None or bool(self.stitches)
+        return self.loop_length is not None or bool(self.stitches) or bool({"floats", "held"} & set(self.parts))
 
 
 def parse_rest_lengths(words: Iterable[str], *, factor: float = 1.0, loop_length: float | None = None) -> RestLengths:
-    """Rest lengths from factors as a user writes them: ``k=1.1``, ``row:3=0.9``, ``yarn:12=1.2``.
+    """Rest lengths from factors as a user writes them: ``k=1.1``, ``row:3=0.9``, ``yarn:12=1.2``, ``held=0.6``.
 
     Args:
-        words: factors of stitches, rows and yarns, each named once.
+        words: factors of stitches, rows, yarns and parts, each named once.
         factor: factor of all yarn.
         loop_length: yarn in every plain stitch [cm].
 
     Raises:
         ParameterError: a word has another form or names what another one names; or as for ``RestLengths``.
     """
-    parsed: dict[str, dict[Any, float]] = {"stitch": {}, "row": {}, "yarn": {}}
+    parsed: dict[str, dict[Any, float]] = {"stitch": {}, "row": {}, "yarn": {}, "part": {}}
     for word in words:
         kind, key, value = _parsed(word)
         if key in parsed[kind]:
             raise ParameterError(f"rest length: got {word!r} after another factor for the same; expected one")
         parsed[kind][key] = value
-    stitches, rows, yarns = parsed.values()
-    return RestLengths(factor=factor, loop_length=loop_length, stitches=stitches, rows=rows, yarns=yarns)
+    stitches, rows, yarns, parts = parsed.values()
+    return RestLengths(factor=factor, loop_length=loop_length, stitches=stitches, rows=rows, yarns=yarns, **parts)
 
 
 def apply_rest_lengths(yarns: YarnSet, wanted: RestLengths, *, fabric: StitchMesh | None = None) -> YarnSet:
@@ -99,11 +125,12 @@ def apply_rest_lengths(yarns: YarnSet, wanted: RestLengths, *, fabric: StitchMes
     Args:
         yarns: the yarns; their rest lengths are what the factors scale.
         wanted: what to change.
-        fabric: the fabric that the yarns were made from; a loop length and factors of stitches need it.
+        fabric: the fabric that the yarns were made from; a loop length and factors of stitches, floats and held loops
+            need it.
 
     Raises:
-        ParameterError: a stitch type, row or yarn is not there, the fabric is missing or not the yarns' own, no yarn
-            knows its stitch, or the fabric has no plain stitch to set a loop length by.
+        ParameterError: a stitch type, row, yarn or part is not there, the fabric is missing or not the yarns' own, no
+            yarn knows its stitch, or the fabric has no plain stitch to set a loop length by.
     """
     scale = np.full(len(yarns.rest_length), wanted.factor)
     if wanted.loop_length is not None:
@@ -114,6 +141,8 @@ def apply_rest_lengths(yarns: YarnSet, wanted: RestLengths, *, fabric: StitchMes
         scale[_of_row(yarns, row)] *= factor
     for yarn, factor in wanted.yarns.items():
         scale[_of_yarn(yarns, yarn)] *= factor
+    for name, factor in wanted.parts.items():
+        scale[_of_part(yarns, fabric, name)] *= factor
     return dataclasses.replace(yarns, rest_length=yarns.rest_length * scale)
 
 
@@ -139,7 +168,7 @@ def _parsed(word: str) -> tuple[str, str | int, float]:
         if not equals:
             raise ValueError
         if not colon:
-            return "stitch", kind, value
+            return "part" if kind in PARTS else "stitch", kind, value
         if kind not in ("row", "yarn"):
             raise ValueError
         return kind, int(number), value
@@ -175,7 +204,7 @@ def _check_stitches_known(yarns: YarnSet, what: str) -> None:
 def _loop_length_scale(yarns: YarnSet, fabric: StitchMesh, loop_length: float) -> FloatArray:
     """What each segment's rest length is multiplied by for plain stitches of that loop length, shape (S,)."""
     given = stitch_lengths(yarns, fabric)
-    plain = _is_plain(fabric) & (given > 0.0)
+    plain = plain_stitches(fabric) & (given > 0.0)
     if not plain.any():
         raise ParameterError("loop length: the fabric has no plain stitch off its borders to set it by; use a factor")
     of_face = np.full(fabric.face_count, np.median(loop_length / given[plain]))
@@ -184,8 +213,8 @@ def _loop_length_scale(yarns: YarnSet, fabric: StitchMesh, loop_length: float) -
     return np.where(face == UNKNOWN_FACE, 1.0, of_face[face])
 
 
-def _is_plain(fabric: StitchMesh) -> NDArray[np.bool_]:
-    """Whether each face is a knit or purl between stitches of the same wale direction, in no cable, shape (F,)."""
+def plain_stitches(fabric: StitchMesh) -> NDArray[np.bool_]:
+    """Whether each face is plain: knit or purl, between stitches of its wale direction, in no cable, shape (F,)."""
     odd = (fabric.twin == BORDER) | fabric.mismatched | (fabric.cable_shift != 0)
     odd_sides = np.bincount(fabric.side_face[odd], minlength=fabric.face_count)
     return np.isin(fabric.stitch, [Stitch.KNIT, Stitch.PURL]) & (odd_sides == 0)
@@ -213,3 +242,26 @@ def _of_yarn(yarns: YarnSet, yarn: int) -> NDArray[np.bool_]:
     if not 0 <= yarn < yarns.yarn_count:
         raise ParameterError(f"rest length yarn:{yarn}: there is no such yarn; expected 0 to {yarns.yarn_count - 1}")
     return yarns.segment_yarn == yarn
+
+
+def _of_part(yarns: YarnSet, fabric: StitchMesh | None, name: str) -> NDArray[np.bool_]:
+    if name in ("warp", "weft"):
+        return _of_weave(yarns, name)
+    fabric = _own_fabric(yarns, fabric, f"rest length {name}")
+    face = segment_faces(yarns)
+    own = yarns.row[yarns.segment_points[:, 1]] == fabric.row[face]
+    holds = np.isin(fabric.stitch[face], SLIPS if name == "floats" else HOLDING) & (face != UNKNOWN_FACE)
+    found: NDArray[np.bool_] = holds & (own if name == "floats" else ~own)
+    if not found.any():
+        missing = "no slip stitch for yarn to pass by" if name == "floats" else "no slip or tuck that holds a loop"
+        raise ParameterError(f"rest length {name}: the fabric has {missing}; leave the factor out")
+    return found
+
+
+def _of_weave(yarns: YarnSet, name: str) -> NDArray[np.bool_]:
+    """Segments of the warps or of the wefts."""
+    step = yarns.lattice_step
+    if step is None or (yarns.face != UNKNOWN_FACE).any() or not step.any(axis=0).all():
+        raise ParameterError(f"rest length {name}: the yarns are not woven; use it for a weave, or yarn:N")
+    found: NDArray[np.bool_] = (step[:, 0 if name == "weft" else 1] != 0)[yarns.segment_yarn]
+    return found

@@ -179,7 +179,7 @@ def test_help_names_every_command(capsys):
     assert stop.value.code == 0
     text = capsys.readouterr().out
     commands = "knit label tessellate pattern edit relax-mesh yarns relax relax-edited info check patterns instructions"
-    for command in [*commands.split(), "convert", "render"]:
+    for command in [*commands.split(), "convert", "render", "swatch"]:
         assert f"\n    {command}" in text
 
 

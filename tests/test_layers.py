@@ -28,6 +28,8 @@ LAYERS = [
     {"periodic"},
     {"pipeline"},
     {"viewer", "progress"},
+    {"output_folder"},
+    {"stretch_command", "swatch_command"},
     {"commands"},
     {"cli"},
     {"__main__"},

@@ -21,6 +21,7 @@ from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_stitches,
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patch import Marks, apply_change
 from stitchmesh.patterns import pattern_names
+from stitchmesh.periodic.weave_library import weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, regenerate_yarns
@@ -283,7 +284,8 @@ def test_info_tells_stitches_marks_and_yarns(folder, tmp_path, capsys):
 def test_patterns_lists_the_library(capsys):
     assert cli.main(["patterns"]) == 0
     _, *lines = capsys.readouterr().out.splitlines()
-    assert tuple(line.split()[0] for line in lines) == pattern_names()
+    assert tuple(line.split()[0] for line in lines) == (*pattern_names(), *weave_names())
+    assert next(line.split()[1:5] for line in lines if line.startswith("twill-4x1 ")) == ["5", "x", "5", "woven"]
     assert next(line.split()[1:5] for line in lines if line.startswith("checks ")) == ["4", "x", "4", "2"]
 
 

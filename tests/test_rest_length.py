@@ -158,14 +158,16 @@ def test_longer_rest_lengths_make_longer_yarns(flat):
 
 def test_words_of_all_kinds_are_read():
     words = ["k=1.1", "d12k=0.75", "row:3=0.9", "yarn:12=1.2", "yarn:0=2"]
+    words += ["floats=0.8", "held=0.6", "warp=0.9", "weft=3"]
     assert parse_rest_lengths(words, factor=1.05, loop_length=3.2) == RestLengths(
-        factor=1.05, loop_length=3.2, stitches={"k": 1.1, "d12k": 0.75}, rows={3: 0.9}, yarns={12: 1.2, 0: 2.0}
-    )
+        factor=1.05, loop_length=3.2, stitches={"k": 1.1, "d12k": 0.75}, rows={3: 0.9}, yarns={12: 1.2, 0: 2.0},
+        floats=0.8, held=0.6, warp=0.9, weft=3.0,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("word", ["k", "k=", "k=long", "row:x=1", "row:=1", "course:3=1", "yarn:1.5=1", "=", ""])
 def test_a_word_of_another_form_is_refused(word):
-    with pytest.raises(ParameterError, match=r"got '.*'; expected CODE=FACTOR, row:N=FACTOR or yarn:N=FACTOR"):
+    with pytest.raises(ParameterError, match=r"got '.*'; expected CODE=FACTOR, row:N=FACTOR, yarn:N=FACTOR, or floats"):
         parse_rest_lengths([word])
 
 
@@ -173,6 +175,10 @@ def test_a_word_of_another_form_is_refused(word):
     ("words", "message"),
     [
         (["q=1.1"], r"rest length q: unknown stitch; expected one of k, p, y, b"),
+        (["float=1.1"], r"rest length float: unknown stitch; expected one of k, .*, floats, held, warp, weft$"),
+        (["held=0"], r"rest length held: got 0.0; expected a positive number"),
+        (["warp=nan"], r"rest length warp: got nan; expected a positive number"),
+        (["weft=1.1", "weft=1.2"], r"got 'weft=1.2' after another factor for the same"),
         (["k=0"], r"rest length k: got 0.0; expected a positive number"),
         (["row:3=-1"], r"rest length row:3: got -1.0; expected a positive number"),
         (["yarn:3=inf"], r"rest length yarn:3: got inf; expected a positive number"),
@@ -199,6 +205,9 @@ def test_a_length_that_is_not_positive_is_refused(asked, name):
         (["row:-1=1.1"], "rest length row:-1: no yarn is in that row"),
         (["yarn:99=1.1"], "rest length yarn:99: there is no such yarn; expected 0 to"),
         (["yarn:-1=1.1"], "rest length yarn:-1: there is no such yarn"),
+        (["floats=1.1"], "rest length floats: the fabric has no slip stitch for yarn to pass by"),
+        (["held=1.1"], "rest length held: the fabric has no slip or tuck that holds a loop"),
+        (["warp=1.1"], "rest length warp: the yarns are not woven"),
     ],
 )
 def test_what_is_not_there_is_named(banded, words, message):
@@ -207,7 +216,9 @@ def test_what_is_not_there_is_named(banded, words, message):
         apply_rest_lengths(yarns, parse_rest_lengths(words), fabric=fabric)
 
 
-@pytest.mark.parametrize("asked", [RestLengths(loop_length=3.0), RestLengths(stitches={"k": 1.1})])
+@pytest.mark.parametrize(
+    "asked", [RestLengths(loop_length=3.0), RestLengths(stitches={"k": 1.1}), RestLengths(held=1.1)]
+)
 def test_stitches_need_their_own_fabric(banded, flat, asked):
     assert asked.need_fabric
     yarns, fabric = banded

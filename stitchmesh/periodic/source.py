@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+import difflib
 from os import fspath
 from pathlib import Path
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.patterns import Pattern, pattern_names, read_pattern
 from stitchmesh.periodic.weave import Weave
@@ -32,10 +34,21 @@ def pattern_or_weave(given: FilePath | Source) -> Source:
     path = Path(given)
     name = fspath(given)
     if path.name == name and not path.suffix:
-        return read_weave(name) if name in weave_names() and name not in pattern_names() else read_pattern(name)
+        return _from_library(name)
     if path.suffix.lower() == SUFFIX or name.lower().endswith(f"{SUFFIX}.png") or _is_matrix(path):
         return read_weave(path)
     return read_pattern(path)
+
+
+def _from_library(name: str) -> Source:
+    if name in pattern_names():
+        return read_pattern(name)
+    if name in weave_names():
+        return read_weave(name)
+    every = (*pattern_names(), *weave_names())
+    near = difflib.get_close_matches(name.lower(), every, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(near)}?" if near else "a file needs its suffix"
+    raise ParameterError(f"pattern {name!r}: is not in the library of {len(every)} patterns and weaves; {hint}")
 
 
 def _is_matrix(path: Path) -> bool:
@@ -44,5 +57,3 @@ def _is_matrix(path: Path) -> bool:
         return False
     first = next((line for line in read_lines(path) if line.strip()), "")
     return set(first.replace(" ", "")) <= {"0", "1"} and bool(first.strip())
-
-

@@ -4,7 +4,8 @@
 
 The yarn of a stitch is what is given, as on a knitting machine, and the size of the fabric follows. Yarn as thick as
 loops can hold is drawn thinner at first and grows (``growing``); ``gamma`` grows it further and scales all
-back, so that the yarn keeps its radius and the fabric has 1 / gamma of its yarn (Leaf et al. 2018, section 6.2).
+back, so that the yarn keeps its radius and the fabric has 1 / gamma of its yarn (Leaf et al. 2018, section 6.2). Yarn
+of stitches and parts of them is taken up by factors of rest lengths, in steps too (section 6.1).
 """
 
 from __future__ import annotations
@@ -19,16 +20,17 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.endless_loops import check_loops_begin
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.growing import grown, stretched_to
+from stitchmesh.periodic.growing import grown, lengthened_to, size_of, stretched_to
 from stitchmesh.periodic.source import Source, pattern_or_weave
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave import Weave
 from stitchmesh.periodic.weave_yarns import weave_yarns
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.rest_length import RestLengths, apply_rest_lengths, segment_faces
+from stitchmesh.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 from stitchmesh.yarngen import generate_yarns
@@ -45,6 +47,12 @@ THICKEST = 0.16
 """Largest radius over the stitch width at which yarn is drawn; thicker yarn grows from there."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
+TAKE_UP = (0.1, 2.0)
+"""Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
+SIZES = (0.1, 10.0)
+"""Smallest and largest period over that of the drawing."""
+ROUNDING = 1e-12
+"""Of a product of factors and a quotient of lengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +90,7 @@ class SwatchOptions:
     spacing: float | tuple[float, float] | None = None
     """Distance of neighbouring yarns of a weave [cm], or of its warps and of its wefts."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
-    """Take-up: factors of stitches, rows and yarns."""
+    """Take-up: factors of stitches, rows, yarns and parts, which together are within ``TAKE_UP``."""
     gamma: float = 1.0
     """Yarn is taken up by this factor, the fabric made so much tighter."""
     period: tuple[float | None, float | None] = (None, None)
@@ -100,6 +108,8 @@ class SwatchOptions:
                 raise ParameterError(f"{name}: got {value} cm; expected a positive number")
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
+        if self.rest_lengths.loop_length is not None:
+            raise ParameterError("rest lengths: got a loop length among them; give it to the swatch")
 
 
 def swatch(
@@ -138,10 +148,13 @@ def swatch(
     # by the similarity the fabric is relaxed gamma times as large as it will be
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
-    yarns = grown(first, thicker, similar, quality, device)
-    period = [None if size is None else size * chosen.gamma for size in chosen.period]
+    # wefts and warps lie straight enough to begin with as long at rest as they are drawn
+    natural = first if fabric is not None else replace(first, rest_length=first.lengths)
+    yarns = grown(natural, thicker, similar, quality, device)
+    period = period_to_reach(first, chosen)
+    cell = free_cell(relax_cell, chosen)
+    yarns = lengthened_to(yarns, taken_up(first, fabric, chosen), similar, quality, device, cell)
     yarns = stretched_to(yarns, period, similar, quality, device)
-    cell = _cell(relax_cell, chosen)
     relaxed = relax_yarns(yarns, material=similar, quality=quality, device=device, cell=cell, progress=progress)
     refuse_pull_through(first, relaxed.yarns, device)
     result = scaled(relaxed.yarns, 1.0 / chosen.gamma)
@@ -157,8 +170,7 @@ def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[Sti
             raise ParameterError("loop length: got one for a weave, which has no loops; give spacing or rest lengths")
         if (options.columns, options.rows) != (1, 1):
             raise ParameterError("columns, rows: a weave's cell is one repeat; tile it when it is written")
-        yarns = weave_yarns(source, yarn_radius=options.yarn_radius, spacing=options.spacing, quality=quality)
-        return None, apply_rest_lengths(yarns, options.rest_lengths)
+        return None, weave_yarns(source, yarn_radius=options.yarn_radius, spacing=options.spacing, quality=quality)
     if options.spacing is not None:
         raise ParameterError("spacing: got one for a knitted swatch, whose loops decide it; give loop_length")
     loop_length = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
@@ -167,9 +179,43 @@ def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[Sti
         source, stitch_width=width, stitch_height=COURSE_OVER_WALE_SPACING * width, columns=options.columns,
         rows=options.rows,
     )  # fmt: skip
+    check_loops_begin(fabric)
     yarns = generate_yarns(fabric, yarn_radius=min(options.yarn_radius, THICKEST * width), quality=quality)
-    lengths = replace(options.rest_lengths, loop_length=loop_length)
-    return fabric, evened(apply_rest_lengths(yarns, lengths, fabric=fabric))
+    if not plain_stitches(fabric).any():  # none to measure; as wide as they are drawn, plain ones would be so long
+        return fabric, evened(yarns)
+    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric))
+
+
+def taken_up(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:
+    """Rest lengths that the take-up makes of those that yarns are drawn with [cm], shape (S,).
+
+    Raises:
+        ParameterError: what a factor is for is not there, or factors together are out of bounds.
+    """
+    if fabric is None and options.rest_lengths.need_fabric:
+        raise ParameterError("rest lengths: got factors of stitches for a weave; use warp=F, weft=F or yarn:N=F")
+    changed = apply_rest_lengths(drawn, options.rest_lengths, fabric=fabric).rest_length
+    factor = changed / drawn.rest_length
+    least, most = TAKE_UP[0] * (1.0 - ROUNDING), TAKE_UP[1] * (1.0 + ROUNDING)
+    for extreme in (factor.argmin(), factor.argmax()):
+        if not least <= factor[extreme] <= most:
+            found = f"rest lengths of yarn {drawn.segment_yarn[extreme]}: got a factor of {factor[extreme]:.4g}"
+            raise ParameterError(f"{found}; expected {TAKE_UP[0]:g} to {TAKE_UP[1]:g}")
+    return changed
+
+
+def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None]:
+    """Width and height that are asked for [cm], of a fabric gamma times as large as it will be; None where not given.
+
+    Raises:
+        ParameterError: one is out of all proportion to the repeat as it is drawn.
+    """
+    assert drawn.lattice is not None
+    for name, size, own in zip(("width", "height"), options.period, size_of(drawn.lattice), strict=True):
+        least, most = (factor * own / options.gamma for factor in SIZES)
+        if size is not None and not least <= size <= most:
+            raise ParameterError(f"period {name}: got {size:g} cm; expected {least:.3g} to {most:.3g} for this repeat")
+    return [None if size is None else size * options.gamma for size in options.period]
 
 
 def evened(yarns: YarnSet) -> YarnSet:
@@ -191,7 +237,7 @@ def scaled(yarns: YarnSet, factor: float) -> YarnSet:
     )  # fmt: skip
 
 
-def _cell(relax_cell: bool | RelaxCell, options: SwatchOptions) -> RelaxCell | None:
+def free_cell(relax_cell: bool | RelaxCell, options: SwatchOptions) -> RelaxCell | None:
     """What the periods are free to do: not those that are given, and pulls on a cell that is gamma times as large."""
     if relax_cell is False:
         return None

@@ -6,6 +6,7 @@ from stitchmesh.viewer.fabric_pictures import render_mesh, render_rows, render_s
 from stitchmesh.viewer.file_picture import render_file
 from stitchmesh.viewer.gl_probe import check_display
 from stitchmesh.viewer.picture import render_yarns
+from stitchmesh.viewer.swatch_picture import render_swatch
 
 __all__ = [
     "check_display",
@@ -14,5 +15,6 @@ __all__ = [
     "render_rows",
     "render_stitches",
     "render_stretch",
+    "render_swatch",
     "render_yarns",
 ]

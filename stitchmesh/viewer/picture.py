@@ -47,7 +47,7 @@ def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (160
     layout = layout_for(yarns.points, towards, up, radius)
     with picture(path, size, panels=layout.panels) as plotter:
         plotter.subplot(0, 0)
-        _draw(plotter, yarns, np.arange(len(yarns.segment_points)), _detail(yarns), colours)
+        _draw(plotter, yarns, np.arange(len(yarns.segment_points)), detail_for(len(yarns.segment_points)), colours)
         aspect = size[0] / size[1]
         look(plotter, camera_around(yarns.points, towards, up, aspect, part=layout.part, clearance=radius))
         plotter.camera.SetWindowCenter(*layout.centre)
@@ -62,8 +62,8 @@ def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (160
             shade_hollows(plotter, 3 * radius)
 
 
-def _detail(yarns: YarnSet) -> tuple[int, int]:
-    count = len(yarns.segment_points)
+def detail_for(count: int) -> tuple[int, int]:
+    """Sides of a tube and samples of a segment for so many segments."""
     return next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
 
 

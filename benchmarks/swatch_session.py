@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How fast a live swatch answers: time from a change to its first frame and to rest, and where it rests.
+
+    python benchmarks/swatch_session.py
+    python benchmarks/swatch_session.py --device cuda:0 --quality standard
+
+Each pattern relaxes in its free cell, then takes one change after another, the next when it is at rest. The kernels are
+compiled, and loaded, by a run of every change before the one that is timed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+from typing import Any
+
+import stitchmesh as sm
+from stitchmesh.device import device_named
+
+PATTERNS = ("stockinette", "rib2x2", "honeycomb")
+LONGEST = 300.0
+"""Seconds after which a change counts as not finished."""
+
+
+def changes_of(pattern: str, width: float) -> dict[str, dict[str, Any]]:
+    """Changes by name, each from the state that the one before leaves."""
+    take_up = sm.RestLengths(held=0.6) if pattern == "honeycomb" else sm.RestLengths(factor=0.6)
+    return {
+        "drawn anew": {},
+        "gamma 1 to 1.3": {"gamma": 1.3},
+        "gamma 1.3 to 1": {"gamma": 1.0},
+        "width -10 %": {"period": (0.9 * width, None)},
+        "width free again": {"period": (None, None)},
+        "slips taken up to 0.6" if pattern == "honeycomb" else "all yarn taken up to 0.6": {"rest_lengths": take_up},
+        "chart to garter": {"rest_lengths": sm.RestLengths(), "pattern": "garter"},
+        f"chart to {pattern}": {"pattern": pattern},
+    }
+
+
+def watched(session: sm.SwatchSession, number: int) -> str:
+    """A line of the table: what happens after frame ``number`` until the swatch is at rest."""
+    first = session.wait_for_frame(LONGEST, after=number)
+    assert first is not None
+    last = first
+    while last.report["running"]:
+        frame = session.wait_for_frame(LONGEST, after=last.number)
+        assert frame is not None
+        last = frame
+    if last.error is not None:
+        return f"{last.error}"
+    seconds = last.report["seconds"]
+    rate = (last.number - number) / seconds
+    at_rest = "" if last.report["at_rest"] else "  not at rest"
+    speed = f"{1e3 * first.report['seconds']:>9.1f}{rate:>9.0f}{last.report['iteration']:>12}{seconds:>9.2f}"
+    return f"{speed}{last.size[0]:>10.3f}{last.report['energy']:>12.1f}{at_rest}"
+
+
+def measure(pattern: str, quality: str, device: str | None, show: bool) -> None:
+    """Make the changes of a pattern, and print what they took."""
+    with sm.SwatchSession(pattern, quality=quality, device=device, relax_cell=True) as session:
+        session.wait_until_rest(LONGEST)
+        points, width = len(session.frame.yarns.points), session.frame.size[0]
+        for name, change in changes_of(pattern, width).items():
+            number = session.frame.number
+            session.set(**change) if change else session.restart()
+            line = watched(session, number)
+            if show:
+                print(f"{pattern:<13}{points:>7}  {name:<27}{line}", flush=True)
+
+
+def main() -> None:
+    """Time the changes of each pattern."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quality", default="draft")
+    parser.add_argument("--device")
+    parser.add_argument("--patterns", nargs="+", default=PATTERNS)
+    given = parser.parse_args()
+    device = device_named(given.device)
+    print(f"{device.name or platform.machine()}; {given.quality}; Python {platform.python_version()}")
+    print(f"{'pattern':<13}{'points':>7}  {'change':<27}{'first ms':>9}{'frames/s':>9}{'iterations':>12}{'rest s':>9}"
+          f"{'width cm':>10}{'energy erg':>12}")
+    for pattern in given.patterns:
+        measure(pattern, given.quality, given.device, show=False)
+        measure(pattern, given.quality, given.device, show=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Swatches against what is known of fabrics: prints the tables of docs/validation.md, and draws its pictures.
+
+    python benchmarks/validation.py --pictures docs
+    python benchmarks/validation.py cells --cells FOLDER      # with stockinette.pyp and basket.pyp
+
+All of it runs on one core of a CPU.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from pathlib import Path
+
+import validation_knits
+import validation_plots
+import validation_stretch
+import validation_weaves
+
+SECTIONS = ("loops", "tiling", "knits", "stretch", "weave", "cells")
+
+
+def main() -> None:
+    """Print what is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"some of {', '.join(SECTIONS)} (all)")
+    parser.add_argument("--pictures", type=Path, metavar="DIR", help="folder to draw pictures into")
+    parser.add_argument("--cells", type=Path, metavar="DIR", help="folder of stockinette.pyp and basket.pyp")
+    given = parser.parse_args()
+    if unknown := set(given.sections) - set(SECTIONS):
+        parser.error(f"got {', '.join(sorted(unknown))}; expected some of {', '.join(SECTIONS)}")
+    for section in given.sections or SECTIONS:
+        if section == "cells":
+            _cells(given.cells)
+        else:
+            {"loops": _loops, "tiling": _tiling, "knits": _knits, "stretch": _stretch, "weave": _weave}[section](
+                given.pictures
+            )
+
+
+def _loops(pictures: Path | None) -> None:
+    print_table("Stockinette at loop length 16.67 d", validation_knits.presets_table())
+    found = validation_knits.loops()
+    print_table("Stockinette by loop length", validation_knits.loops_table(found))
+    if pictures is not None:
+        validation_plots.draw_loops(found, pictures / "validation-loops.png")
+
+
+def _tiling(_pictures: Path | None) -> None:
+    print_table("One stitch and its tilings", validation_knits.tiling_table())
+
+
+def _knits(_pictures: Path | None) -> None:
+    print_table("Knitted fabrics beside stockinette", validation_knits.knits_table())
+    print_table("Shaken and relaxed again", validation_knits.shaken_table())
+
+
+def _stretch(pictures: Path | None) -> None:
+    made = validation_stretch.curves()
+    print_table("Tension at 20 % [dyn/cm]", validation_stretch.stiffness_table(made))
+    print_table("Orders of stiffness", validation_stretch.orders_table(made))
+    print()
+    for line in (*validation_stretch.spacing_lines(made), *validation_stretch.hylc_lines(made)):
+        print(f"- {line}")
+    print_table("Stockinette by quality [dyn/cm]", validation_stretch.accuracy_table())
+    if pictures is not None:
+        validation_plots.draw_curves(made, pictures / "validation-stretch.png")
+
+
+def _weave(pictures: Path | None) -> None:
+    print_table("Plain weave of taut yarns", validation_weaves.peirce_table())
+    print_table("Below jamming", validation_weaves.jam_table())
+    if pictures is not None:
+        states = [validation_weaves.taut_weave(spacing) for spacing in (1.75, *validation_weaves.SPACINGS)]
+        validation_plots.draw_crimp(states, pictures / "validation-crimp.png")
+
+
+def _cells(folder: Path | None) -> None:
+    import validation_cells
+
+    if folder is None or not all((folder / f"{name}.pyp").is_file() for name in validation_cells.CELLS):
+        print("\n(cells: left out, give --cells the folder of stockinette.pyp and basket.pyp)")
+        return
+    print_table("Cells of Sperl et al. 2021, relaxed here", validation_cells.cells_table(folder))
+    print_table("Stress in their periods", validation_cells.stress_table(folder))
+
+
+def print_table(title: str, rows: Iterable[list[object]]) -> None:
+    """A Markdown table, its first row the titles."""
+    print(f"\n### {title}\n")
+    for number, row in enumerate(rows):
+        print("| " + " | ".join(map(str, row)) + " |", flush=True)
+        if number == 0:
+            print("|" + "---|" * len(row))
+
+
+if __name__ == "__main__":
+    main()

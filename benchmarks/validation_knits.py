@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Knitted swatches in free cells: gauge against Munden's constants, widths of ribs, and the tendency to curl."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stitchmesh.patterns import Pattern, parse_pattern
+from stitchmesh.periodic.swatch import COMPACT_LOOP, YARN_RADIUS, Swatch, swatch
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+
+MATERIAL = "kaldor-simulation"
+"""The published material that all but one table use; its yarn has the default radius."""
+DIAMETER = 2 * YARN_RADIUS
+"""Of the yarn [cm]."""
+PATTERNS = ("stockinette", "garter", "seed", "rib1x1", "rib2x2")
+LOOPS = (10, 11, 12, 13, 14, 15, 16, COMPACT_LOOP, 17, 18, 20, 22, 24, 27, 30)
+"""Loop lengths [yarn diameters]; above about 13.7 loops are drawn as thick as they are, below they grow."""
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """Dimensionless measures of plain knit."""
+
+    k_c: float
+    """Loop length over course spacing."""
+    k_w: float
+    """Loop length over wale spacing."""
+
+    @property
+    def k_s(self) -> float:
+        """Stitch density times the square of the loop length."""
+        return self.k_c * self.k_w
+
+    @property
+    def ratio(self) -> float:
+        """Wale spacing over course spacing."""
+        return self.k_c / self.k_w
+
+
+MUNDEN = {"dry": Gauge(5.0, 3.8), "wet": Gauge(5.3, 4.1), "full": Gauge(5.5, 4.2)}
+"""Relaxed plain knit of spun yarn, in three states of relaxation (Munden 1959, as cited by Spencer 2001)."""
+
+
+def relaxed(
+    pattern: str | Pattern, *, material: str = MATERIAL, quality: str | Quality = "reference", shear: bool = False,
+    **options: Any,
+) -> Swatch:  # fmt: skip
+    """A swatch in a free cell, on the CPU."""
+    return swatch(
+        pattern, material=YarnMaterial.named(material), quality=quality, device="cpu",
+        relax_cell=RelaxCell(shear=shear), **options,
+    )  # fmt: skip
+
+
+def gauge(found: Swatch) -> Gauge:
+    """By the loop length as it lies."""
+    report = found.report
+    return Gauge(report["loop_length"] / report["course_spacing"], report["loop_length"] / report["wale_spacing"])
+
+
+def presets_table() -> Iterable[list[object]]:
+    """Stockinette at the compact loop, by preset and material."""
+    yield ["material", "quality", "K_c", "K_w", "K_s", "R", "course moment [dyn]", "wale moment [dyn]", "seconds"]
+    runs = [(MATERIAL, name) for name in PRESETS] + [(name, "reference") for name in ("leaf", "stitchmesh")]
+    for material, quality in runs:
+        yield _gauge_row(relaxed("stockinette", material=material, quality=quality), material, quality)
+    limp = replace(PRESETS["reference"], tolerance=1e-3)
+    yield _gauge_row(relaxed("stockinette", material="kaldor-relaxation", quality=limp), "kaldor-relaxation",
+                     "reference, tolerance 1e-3")  # fmt: skip
+
+
+def _gauge_row(found: Swatch, material: str, quality: str) -> list[object]:
+    constants, report = gauge(found), found.report
+    moments = [round(report[f"{name}_moment"], 1) for name in ("course", "wale")]
+    sizes = [f"{value:.2f}" for value in (constants.k_c, constants.k_w, constants.k_s, constants.ratio)]
+    return [material, quality, *sizes, *moments, round(report["seconds"], 1)]
+
+
+def loops(lengths: Iterable[float] = LOOPS) -> list[tuple[float, Gauge, float]]:
+    """Loop length [diameters], gauge, and smallest distance of axes [diameters], of stockinette."""
+    runs = [(length, relaxed("stockinette", loop_length=length * DIAMETER)) for length in lengths]
+    return [(length, gauge(run), run.report["min_distance_over_radius"] / 2) for length, run in runs]
+
+
+def loops_table(found: Iterable[tuple[float, Gauge, float]]) -> Iterable[list[object]]:
+    """Stockinette by loop length."""
+    yield ["loop length / d", "K_c", "K_w", "K_s", "R", "nearest axes / d", "R at standard quality"]
+    for length, constants, nearest in found:
+        sizes = [f"{value:.2f}" for value in (constants.k_c, constants.k_w, constants.k_s, constants.ratio)]
+        hasty = gauge(relaxed("stockinette", quality="standard", loop_length=length * DIAMETER))
+        yield [length, *sizes, f"{nearest:.3f}", f"{hasty.ratio:.2f}"]
+
+
+def tiling_table() -> Iterable[list[object]]:
+    """A cell of one stitch and its tilings."""
+    yield ["cell", "energy a stitch [erg]", "wale spacing [cm]", "course spacing [cm]"]
+    exact, stitch = replace(PRESETS["reference"], tolerance=1e-6), parse_pattern("round 1: k")
+    for columns, rows in ((1, 1), (2, 1), (1, 2), (2, 3)):
+        report = relaxed(stitch, quality=exact, columns=columns, rows=rows).report
+        sizes = [f"{report[name]:.6f}" for name in ("energy_per_stitch", "wale_spacing", "course_spacing")]
+        yield [f"{report['wales']} x {report['courses']}", *sizes]
+
+
+def knits_table() -> Iterable[list[object]]:
+    """Spacings of several fabrics over those of stockinette, thickness and moments over its moments."""
+    yield ["pattern", "cell", "wale spacing", "course spacing", "thickness / d", "lean", "course moment",
+           "wale moment", "energy a stitch [erg]"]  # fmt: skip
+    plain = relaxed("stockinette").report
+    for pattern in PATTERNS:
+        for shear in (False, True):
+            report = relaxed(pattern, shear=shear).report
+            ratios = [f"{report[name] / plain[name]:.3f}" for name in ("wale_spacing", "course_spacing")]
+            moments = [f"{100 * report[name] / abs(plain[name]):.1f} %" for name in ("course_moment", "wale_moment")]
+            yield [pattern, "free" if shear else "right angles", *ratios, f"{report['thickness'] / DIAMETER:.2f}",
+                   f"{report['shear']:.3f}", *moments, f"{report['energy_per_stitch']:.2f}"]  # fmt: skip
+
+
+def shaken_table() -> Iterable[list[object]]:
+    """Fabrics that are shaken a little at rest, and come to rest again: whether they have another shape nearby."""
+    from stitchmesh.yarnrelax import relax_yarns
+
+    yield ["pattern", "energy a stitch [erg]", "after shaking, four times"]
+    exact, material = replace(PRESETS["standard"], precision="float64", tolerance=1e-4), YarnMaterial.named(MATERIAL)
+    for pattern in PATTERNS:
+        found = relaxed(pattern, quality=exact)
+        energies = []
+        for seed in range(4):
+            noise = np.random.default_rng(seed).normal(scale=0.1 * YARN_RADIUS, size=found.yarns.points.shape)
+            shaken = replace(found.yarns, points=found.yarns.points + noise)
+            cell = RelaxCell(shear=False)
+            rest = relax_yarns(shaken, material=material, quality=exact, device="cpu", cell=cell)
+            energies.append(rest.report["energy"] / found.report["stitches"])
+        yield [pattern, f"{found.report['energy_per_stitch']:.2f}", ", ".join(f"{energy:.2f}" for energy in energies)]

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A balanced plain weave of taut, limp, nearly rigid round yarns, against the geometry of Peirce 1937.
+
+Peirce's yarns are circular, as long as they are and without resistance to bending: between crossings they are
+straight, around each other they lie on arcs whose radius is the diameter d. With l the yarn and p the distance from
+crossing to crossing, and the arcs of an angle t at both ends,
+
+    p = (l - 2 d t) cos t + 2 d sin t,    d = (l - 2 d t) sin t + 2 d (1 - cos t)
+
+and nothing straight is left at t = 60 degrees: p = sqrt(3) d, where the weave is jammed. Here the same limit is yarn
+whose bending is little beside its tension, whose tension is little beside its contact, and whose periods are held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stitchmesh.periodic.growing import size_of
+from stitchmesh.periodic.weave_library import read_weave
+from stitchmesh.periodic.weave_yarns import weave_yarns
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.stress import cell_stress
+
+RADIUS = 0.125
+"""Of the yarn [cm]."""
+SPACINGS = (1.8, 2.0, 2.4, 3.0)
+"""Distances of neighbouring yarns that are compared [diameters]."""
+JAMMED = (1.7, 1.6, 1.5)
+"""And such as leave no room."""
+JAM_ANGLE = np.pi / 3
+HALF_WAVES = 8
+"""Of the four yarns of a repeat, from crossing to crossing."""
+SHORTER = 0.01
+"""How much shorter than Peirce's the yarn is at rest, which makes it taut."""
+CONTACT, BENDING = 100.0, 2e-4
+"""Stiffnesses over those of ``kaldor-simulation``."""
+QUALITY = replace(PRESETS["reference"], quadrature_points=5, tolerance=1e-3)
+
+
+@dataclass(frozen=True)
+class Peirce:
+    """A balanced plain weave of rigid round yarns."""
+
+    spacing: float
+    """From crossing to crossing [diameters]."""
+    yarn: float
+    """Yarn from crossing to crossing [diameters]."""
+
+    @property
+    def crimp(self) -> float:
+        """Yarn over spacing, less one."""
+        return self.yarn / self.spacing - 1.0
+
+    @classmethod
+    def at(cls, angle: float) -> Peirce:
+        """Of arcs of that angle."""
+        straight = (2 * np.cos(angle) - 1) / np.sin(angle)
+        return cls(straight * np.cos(angle) + 2 * np.sin(angle), straight + 2 * angle)
+
+    @classmethod
+    def spaced(cls, spacing: float) -> Peirce:
+        """Of that spacing [diameters]; the jammed one where there is none."""
+        low, high = 0.01, JAM_ANGLE
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if cls.at(middle).spacing > spacing else (low, middle)
+        return cls.at(high)
+
+
+@dataclass(frozen=True)
+class Taut:
+    """A weave of taut yarns at rest."""
+
+    yarns: YarnSet
+    crimp: float
+    """Yarn over spacing, less one."""
+    nearest: float
+    """Smallest distance of axes [diameters], the effective diameter."""
+    crown: float
+    """Height of a yarn's waves [diameters]; 1 in Peirce's geometry."""
+    tension: float
+    """Of the fabric [dyn/cm]; negative where yarns push the periods apart."""
+    spacing: float
+    """From crossing to crossing [diameters]."""
+    strain: float
+    """Of the yarn."""
+
+
+def taut_weave(spacing: float, *, yarn: float | None = None, contact: float = CONTACT, free: bool = False) -> Taut:
+    """A plain weave drawn at a spacing [diameters], its periods held or free.
+
+    Args:
+        spacing: from crossing to crossing [diameters].
+        yarn: at rest, from crossing to crossing [diameters]; a little shorter than Peirce's where not given.
+        contact: its stiffness over that of ``kaldor-simulation``.
+        free: whether the cell relaxes.
+    """
+    drawn = weave_yarns(read_weave("plain"), yarn_radius=RADIUS, spacing=2 * RADIUS * spacing, quality=QUALITY)
+    at_rest = (yarn or (1.0 - SHORTER) * Peirce.spaced(spacing).yarn) * 2 * RADIUS
+    count = len(drawn.rest_length)
+    drawn = replace(drawn, rest_length=np.full(count, at_rest * HALF_WAVES / count))
+    material = YarnMaterial.named("kaldor-simulation")
+    material = replace(material, k_contact=material.k_contact * contact, k_bend=material.k_bend * BENDING)
+    cell = RelaxCell(shear=False) if free else None
+    rest = relax_yarns(drawn, material=material, quality=QUALITY, device="cpu", cell=cell)
+    assert rest.yarns.lattice is not None
+    between = size_of(rest.yarns.lattice)[0] / 2
+    length = float(rest.yarns.lengths.sum()) / HALF_WAVES
+    stress = cell_stress(rest.yarns, material, quadrature_points=5, contact_samples=QUALITY.contact_samples)
+    crown = np.mean([np.ptp(curve[:, 2]) for curve in rest.yarns.sampled(16)])
+    return Taut(
+        yarns=rest.yarns, crimp=length / between - 1.0, nearest=rest.report["min_distance_over_radius"] / 2,
+        crown=float(crown) / (2 * RADIUS), tension=stress.course, spacing=between / (2 * RADIUS),
+        strain=float(rest.yarns.lengths.sum() / rest.yarns.rest_length.sum()) - 1.0,
+    )  # fmt: skip
+
+
+def peirce_table() -> Iterable[list[object]]:
+    """Crimp at the spacings that are compared, of two stiffnesses of contact."""
+    yield ["p / d", "Peirce's crimp", "crimp", "nearest axes / d", "crown height / d", "tension [dyn/cm]",
+           "crimp, contact 10 times as stiff", "nearest axes / d"]  # fmt: skip
+    for spacing in SPACINGS:
+        soft, hard = taut_weave(spacing), taut_weave(spacing, contact=10 * CONTACT)
+        yield [spacing, f"{100 * Peirce.spaced(spacing).crimp:.2f} %", f"{100 * soft.crimp:.2f} %",
+               f"{soft.nearest:.4f}", f"{soft.crown:.4f}", f"{soft.tension:.0f}", f"{100 * hard.crimp:.2f} %",
+               f"{hard.nearest:.4f}"]  # fmt: skip
+
+
+def jam_table() -> Iterable[list[object]]:
+    """Periods held above and below jamming; and yarn shorter than the jammed one's in a free cell."""
+    yield ["cell", "tension [dyn/cm]", "crown height / d", "nearest axes / d", "p / d", "strain of the yarn"]
+    for spacing in (1.8, *JAMMED):
+        yield [f"held at p = {spacing:g} d", *_jam_row(taut_weave(spacing, contact=10 * CONTACT))]
+    for share in (1.02, 1.0, 0.95, 0.9):
+        found = taut_weave(2.0, yarn=share * Peirce.at(JAM_ANGLE).yarn, contact=10 * CONTACT, free=True)
+        yield [f"free, yarn {share:g} of the jammed one's", *_jam_row(found)]
+
+
+def _jam_row(found: Taut) -> list[object]:
+    return [f"{found.tension:.0f}", f"{found.crown:.3f}", f"{found.nearest:.3f}", f"{found.spacing:.3f}",
+            f"{100 * found.strain:.1f} %"]  # fmt: skip

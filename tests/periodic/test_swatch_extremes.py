@@ -1,0 +1,254 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Swatches at the extremes: at rest or refused in one line; and take-up and gamma do what they say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError, PatternError, SolverError
+from stitchmesh.patterns import parse_pattern
+from stitchmesh.periodic.growing import grown, size_of
+from stitchmesh.periodic.source import pattern_or_weave
+from stitchmesh.periodic.swatch import Swatch, SwatchOptions, drawn, scaled, swatch
+from stitchmesh.periodic.weave import Thread, Weave
+from stitchmesh.quality import quality_named
+from stitchmesh.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
+from stitchmesh.stitch import Stitch
+from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
+
+RADIUS = 0.125
+DRAFT = {"quality": "draft", "device": "cpu"}
+SLIPS = "slip-stitch-honeycomb"
+
+
+def lengths_of(name: str, words: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Factors of the rest lengths of a library pattern, and what each segment is: 0 other, 1 float, 2 held loop."""
+    fabric, yarns = drawn(pattern_or_weave(name), SwatchOptions(), quality_named("draft"))
+    changed = apply_rest_lengths(yarns, parse_rest_lengths(words), fabric=fabric)
+    face = segment_faces(yarns)
+    slips = np.isin(fabric.stitch[face], [Stitch.SLIP_BACK, Stitch.SLIP_FRONT])
+    tucks = np.isin(fabric.stitch[face], [Stitch.SY, Stitch.YS])
+    own = yarns.row[yarns.segment_points[:, 1]] == fabric.row[face]
+    return changed.rest_length / yarns.rest_length, np.where(slips & own, 1, np.where((slips | tucks) & ~own, 2, 0))
+
+
+def check_valid(made: Swatch) -> None:
+    """Finite, and no yarn through another (which ``swatch`` itself refuses)."""
+    report = made.report
+    assert np.isfinite(made.yarns.points).all()
+    assert np.isfinite([report["energy"], report["max_strain"], report["width"], report["height"]]).all()
+    assert report["min_distance_over_radius"] > 0.0 and report["pull_throughs"] == 0
+
+
+@pytest.mark.parametrize("name", [SLIPS, "long-slip-textured", "jacquard1"])
+def test_floats_and_held_loops_take_their_factors_and_nothing_else_does(name):
+    factor, kind = lengths_of(name, ["floats=0.5", "held=1.5"])
+    assert set(kind.tolist()) == {0, 1, 2}
+    np.testing.assert_allclose(factor, np.array([1.0, 0.5, 1.5])[kind], rtol=1e-15)  # one product, one quotient
+
+
+def test_a_tuck_holds_a_loop_and_has_no_float():
+    factor, kind = lengths_of("half-cardigan", ["held=0.5"])
+    np.testing.assert_array_equal(factor, np.where(kind == 2, 0.5, 1.0))
+    with pytest.raises(ParameterError, match="rest length floats: the fabric has no slip stitch for yarn to pass by"):
+        lengths_of("half-cardigan", ["floats=0.5"])
+    with pytest.raises(ParameterError, match="rest length held: the fabric has no slip or tuck that holds a loop"):
+        lengths_of("stockinette", ["held=0.5"])
+
+
+def test_shorter_held_loops_draw_the_fabric_together():
+    """Leaf et al. 2018, figure 14: what makes the cavities of the honeycomb."""
+    plain = swatch(SLIPS, relax_cell=True, **DRAFT)
+    tight = swatch(SLIPS, relax_cell=True, rest_lengths=RestLengths(held=0.6), **DRAFT)
+    assert tight.report["height"] < 0.95 * plain.report["height"]
+    held = lengths_of(SLIPS, ["held=0.6"])[1] == 2
+    ratio = tight.yarns.rest_length / plain.yarns.rest_length
+    np.testing.assert_allclose(ratio, np.where(held, 0.6, 1.0), rtol=1e-12)  # products and quotients
+
+
+def test_warp_and_weft_take_their_factors():
+    made = swatch("plain", rest_lengths=RestLengths(warp=0.9, weft=1.2), **DRAFT).yarns
+    base = swatch("plain", **DRAFT).yarns
+    weft = base.lattice_step[base.segment_yarn, 0] != 0
+    np.testing.assert_allclose(made.rest_length / base.rest_length, np.where(weft, 1.2, 0.9), rtol=1e-12)  # rounding
+
+
+def test_all_weft_and_all_warp_is_all_yarn():
+    both = swatch("twill-2x1", rest_lengths=RestLengths(warp=1.3, weft=1.3), **DRAFT).yarns
+    every = swatch("twill-2x1", rest_lengths=RestLengths(factor=1.3), **DRAFT).yarns
+    np.testing.assert_array_equal(both.points, every.points)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "message"),
+    [
+        ("stockinette", ["k=2.5"], r"rest lengths of yarn \d: got a factor of 2.5; expected 0.1 to 2"),
+        ("stockinette", ["row:0=0.05"], "got a factor of 0.05; expected 0.1 to 2"),
+        ("stockinette", ["k=2", "row:0=2"], "got a factor of 4; expected 0.1 to 2"),
+        ("stockinette", ["warp=0.9"], "rest length warp: the yarns are not woven"),
+        ("plain", ["k=0.9"], "got factors of stitches for a weave; use warp=F, weft=F or yarn:N=F"),
+        ("plain", ["held=0.9"], "got factors of stitches for a weave"),
+        ("plain", ["yarn:9=0.9"], "rest length yarn:9: there is no such yarn; expected 0 to 3"),
+        ("plain", ["row:0=0.9"], "no yarn knows which stitch made it"),
+    ],
+)  # fmt: skip
+def test_take_up_that_cannot_be_is_refused(name, words, message):
+    with pytest.raises(ParameterError, match=message):
+        swatch(name, rest_lengths=parse_rest_lengths(words), **DRAFT)
+
+
+def test_a_loop_length_among_the_rest_lengths_is_refused():
+    with pytest.raises(ParameterError, match="got a loop length among them; give it to the swatch"):
+        swatch("stockinette", rest_lengths=RestLengths(loop_length=3.0), **DRAFT)
+
+
+@pytest.mark.parametrize(
+    ("name", "asked"),
+    [
+        ("stockinette", {"factor": 2.0}), ("rib1x1", {"factor": 0.5}), (SLIPS, {"floats": 0.1}),
+        (SLIPS, {"floats": 2.0}), (SLIPS, {"held": 0.1}), (SLIPS, {"held": 2.0}), ("plain", {"warp": 0.1}),
+        ("plain", {"weft": 2.0}), ("plain", {"factor": 0.1}),
+    ],
+)  # fmt: skip
+def test_the_largest_changes_of_rest_lengths_come_to_rest(name, asked):
+    made = swatch(name, relax_cell=True, rest_lengths=RestLengths(**asked), **DRAFT)
+    check_valid(made)
+    assert made.report["converged"]
+
+
+def test_a_tenth_of_the_warp_in_a_repeat_that_is_held_is_stretched_yarn():
+    made = swatch("plain", rest_lengths=RestLengths(warp=0.1), **DRAFT)
+    check_valid(made)
+    # a straight warp is as long as the repeat, a ninth shorter than drawn: ten times its rest length, less the crimp
+    assert made.report["max_strain"] == pytest.approx(10 / 1.095 - 1, rel=0.1)
+
+
+def test_a_tenth_of_all_yarn_in_a_repeat_that_is_held_is_refused():
+    with pytest.raises(SolverError, match="rest lengths cannot be parted; change them less, or let the cell relax"):
+        swatch("stockinette", rest_lengths=RestLengths(factor=0.1), **DRAFT)
+
+
+def test_lengths_in_a_weave_are_reached_in_steps_too():
+    weave = Weave(((0, 1), (1, 0)), warps=(Thread(length=0.1), Thread(length=2.0)))
+    made = swatch(weave, **DRAFT)
+    check_valid(made)
+    length = np.add.reduceat(made.yarns.rest_length, made.yarns.segment_start[:-1])
+    np.testing.assert_allclose(length[2:] / length[:2], [0.1, 2.0], rtol=1e-12)  # rounding of sums
+
+
+@pytest.mark.parametrize(("gamma", "tolerance"), [(1.3, 1e-2), (2.0, 1e-12)])
+@pytest.mark.parametrize("name", ["stockinette", "plain"])
+def test_gamma_is_the_exact_similarity(name, gamma, tolerance):
+    """Simulated gamma times as large and scaled back, or in its own size: every energy is the same (L eq 4), so that
+    the same iterations lead to the same state, but for rounding. Halves and doubles are not rounded; where lengths are,
+    iterations multiply that along soft directions, to no more than a residual of 1e-4 leaves open."""
+    quality = replace(quality_named("draft"), precision="float64", tolerance=1e-4)
+    material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)
+    made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=True)
+    _fabric, first = drawn(pattern_or_weave(name), SwatchOptions(), quality)
+    small = grown(scaled(first, 1.0 / gamma), gamma, material, quality, "cpu")
+    np.testing.assert_allclose(small.radius, RADIUS, rtol=1e-12)  # three roundings
+    cell = RelaxCell(shear=False)
+    direct = relax_yarns(small, material=material, quality=quality, device="cpu", cell=cell)
+    np.testing.assert_allclose(made.yarns.points, direct.yarns.points, rtol=0, atol=tolerance * RADIUS)
+    assert made.report["energy"] == pytest.approx(direct.report["energy"], rel=1e-6)  # second order in the points
+    np.testing.assert_allclose(made.yarns.rest_length, direct.yarns.rest_length, rtol=1e-12)  # three roundings
+
+
+@pytest.mark.parametrize("gamma", [0.2, 5.0])
+@pytest.mark.parametrize("name", ["stockinette", "plain"])
+def test_a_fifth_and_five_times_gamma_are_valid(name, gamma):
+    made = swatch(name, gamma=gamma, **DRAFT)
+    check_valid(made)
+    assert made.report["converged"] and made.yarns.radius == pytest.approx(RADIUS, rel=1e-12)  # scaled there and back
+
+
+def test_gamma_that_leaves_no_room_is_refused():
+    with pytest.raises(SolverError, match=r"yarn 0 .*: there is no room for yarn so thick; take thinner"):
+        swatch("stockinette", gamma=10.0, **DRAFT)
+
+
+@pytest.mark.parametrize("gamma", [0.0, -1.0, 0.01, 100.0, np.nan, np.inf])
+def test_gamma_out_of_bounds_is_refused(gamma):
+    with pytest.raises(ParameterError, match=r"gamma: got .*; expected 0.1 to 10"):
+        swatch("stockinette", gamma=gamma, **DRAFT)
+
+
+@pytest.mark.parametrize("share", [(0.5, 1.0), (1.0, 0.5), (0.5, 0.5), (2.0, 1.0)])
+@pytest.mark.parametrize("name", ["stockinette", "twill-2x1"])
+def test_a_repeat_half_or_twice_its_own_size(name, share):
+    own = size_of(swatch(name, relax_cell=True, **DRAFT).lattice)
+    made = swatch(name, period=(share[0] * own[0], share[1] * own[1]), **DRAFT)
+    check_valid(made)
+    # float32 sizes
+    np.testing.assert_allclose(size_of(made.lattice), np.multiply(share, own), rtol=1e-5)
+
+
+def test_a_repeat_longer_than_its_yarn_can_be_is_refused():
+    width, height = size_of(swatch("stockinette", relax_cell=True, **DRAFT).lattice)
+    with pytest.raises(SolverError, match="cannot be parted in a repeat of this size; give a size nearer to its own"):
+        swatch("stockinette", period=(2.0 * width, 2.0 * height), **DRAFT)
+
+
+@pytest.mark.parametrize(
+    ("period", "message"),
+    [
+        ((0.0, 1.0), "period width: got 0.0 cm; expected a positive number"),
+        ((1.0, -2.0), "period height: got -2.0 cm; expected a positive number"),
+        ((np.nan, None), "period width: got nan cm; expected a positive number"),
+        ((1e6, None), r"period width: got 1e\+06 cm; expected 0.102 to 10.2 for this repeat"),
+        ((None, 1e-9), "period height: got 1e-09 cm; expected 0.158 to 15.8 for this repeat"),
+    ],
+)
+def test_a_size_out_of_all_proportion_is_refused(period, message):
+    with pytest.raises(ParameterError, match=message):
+        swatch("stockinette", period=period, **DRAFT)
+
+
+@pytest.mark.parametrize("options", [{"loop_length": 0.05}, {"yarn_radius": 10.0, "loop_length": 4.0}])
+def test_loops_too_short_for_their_yarn_are_refused(options):
+    with pytest.raises(SolverError, match="there is no room for yarn so thick; take thinner or longer yarn"):
+        swatch("stockinette", **options, **DRAFT)
+
+
+@pytest.mark.parametrize("radius", [1e-3, 1e3])
+def test_thread_and_cable_are_the_same_fabric(radius):
+    """Everything is counted in yarn radii, the material scaled with them."""
+    made = swatch("stockinette", yarn_radius=radius, relax_cell=True, **DRAFT)
+    usual = swatch("stockinette", relax_cell=True, **DRAFT)
+    # the tolerance of a draft
+    assert made.report["width"] / radius == pytest.approx(usual.report["width"] / RADIUS, rel=0.01)
+
+
+def test_a_repeat_of_one_loop_is_stockinette():
+    one = swatch(parse_pattern("chart leaf:\nK\n"), relax_cell=True, **DRAFT)
+    two = swatch("stockinette", relax_cell=True, **DRAFT)
+    assert (one.report["wales"], one.report["courses"], one.report["stitches"]) == (1, 1, 1)
+    # the tolerance of a draft, in a cell that is soft
+    assert one.report["wale_spacing"] == pytest.approx(two.report["wale_spacing"], rel=0.03)
+    assert one.report["course_spacing"] == pytest.approx(two.report["course_spacing"], rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("chart", "where"), [("KB", "row 1, stitch 2"), ("B", "row 1, stitch 1"), ("KKF\nKPB", "row 1, stitch 3")]
+)
+def test_a_loop_that_every_row_slips_is_refused(chart, where):
+    with pytest.raises(PatternError, match=f"{where} from the left: slips a loop that every row slips; knit or purl"):
+        swatch(parse_pattern(f"chart leaf:\n{chart}\n"), **DRAFT)
+
+
+def test_a_pattern_without_a_plain_stitch_is_as_long_as_it_is_drawn():
+    pattern = parse_pattern("round 1: yo k2tog\n")
+    made = swatch(pattern, **DRAFT)
+    check_valid(made)
+
+
+def test_a_large_repeat_is_drawn_and_begins_to_relax():
+    quality = replace(quality_named("draft"), max_iterations=20)
+    made = swatch("stockinette", columns=30, rows=15, quality=quality, device="cpu")
+    check_valid(made)
+    assert made.report["stitches"] == 900 and made.report["iterations"] == 20

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Swatches behave as fabrics do: gauge, widths, curl, crimp; and a cell is one with its tilings and its images."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import astuple, replace
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stitchmesh.patterns import parse_pattern
+from stitchmesh.periodic.growing import size_of
+from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.tiling import tiled
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
+from stitchmesh.yarnrelax.stress import cell_stress
+from tests.gallery import ROOT
+
+sys.path.insert(0, str(ROOT / "benchmarks"))
+weaves = import_module("validation_weaves")
+cells = import_module("validation_cells")
+
+KALDOR = YarnMaterial.named("kaldor-simulation")
+EXACT = replace(PRESETS["reference"], quadrature_points=5, contact_samples=7, tolerance=1e-6)
+AT_REST = replace(PRESETS["standard"], tolerance=1e-3)
+ONE_STITCH = "round 1: k\n"
+COARSE = replace(PRESETS["standard"], precision="float64", tolerance=1e-3)
+CELLS = ROOT.parent / "shared" / "data" / "periodic"
+
+
+@cache
+def relaxed(pattern: str, quality: str | Quality = AT_REST) -> Swatch:
+    """In a free cell at right angles, of the published simulation material."""
+    return swatch(pattern, material=KALDOR, quality=quality, device="cpu", relax_cell=True)
+
+
+def moments(pattern: str) -> np.ndarray:
+    """Bending moments along the courses and along the wales [dyn]."""
+    report = relaxed(pattern).report
+    return np.array([report["course_moment"], report["wale_moment"]])
+
+
+@pytest.mark.parametrize("quality", ["draft", "standard"])
+def test_stockinette_has_the_gauge_of_relaxed_plain_knit(quality: str) -> None:
+    """Munden's constants between dry and full relaxation, and what hand knitters count."""
+    report = relaxed("stockinette", quality).report
+    assert report["converged"]
+    assert 5.0 <= report["loop_length"] / report["course_spacing"] <= 5.5
+    assert 3.8 <= report["loop_length"] / report["wale_spacing"] <= 4.2
+    assert 1.25 <= report["wale_spacing"] / report["course_spacing"] <= 1.40
+    # yarn is as long as it was given, but for the strain that the bending of loops makes
+    assert report["loop_length"] == pytest.approx(16.67 * 0.25, rel=0.01)
+
+
+def test_stockinette_curls_towards_the_right_side_along_the_wales_and_to_the_wrong_side_along_the_courses() -> None:
+    course, wale = moments("stockinette")
+    assert wale > 10.0 and course < -10.0  # dyn; noise is below 0.1
+    np.testing.assert_allclose(moments("reverse-stockinette"), [-course, -wale], rtol=0.02)  # its wrong side
+
+
+@pytest.mark.parametrize("pattern", ["garter", "seed", "rib1x1", "rib2x2"])
+def test_fabrics_alike_on_both_sides_lie_flat(pattern: str) -> None:
+    # stockinette's are forces of its bending times its thickness; what the residual of 0.001 leaves is ten times less
+    assert np.abs(moments(pattern)).max() < 0.01 * np.abs(moments("stockinette")).min()
+
+
+def test_ribs_are_narrower_than_stockinette_and_garter_is_shorter() -> None:
+    plain, garter = relaxed("stockinette").report, relaxed("garter").report
+    for pattern in ("rib1x1", "rib2x2"):
+        assert relaxed(pattern).report["wale_spacing"] < 0.7 * plain["wale_spacing"]
+    assert garter["course_spacing"] < 0.8 * plain["course_spacing"]
+    assert relaxed("seed").report["course_spacing"] < 0.9 * plain["course_spacing"]
+
+
+@cache
+def one_stitch() -> Swatch:
+    """A cell of a single stitch."""
+    return swatch(parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", relax_cell=True)
+
+
+def test_a_cell_of_one_stitch_equals_its_tiling() -> None:
+    """Relaxed as two by three stitches: the same energy a stitch and the same size."""
+    whole = swatch(
+        parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", relax_cell=True, columns=2, rows=3
+    )
+    one, many = one_stitch().report, whole.report
+    assert (one["stitches"], many["stitches"]) == (1, 6)
+    # yarn is evened within each face: both halves of a loop where they lie in one face, each by itself where in two,
+    # and those differ by half a percent, which costs energy with its square; forces of 1e-6 leave strains of 1e-4
+    assert many["energy_per_stitch"] == pytest.approx(one["energy_per_stitch"], rel=1e-5)
+    assert many["wale_spacing"] == pytest.approx(one["wale_spacing"], rel=1e-4)
+    assert many["course_spacing"] == pytest.approx(one["course_spacing"], rel=1e-4)
+
+
+def test_a_tiling_has_the_forces_of_its_cell_in_every_tile() -> None:
+    one = one_stitch().yarns
+    many = tiled(one, 2, 3, periodic=True)
+    assert sum(yarn_energies(many, KALDOR).values()) == pytest.approx(6 * sum(yarn_energies(one, KALDOR).values()))
+    of_one, of_many = yarn_forces(one, KALDOR), yarn_forces(many, KALDOR)
+    # which control point of the cell each of the tiling's is an image of
+    apart = many.points[:, None] - one.points[None]
+    period = one.lattice.periods[:, :2]  # type: ignore[union-attr]
+    turns = apart[..., :2] @ np.linalg.inv(period)
+    apart[..., :2] -= np.round(turns) @ period
+    nearest = np.linalg.norm(apart, axis=2).argmin(axis=1)
+    assert (np.bincount(nearest) == 6).all()
+    np.testing.assert_allclose(of_many, of_one[nearest], atol=1e-9 * np.abs(of_one).max() + 1e-6)  # rounding
+
+
+@pytest.mark.parametrize("image", [(1, 0), (0, -1), (-2, 3)])
+def test_the_image_in_which_a_yarn_is_written_does_not_matter(image: tuple[int, int]) -> None:
+    yarns = relaxed("garter").yarns
+    moved = yarns.points.copy()
+    last = slice(yarns.start[-2], yarns.start[-1])
+    moved[last] += yarns.lattice.shift(np.array([image]))[0]  # type: ignore[union-attr]
+    other = replace(yarns, points=moved)
+    assert yarns.yarn_count > 1
+    assert yarn_energies(other, KALDOR) == pytest.approx(yarn_energies(yarns, KALDOR), rel=1e-9)  # rounding
+    before, after = yarn_forces(yarns, KALDOR), yarn_forces(other, KALDOR)
+    np.testing.assert_allclose(after, before, atol=1e-8 * np.abs(before).max() + 1e-6)
+    assert astuple(cell_stress(other, KALDOR)) == pytest.approx(astuple(cell_stress(yarns, KALDOR)), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(("spacing", "published"), [(1.732, 0.2092), (1.8, 0.1871), (2.4, 0.0946), (3.0, 0.0585)])
+def test_peirces_geometry_has_the_crimps_that_are_published(spacing: float, published: float) -> None:
+    assert weaves.Peirce.spaced(spacing).crimp == pytest.approx(published, abs=5e-5)  # four digits
+
+
+@pytest.mark.parametrize("spacing", [2.0, 2.4])
+def test_a_plain_weave_of_taut_limp_yarns_crimps_as_peirces(spacing: float) -> None:
+    found = weaves.taut_weave(spacing)
+    assert found.nearest == pytest.approx(1.0, abs=0.005)  # contact gives way by less than half a percent
+    # crimp goes with the square of the diameter: a percent of it for half a percent; bending is a part in a thousand
+    assert found.crimp == pytest.approx(weaves.Peirce.spaced(spacing).crimp, rel=0.02)
+    assert found.crown == pytest.approx(1.0, abs=0.01)
+    assert found.tension > 100.0  # dyn/cm; the yarns are taut
+
+
+def test_taut_yarns_of_a_jammed_weave_push_their_periods_apart() -> None:
+    """Below sqrt(3) diameters nothing that is taut is at rest: yarns climb and press where above they pull."""
+    stiff = 10 * weaves.CONTACT
+    above, below = weaves.taut_weave(1.8, contact=stiff), weaves.taut_weave(1.6, contact=stiff)
+    assert above.tension > 100.0 and below.tension < -100.0
+    assert above.crown < 1.03 and below.crown > 1.1
+
+
+@pytest.mark.skipif(not CELLS.is_dir(), reason="the relaxed cells of another group are not beside the project")
+@pytest.mark.parametrize("name", ["stockinette", "basket"])
+def test_cells_of_rods_with_natural_curvature_are_nearly_free_of_stress(name: str) -> None:
+    """What is left of the stress of straight yarns once bending is weakened by the curvature that rods are set in."""
+    rods = cells.read_rods(CELLS / f"{name}.pyp")
+    assert 0.85 < rods.set_curvature < 0.95
+    material = cells.material_of(rods.yarns)
+    weak = replace(material, k_bend=material.k_bend * (1.0 - rods.set_curvature))
+    straight, bent = (np.abs(cells.tension(rods.yarns, of, COARSE)).max() for of in (material, weak))
+    # a tenth is left, and in stockinette as much again of contacts that lie elsewhere
+    assert bent < 0.25 * straight
+
+
+def size(yarns: YarnSet) -> Any:
+    """Width and height [cm]."""
+    assert yarns.lattice is not None
+    return size_of(yarns.lattice)
+
+
+def test_a_swatch_at_rest_stays_where_it_is() -> None:
+    found = relaxed("garter").yarns
+    again = relax_yarns(found, material=KALDOR, device="cpu", cell=RelaxCell(shear=False)).yarns
+    assert size(again) == pytest.approx(size(found), rel=0.02)  # garter is soft, and rests to 0.001

@@ -1,0 +1,248 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command that relaxes swatches: what it writes, and one line with status 2 and nothing written for what is bad."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.io import read_yarns
+from stitchmesh.periodic.growing import size_of
+from stitchmesh.periodic.weave_library import read_weave
+from stitchmesh.periodic.weave_text import parse_weave
+from stitchmesh.tiling import tiled
+from stitchmesh.yarn import YarnSet
+from tests.gallery import ROOT
+
+DRAFT = ["--quality", "draft", "--device", "cpu"]
+QUICK = [*DRAFT, "--no-picture"]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory) -> Path:
+    """Charts and weaves, sound and unsound."""
+    folder = tmp_path_factory.mktemp("files")
+    for name, text in {
+        "ragged.leaf": "KKP\nKK\n", "unknown.leaf": "KQ\nKK\n", "open.knit": 'pattern "x"\nround 1: k3 yo\n',
+        "empty.leaf": "", "slipped.leaf": "KB\n", "empty.weave": "", "nothing.weave": 'weave "none"\n',
+        "ragged.weave": "011\n10\n", "letters.weave": "0a\n10\n", "loose.weave": "01\n11\n",
+        "apart.weave": "0111\n1011\n0001\n0010\n", "matrix.txt": "01\n10\n", "long.knit": "x" * 5000,
+    }.items():  # fmt: skip
+        (folder / name).write_text(text)
+    (folder / "folder.weave").mkdir()
+    (folder / "binary.knit").write_bytes(b"\x00\x01\xff\xfe" * 50)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    """The folder of a relaxed repeat of stockinette, with all that can be asked for."""
+    folder = tmp_path_factory.mktemp("made") / "deep" / "out"
+    words = ["--relax-cell", "--tile", "3", "2", "--texture", "16", "24", "--gamma", "1.1"]
+    assert cli.main(["swatch", "stockinette", *words, *DRAFT, "-o", str(folder)]) == 0
+    return folder
+
+
+def swatch(folder: Path, *words: object) -> YarnSet:
+    assert cli.main(["swatch", *map(str, words), *QUICK, "-o", str(folder)]) == 0
+    return read_yarns(folder / "cell.h5")
+
+
+def refused(capsys, folder: Path, *words: object) -> str:
+    """Run a command that must fail and write nothing; its one line."""
+    before = sorted(folder.rglob("*"))
+    assert cli.main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
+    assert sorted(folder.rglob("*")) == before
+    return printed.err
+
+
+def test_it_writes_what_it_promises(made):
+    assert {path.name for path in made.iterdir()} == {
+        "cell.h5", "cell.pyp", "tiled.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
+        "textures",
+    }  # fmt: skip
+    maps = {"colour.png", "height.png", "normal.png", "opacity.png", "tangent.png", "textures.json"}
+    assert {path.name for path in (made / "textures").iterdir()} == maps
+    assert json.loads((made / "textures" / "textures.json").read_text())["pixels"] == [16, 24]
+
+
+def test_the_report_says_what_was_asked_and_what_came_of_it(made):
+    report = json.loads((made / "report.json").read_text())
+    assert (report["pattern"], report["name"], report["source"]) == ("stockinette", "Stockinette", "Common knowledge")
+    assert report["version"] and report["options"]["gamma"] == 1.1 and report["options"]["relax_cell"] is True
+    cell = read_yarns(made / "cell.h5")
+    assert size_of(cell.lattice) == pytest.approx((report["width"], report["height"]), rel=1e-12)  # written in full
+    assert np.abs(cell.strain).max() == pytest.approx(report["max_strain"], rel=1e-6)  # scaled by gamma and back
+    with (made / "convergence.csv").open() as file:
+        *_, last = csv.DictReader(file)
+    assert float(last["residual"]) == report["residual"]
+
+
+def test_its_files_are_one_fabric(made):
+    cell = read_yarns(made / "cell.h5")
+    pieces = read_yarns(made / "tiled.bcc", radius=0.125)
+    assert pieces.yarn_count == tiled(cell, 3, 2).yarn_count
+    # a float32 file of knots; the curves between them differ by some thousandths
+    assert pieces.lengths.sum() == pytest.approx(6 * cell.lengths.sum(), rel=0.01)
+    again = read_yarns(made / "cell.pyp")
+    assert again.lengths.sum() == pytest.approx(cell.lengths.sum(), rel=1e-9)  # written in full
+
+
+def test_the_picture_is_full_of_fabric(made):
+    """Nothing of it is blank: somewhere in each ninth of it yarn casts its shadow."""
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(made / "preview.png").convert("L")).astype(int)
+    assert max(pixels.shape) == 1400
+    for band in np.array_split(pixels, 3, axis=0):
+        for part in np.array_split(band, 3, axis=1):
+            assert np.ptp(part) > 100
+
+
+def test_no_picture_no_textures_and_five_by_five_unless_asked(tmp_path):
+    cell = swatch(tmp_path, "plain")
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png",
+    }  # fmt: skip
+    pieces = read_yarns(tmp_path / "tiled.bcc", radius=0.125)
+    assert pieces.yarn_count == tiled(cell, 5, 5).yarn_count == 20
+
+
+def test_options_reach_the_yarns(tmp_path):
+    width = 1.2
+    words = ["--yarn-radius", 0.1, "--spacing", 0.5, 0.6, "--rest-length", "warp=0.9", "--rest-length", "weft=1.1"]
+    cell = swatch(tmp_path / "a", "plain", *words, "--period", width, "free")
+    plain = swatch(tmp_path / "b", "plain", *words[:5])
+    assert set(cell.radius.tolist()) == {0.1}
+    assert size_of(cell.lattice) == pytest.approx((width, 1.2), rel=1e-5)  # float32
+    weft = cell.lattice_step[cell.segment_yarn, 0] != 0
+    np.testing.assert_allclose(cell.rest_length / plain.rest_length, np.where(weft, 1.1, 0.9), rtol=1e-12)  # products
+    knit = swatch(tmp_path / "c", "rib1x1", "--loop-length", 3.5, "--columns", 2, "--rows", 2, "--max-iterations", 20)
+    report = json.loads((tmp_path / "c" / "report.json").read_text())
+    assert (report["wales"], report["courses"], report["iterations"]) == (4, 4, 20)
+    assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)  # a sum
+
+
+def test_a_matrix_in_a_text_file_is_a_weave(files, tmp_path):
+    cell = swatch(tmp_path, files / "matrix.txt")
+    assert cell.yarn_count == 4 and set(map(tuple, cell.lattice_step.tolist())) == {(1, 0), (0, 1)}
+
+
+def test_yarns_that_a_pyp_cannot_hold_leave_it_out_and_say_so(tmp_path, capsys):
+    (tmp_path / "two.weave").write_text("warps radius: 1 1.5\n01\n10\n")
+    swatch(tmp_path / "out", tmp_path / "two.weave")
+    assert not (tmp_path / "out" / "cell.pyp").exists() and (tmp_path / "out" / "cell.h5").exists()
+    assert "cell.pyp: got yarns of radius 0.125 to 0.1875 cm" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        ("stokinette", "is not in the library of .* did you mean .*stockinette"),
+        ("twil-2x1", "did you mean .*twill-2x1"),
+        ("missing.knit", "missing.knit: there is no such file"),
+        ("missing.weave", "missing.weave: there is no such file"),
+        ("missing.weave.png", "there is no such file"),
+        ("folder.weave", "is a folder"),
+        ("binary.knit", "binary"),
+        ("long.knit", "expected"),
+        ("ragged.leaf", "line 2, column 1: got 2 columns where the chart's first line has 3"),
+        ("unknown.leaf", "Q"),
+        ("empty.leaf", "empty"),
+        ("open.knit", "row 1: its tile leaves 4 loops|row 1"),
+        ("slipped.leaf", "stitch 2 from the left: slips a loop that every row slips"),
+        ("empty.weave", "empty"),
+        ("nothing.weave", "empty matrix|expected"),
+        ("ragged.weave", "2"),
+        ("letters.weave", "'0a'|a"),
+        ("loose.weave", "passes over every .* and never interlaces|never interlaces"),
+        ("apart.weave", "the fabric falls apart"),
+    ],
+)
+def test_a_bad_pattern_is_one_line(files, capsys, monkeypatch, pattern, message):
+    monkeypatch.chdir(files)
+    assert re.search(message, refused(capsys, files, "swatch", pattern, "-o", "out", *QUICK))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["stockinette", "--gamma", "0"], "gamma: got 0.0; expected 0.1 to 10"),
+        (["stockinette", "--gamma", "-1"], "gamma: got -1.0"),
+        (["stockinette", "--gamma", "nan"], "gamma: got nan"),
+        (["stockinette", "--gamma", "10"], "there is no room for yarn so thick"),
+        (["stockinette", "--period", "0", "1"], "period width: got 0.0 cm; expected a positive number"),
+        (["stockinette", "--period", "1", "-3"], "period height: got -3.0 cm"),
+        (["stockinette", "--period", "free", "1e9"], "period height: got 1e+09 cm; expected 0.158 to 15.8"),
+        (["stockinette", "--loop-length", "0.05"], "there is no room for yarn so thick; take thinner or longer yarn"),
+        (["stockinette", "--loop-length", "-2"], "loop length: got -2.0 cm; expected a positive number"),
+        (["stockinette", "--yarn-radius", "9", "--loop-length", "4"], "there is no room for yarn so thick"),
+        (["stockinette", "--yarn-radius", "0"], "yarn radius: got 0.0 cm; expected a positive number"),
+        (["stockinette", "--spacing", "1"], "spacing: got one for a knitted swatch"),
+        (["plain", "--spacing", "0"], "spacing: got 0.0; expected a positive number"),
+        (["plain", "--spacing", "1", "2", "3"], "spacing: got 3 numbers; expected one, or one of warps"),
+        (["plain", "--loop-length", "4"], "loop length: got one for a weave, which has no loops"),
+        (["plain", "--columns", "2"], "a weave's cell is one repeat"),
+        (["stockinette", "--columns", "0"], "columns: got 0; expected at least 1"),
+        (["stockinette", "--rest-length", "held=0.5"], "the fabric has no slip or tuck that holds a loop"),
+        (["stockinette", "--rest-length", "k=3"], "got a factor of 3; expected 0.1 to 2"),
+        (["stockinette", "--rest-length", "stretchy"], "got 'stretchy'; expected CODE=FACTOR"),
+        (["stockinette", "--material", "wool"], "material: got 'wool'; expected one of"),
+        (["stockinette", "--quality", "best"], "quality: got 'best'; expected one of"),
+        (["stockinette", "--device", "tpu"], "expected one of"),
+        (["stockinette", "--max-iterations", "0"], "max iterations: got 0; expected at least 1"),
+        (["stockinette", "--tile", "0", "5"], "tile: got 0 5; expected whole numbers from 1"),
+        (["stockinette", "--texture", "0"], "texture: got 0; expected a width"),
+        (["stockinette", "--texture", "16", "16", "16"], "texture: got 16 16 16"),
+    ],
+)  # fmt: skip
+def test_a_bad_option_is_one_line(tmp_path, capsys, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    assert message in refused(capsys, tmp_path, "swatch", *QUICK, *words, "-o", "out")
+
+
+@pytest.mark.parametrize(
+    "words", [["--period", "1"], ["--period", "wide", "1"], ["--gamma", "x"], ["--tile", "1.5", "2"]]
+)
+def test_words_that_are_no_numbers_are_one_line(capsys, words):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["swatch", "plain", "-o", "out", *words])
+    assert stop.value.code == 2 and capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_work(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    for folder in (tmp_path / "file", tmp_path / "file" / "out"):
+        told = refused(capsys, tmp_path, "swatch", "plain", "-o", folder, *QUICK)
+        assert "choose another output folder" in told
+
+
+def test_convert_writes_tiles(made, tmp_path, capsys):
+    assert cli.main(["convert", str(made / "cell.h5"), str(tmp_path / "six.h5"), "--tile", "3", "2"]) == 0
+    expected = tiled(read_yarns(made / "cell.h5"), 3, 2)
+    np.testing.assert_array_equal(read_yarns(tmp_path / "six.h5").points, expected.points)
+    words = ["convert", tmp_path / "six.h5", tmp_path / "more.bcc", "--tile", "2", "2"]
+    assert "do not repeat" in refused(capsys, tmp_path, *words)
+    assert "expected a whole number from 1" in refused(
+        capsys, tmp_path, "convert", made / "cell.h5", tmp_path / "none.bcc", "--tile", "0", "2"
+    )
+
+
+def test_convert_tiles_nothing_but_yarns(tmp_path, capsys):
+    (tmp_path / "face.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    words = ["convert", tmp_path / "face.obj", tmp_path / "face.ply", "--tile", "2", "2"]
+    assert "is a polygon mesh; only yarns that repeat can be tiled" in refused(capsys, tmp_path, *words)
+
+
+def test_the_weave_of_the_documentation_is_the_library_s():
+    (text,) = re.findall(r"```weave\n(.*?)```", (ROOT / "docs" / "swatches.md").read_text(), re.DOTALL)
+    assert parse_weave(text).matrix == read_weave("double-plain-stitched").matrix
