@@ -13,7 +13,9 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 THREADS = 256
-"""Threads of a block on a GPU."""
+"""Threads of a block on a GPU that sums."""
+FEWEST_THREADS, MOST_THREADS = 64, 512
+"""Threads of a block that takes all steps of a cell."""
 
 _BARRIER = """
 #if defined(__CUDA_ARCH__)
@@ -33,24 +35,27 @@ def sum_rows(
     parts: wp.array2d(dtype=wp.float64), rows: int, lane: int, threads: int, totals: wp.array1d(dtype=wp.float64)
 ):
     """Sum each of some rows, eight threads a row; overwrites the first eight columns. All threads take part."""
-    count = parts.shape[1]
-    row, eighth = lane // 8, lane % 8
     if threads == 1:
-        for k in range(rows):
+        for row in range(rows):
             total = wp.float64(0.0)
-            for column in range(count):
-                total += parts[k, column]
-            totals[k] = total
-    total8 = wp.float64(0.0)
-    if threads > 1 and row < rows:
-        for column in range(eighth, count, 8):
-            total8 += parts[row, column]
+            for column in range(parts.shape[1]):
+                total += parts[row, column]
+            totals[row] = total
+        return
+    eighth = lane % 8
+    # rounds of as many rows as the block has groups of eight; threads without a row wait with the others
+    for first in range(0, rows, threads // 8):
+        row = first + lane // 8
+        share = wp.float64(0.0)
+        if row < rows:
+            for column in range(eighth, parts.shape[1], 8):
+                share += parts[row, column]
+        wait_for_block()
+        if row < rows:
+            parts[row, eighth] = share
     wait_for_block()
-    if threads > 1 and row < rows:
-        parts[row, eighth] = total8
-    wait_for_block()
-    if threads > 1 and lane < rows:
+    for row in range(lane, rows, threads):
         whole = wp.float64(0.0)
         for column in range(8):
-            whole += parts[lane, column]
-        totals[lane] = whole
+            whole += parts[row, column]
+        totals[row] = whole

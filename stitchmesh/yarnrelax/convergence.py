@@ -250,8 +250,7 @@ class Assessor:
         kept = wp.clone(state.points)
         model.launch(nudge, n, [model.number(_precision(model))], [state.points])
         evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
-        for launch in forces.all_forces(*evaluation, model.record):
-            launch.launch()
+        forces.all_forces(*evaluation, model.launch)
         wp.copy(state.points, kept)
         for constraint in self.constraints:
             constraint.filter_forces(state.point_force, model.launch)

@@ -50,7 +50,7 @@ def all_forces(
     launches = [run(kernel, model.segment_count, inputs, outputs)]
     launches.append(_contact(model, state, candidates, run))
     if terms:
-        launches.append(Zeroing(state.outer_force))
+        launches.append(run(clear, model.point_count, [], [state.outer_force]))
         launches += [launch for term in terms for launch in term.forces(state, candidates, run)]
     launches.append(gather(model, state, point_stiffness, run))
     return launches
@@ -123,6 +123,16 @@ def energy_launches(model: Model, state: State, candidates: Candidates, sums: Su
     for name, part in zip(("stretch", "length", "bend"), segments, strict=True):
         launches.append(sums.add(name, part, model.cell_segments, run))
     return [*launches, sums.add("contact", contact, model.cell_samples, run)]
+
+
+@wp.kernel(module="unique")
+def clear(
+    # state out
+    vectors: wp.array[Any],
+) -> None:
+    """Set an array to zero, in a launch like others."""
+    i = wp.tid()
+    vectors[i] = type(vectors[0])()
 
 
 def _contact(model: Model, state: State, candidates: Candidates, run: Run) -> Any:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.yarnrelax.block import THREADS, sum_rows, wait_for_block
+from stitchmesh.yarnrelax.block import FEWEST_THREADS, MOST_THREADS, sum_rows, wait_for_block
 from stitchmesh.yarnrelax.cell import deformed, put_strain_force
 from stitchmesh.yarnrelax.method import Scene
 from stitchmesh.yarnrelax.model import Model
@@ -155,13 +155,18 @@ def fits_blocks(model: Model) -> bool:
     return bool(np.diff(model.point_start).max() <= MOST_POINTS)
 
 
+def _threads(points: int) -> int:
+    """Threads of a block on a GPU whose largest cell has so many control points, a power of two."""
+    return int(np.clip(1 << (points - 1).bit_length(), FEWEST_THREADS, MOST_THREADS))
+
+
 class CellLaunches:
     """Room for the sums over each cell, and its launch."""
 
     def __init__(self, model: Model, memory: Memory) -> None:
         """A column of sums for each thread of a cell's block."""
         self.model, self.memory = model, memory
-        self.threads = THREADS if model.device.is_cuda else 1
+        self.threads = _threads(int(np.diff(model.point_start).max())) if model.device.is_cuda else 1
         shape = model.cell_count, PRODUCTS
         self.parts = wp.zeros((*shape, self.threads), dtype=wp.float64, device=model.device)
         self.products = wp.zeros(shape, dtype=wp.float64, device=model.device)

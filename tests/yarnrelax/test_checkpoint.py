@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
@@ -60,15 +61,19 @@ def kill_ten_times() -> dict[str, int | bool]:
     with tempfile.TemporaryDirectory() as folder:
         checkpoint = Checkpoints(folder, every=20)
 
-        def go_on() -> Relaxation:
+        def go_on(iterations: int = QUALITY.max_iterations) -> Relaxation:
             resume = checkpoint.path if checkpoint.path.exists() else None
-            return relaxed(keep_shape=fabric, checkpoint=checkpoint, resume=resume)
+            quality = replace(QUALITY, max_iterations=iterations)
+            return relaxed(quality, keep_shape=fabric, checkpoint=checkpoint, resume=resume)
 
         undisturbed = relaxed(keep_shape=fabric)  # first, so that no kernel is compiled while calls are counted
-        calls = count_calls("to_rest", go_on)
+        # launches are prepared first, and again while lists still grow; what follows takes as many calls each time
+        first = [count_calls("to_rest", functools.partial(go_on, reached)) for reached in (20, 40, 60)]
+        each = (count_calls("to_rest", go_on) - first[2]) * 20 // (QUALITY.max_iterations - 80)
         shutil.rmtree(folder)
-        # a leg does a ninth of the work in the mean, and loses what it did since its last checkpoint, up to a fifteenth
-        moments = np.random.default_rng(3).integers(calls // 13, 2 * calls // 13, KILLS)
+        # a leg does 1 to 2.3 checkpoints' work beyond that and loses what is less than a whole one
+        start = np.array([*first[:2], *[first[2]] * (KILLS - 2)]) - each
+        moments = start + np.random.default_rng(3).integers(each, 23 * each // 10, KILLS)
         kills = sum(killed("to_rest", int(moment), go_on) for moment in moments)
         reached = read_checkpoint(checkpoint.path).header["iteration"]
         return {"kills": kills, "reached": reached, "same": same(go_on(), undisturbed)}
