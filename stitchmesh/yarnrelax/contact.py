@@ -24,7 +24,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
-from stitchmesh.yarnrelax.images import cell_of_sample, entry_shift, sample_number
+from stitchmesh.yarnrelax.images import entry_shift, sample_number
 from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.strain_share import with_gap
 
@@ -109,9 +109,7 @@ def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
                     push += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
                     block += outer_product(gap, stiff * inverse, block)
                     if wp.static(strained):
-                        cell = cell_of_sample(model.images, p)
-                        e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
-                        share = with_gap(share, e1, e2, gap, size, stiff, distance2)
+                        share = with_gap(share, model.images, p, gap, size, stiff, distance2)
         scale = model.sample_stiffness[p]
         write_whole(sample_force, p, push * scale)
         if sample_block.shape[0] > 0:

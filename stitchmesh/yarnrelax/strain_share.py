@@ -12,6 +12,8 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.yarnrelax.images import cell_of_sample
+
 wp.set_module_options({"enable_backward": False})
 
 
@@ -34,8 +36,10 @@ def with_leg(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness: Any) 
 
 
 @wp.func
-def with_gap(total: Any, e1: Any, e2: Any, gap: Any, size: Any, stiffness: Any, distance2: Any) -> Any:
-    """Add half of a pair in contact, whose push is ``size`` times the gap: the other sample adds the same."""
+def with_gap(total: Any, images: Any, p: int, gap: Any, size: Any, stiffness: Any, distance2: Any) -> Any:
+    """Add half of sample ``p``'s pair in contact, whose push is ``size`` times the gap: the other adds the same."""
+    cell = cell_of_sample(images, p)
+    e1, e2 = images.frame[2 * cell], images.frame[2 * cell + 1]
     half = type(size)(0.5)
     g1, g2 = gap[0] * e1[0] + gap[1] * e1[1] + gap[2] * e1[2], gap[0] * e2[0] + gap[1] * e2[1] + gap[2] * e2[2]
     return with_share(total, g1, g2, g1 * size * half, g2 * size * half, stiffness * distance2 * half, distance2)
