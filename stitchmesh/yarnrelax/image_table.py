@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.lattice import lattice_frame
+from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 CONTACT_RANGE = 3.0
 """Distance over the largest radius within which pairs may be listed: contact and the widest margin."""
+SHRINKAGE = 0.75
+"""Factor by which periods may shrink before the table is made anew."""
 SPREAD = 10.0
 """How far yarns may spread beyond the box that they lie in, on each side, over the largest radius."""
 
@@ -58,13 +60,21 @@ def renew_images(model: Model, cells: Sequence[YarnSet], *, anyway: bool = False
 
 
 def _put_table(model: Model, images: Any, cells: Sequence[YarnSet]) -> None:
-    near = np.concatenate([near_images(yarns, CONTACT_RANGE + 2 * SPREAD) for yarns in cells])
+    near = np.concatenate([near_images(yarns, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE) for yarns in cells])
     corner = np.concatenate([corner_images(member.yarns) for member in model.members])
-    table = np.unique(np.concatenate([near, corner.reshape(-1, 2)]), axis=0)
-    table = np.concatenate([[[0, 0]], table[table.any(axis=1)]])
+    table = _distinct(np.concatenate([near, corner.reshape(-1, 2)]))
     number = _numbers(corner.reshape(-1, 2), table)[0].reshape(corner.shape[:2])
     images.image = wp.array(table.astype(np.int32), dtype=wp.vec2i, device=model.device)
     images.corner_image = wp.array(number.astype(np.int32), dtype=wp.vec4i, device=model.device)
+
+
+def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Images without repetition in ascending order, but (0, 0) first."""
+    most = int(np.abs(images).max())
+    there = np.zeros((2 * most + 1, 2 * most + 1), dtype=bool)
+    there[images[:, 0] + most, images[:, 1] + most] = True
+    there[most, most] = False
+    return np.concatenate([[[0, 0]], np.argwhere(there) - most])
 
 
 def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
@@ -84,8 +94,12 @@ def corner_images(yarns: YarnSet) -> NDArray[np.int64]:
     return wraps[:, :, None] * yarns.lattice_step[yarns.segment_yarn][:, None, :]
 
 
-def near_images(yarns: YarnSet, reach: float) -> NDArray[np.int64]:
-    """Images whose yarns come within ``reach`` of those of the cell, in largest radii, shape (n, 2)."""
+def near_images(yarns: YarnSet, reach: float, shrinkage: float = 1.0) -> NDArray[np.int64]:
+    """Images whose yarns come within ``reach`` of those of the cell, in largest radii, shape (n, 2).
+
+    Also where the periods alone become shorter by a factor.
+    """
     assert yarns.lattice is not None and yarns.point_shift is not None
     corners = (yarns.points[yarns.segment_points] + yarns.point_shift).reshape(-1, 3)
-    return yarns.lattice.near_images(corners, reach * float(yarns.radius.max()))
+    shrunk = Lattice(yarns.lattice.periods * shrinkage)
+    return shrunk.near_images(corners, reach * float(yarns.radius.max()))

@@ -16,12 +16,20 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.yarnrelax import forces
+from stitchmesh.yarnrelax.block import THREADS
 from stitchmesh.yarnrelax.candidates import Candidates, list_samples
-from stitchmesh.yarnrelax.image_table import SPREAD
+from stitchmesh.yarnrelax.image_table import SHRINKAGE, SPREAD
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.near_segments import SPARE, bound_segments, grid_launches, near_launches
+from stitchmesh.yarnrelax.near_segments import (
+    NOTHING_LISTED,
+    SPARE,
+    bound_segments,
+    drift_of,
+    grid_launches,
+    near_launches,
+)
 from stitchmesh.yarnrelax.recording import Copying, Recording
-from stitchmesh.yarnrelax.reduction import range_minima, strand_maxima, strands_for
+from stitchmesh.yarnrelax.reduction import strand_maxima, strands_for
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.step_limit import (
     SMALLEST_CLEARANCE,
@@ -34,27 +42,60 @@ wp.set_module_options({"enable_backward": False})
 
 ROOM_TO_GROW = 1.1
 """How much longer than now segments may become before the search must be made wider."""
-LARGEST_STRAIN = 0.05
-"""Largest strain of a cell since its table of images was made."""
+LARGEST_STRAIN = 0.2
+"""Largest strain of a cell since its table of images was made, for which its ``SHRINKAGE`` leaves room."""
 
 
 @wp.kernel(module="unique")
-def join_minima(
-    # model
-    strands: int,
+def collect(
     # state in
-    partial: wp.array[wp.float64],
+    near: wp.array[wp.float64],
+    listed: wp.array[wp.float64],
+    longest: wp.array[wp.float64],
+    drift: wp.array[wp.float64],
+    periods: wp.array[Any],
+    # state out
+    facts: wp.array[wp.float64],
+) -> None:
+    """The largest of each, and the periods, for one look; one thread."""
+    most = wp.vec4d()
+    for k in range(near.shape[0]):
+        most[0] = wp.max(most[0], near[k])
+    for k in range(listed.shape[0]):
+        most[1] = wp.max(most[1], listed[k])
+    for k in range(longest.shape[0]):
+        most[2] = wp.max(most[2], longest[k])
+        most[3] = wp.max(most[3], drift[k])
+    for k in range(4):
+        facts[k] = most[k]
+    for k in range(periods.shape[0]):
+        for axis in range(3):
+            facts[4 + 3 * k + axis] = wp.float64(periods[k][axis])
+
+
+@wp.kernel(module="unique")
+def smallest_of_cells(
+    # model
+    start: wp.array[wp.int32],
+    # state in
+    values: wp.array[Any],
     # state out
     least: wp.array[wp.float64],
 ) -> None:
-    """Smallest of so many values for each cell; not a number where one is not."""
-    cell = wp.tid()
-    smallest = wp.float64(1.0e300)
-    for k in range(strands):
-        value = partial[cell * strands + k]
-        if smallest == smallest and not (value >= smallest):  # once it is not a number it stays so
-            smallest = value
-    least[cell] = smallest
+    """Smallest value of each cell, not a number where one is not; a block a cell."""
+    cell, lane = wp.tid()
+    smallest, broken = wp.float64(1.0e300), wp.float64(0.0)
+    for k in range(start[cell] + lane, start[cell + 1], wp.block_dim()):
+        value = wp.float64(values[k])
+        if value == value:
+            smallest = wp.min(smallest, value)
+        else:
+            broken = wp.float64(1.0)
+    whole, odd = wp.tile_min(wp.tile(smallest)), wp.tile_max(wp.tile(broken))
+    if lane == 0:
+        least[cell] = whole[0]
+        if odd[0] > wp.float64(0.0):
+            least[cell] = wp.float64(wp.nan)
 
 
 class Listing:
@@ -76,36 +117,47 @@ class Listing:
         self.table = (self._box(), self._periods()) if table is None else table
         self.holds = True
         """Whether the table did when it was last looked at."""
-        self.strands = strands_for(model.largest_cell)
-        self.partial = wp.zeros(cells * self.strands, dtype=wp.float64, device=device)
         self.least = wp.zeros(cells, dtype=wp.float64, device=device)
+        self.drift = model.empty(model.segment_count)
+        self.facts = wp.zeros(4 + 6 * cells, dtype=wp.float64, device=device)
         self.maxima = [wp.zeros(strands_for(len(each)), dtype=wp.float64, device=device)
-                       for each in (near.count, candidates.count, near.extent)]  # fmt: skip
-        self.recording = Recording(self._launches(), device)
+                       for each in (near.count, candidates.count, near.extent, self.drift)]  # fmt: skip
+        self.quick = Recording(self._launches([]), device)
+        self.whole = Recording(self._launches(self._search()), device)
+        self.now = self.searched = self._periods()
 
-    def _launches(self) -> list[Any]:
+    def _search(self) -> list[Any]:
+        """List the segments near each segment anew."""
+        near = self.candidates.near
+        return [*grid_launches(self.model, near, self.reach, self.longest),
+                *near_launches(self.model, near, self.reach, self.longest)]  # fmt: skip
+
+    def _launches(self, search: list[Any]) -> list[Any]:
+        """All from the samples to the budgets, with a search or with what the last one found."""
         model, state, candidates = self.model, self.state, self.candidates
         near, run = candidates.near, model.record
-        bound = run(bound_segments, model.segment_count, [model.constants, state.samples], [near.centre, near.extent])
-        launches = [forces.sample_launch(model, state, run), Copying(state.points, state.listed_points), bound]
-        launches += grid_launches(model, near, self.reach, self.longest)
-        launches += near_launches(model, near, self.reach, self.longest)
+        centres = [near.centre, near.extent]
+        launches = [
+            forces.sample_launch(model, state, run),
+            Copying(state.points, state.listed_points),
+            run(bound_segments, model.segment_count, [model.constants, state.samples], centres),
+            run(drift_of, model.segment_count, [*centres, near.listed_centre, near.listed_extent], [self.drift]),
+            *search,
+        ]
         inputs = [model.constants, model.number(self.margin), model.segment_count, state.samples, near.centre,
                   near.extent, near.count, near.lists]  # fmt: skip
         launches.append(run(list_samples, model.sample_count, inputs, [candidates.count, candidates.lists]))
         clearance, of_clearance = clearance_launches(model, state, candidates)
-        minima = [self.strands, model.cell_samples, clearance]
         launches += [
             *of_clearance,
             budget_launch(model, state, candidates, clearance),
-            run(range_minima, len(self.partial), minima, [self.partial]),
-            run(join_minima, model.cell_count, [self.strands, self.partial], [self.least]),
+            run(smallest_of_cells, model.cell_count, [model.cell_samples, clearance], [self.least], tile=THREADS),
             *strain_budget_launches(model, state, candidates, self.least),
         ]
-        counted = (near.count, candidates.count, near.extent)
+        counted = (near.count, candidates.count, near.extent, self.drift)
         for values, maxima in zip(counted, self.maxima, strict=True):
             launches.append(run(strand_maxima, len(maxima), [wp.float64(1.0), values], [maxima]))
-        return launches
+        return [*launches, run(collect, 1, [*self.maxima, self.model.constants.images.periods], [self.facts])]
 
     def fits(self) -> bool:
         """Whether it was made for the margin and for the arrays as they are."""
@@ -113,9 +165,14 @@ class Listing:
 
     def launch(self) -> bool:
         """Make the lists; whether it went well, or they must be made the careful way."""
-        self.recording.launch()
-        self.candidates.near.reach = self.reach
-        near, listed, longest = (float(maxima.numpy().max()) for maxima in self.maxima)
+        self.quick.launch()
+        found = self._read()
+        if self._reach_left(found) < self.margin:
+            self.whole.launch()
+            self.candidates.near.reach = self.reach
+            found = self._read()
+            self.searched = self.now
+        near, listed, longest = found[:3]
         near_lists = self.candidates.near.lists
         if near > near_lists.shape[1] or listed > self.candidates.lists.shape[1] or not longest <= self.longest:
             return False
@@ -123,18 +180,35 @@ class Listing:
         # cells that are too close to go on are named there
         return self.holds and bool((self.least.numpy() >= SMALLEST_CLEARANCE).all())
 
+    def _read(self) -> NDArray[np.float64]:
+        """Longest lists, longest segment, largest drift; the periods are kept."""
+        facts = self.facts.numpy()
+        self.now = facts[4:].reshape(-1, 2, 3)
+        return np.asarray(facts[:4])
+
+    def _reach_left(self, found: NDArray[np.float64]) -> float:
+        """Up to which distance the lists of near segments still hold all: less what segments and cells moved."""
+        if self.candidates.near.reach != self.reach:
+            return NOTHING_LISTED
+        strain = np.linalg.norm(self.now - self.searched, axis=2) / np.linalg.norm(self.searched, axis=2)
+        along = float(2.0 * strain.max()) * (self.reach + 2.0 * self.longest)
+        return float(self.reach - 2.0 * found[3] - along)
+
     def _table_holds(self) -> bool:
         """Whether cells have neither grown nor been strained so far that an image may be missing.
 
-        An image is left out of the table if it is clear by 2 * SPREAD radii along one axis. Growth takes some of that,
-        and a strain e takes e times the shift, which is at most the box and that distance, along either axis.
+        An image is left out if, its periods shrunk, it is clear by 2 * SPREAD radii along one axis and so not farther
+        than that and the box along the other. Growth takes some of that, and shear c takes c times the other.
         """
         (box, periods), radius = self.table, float(self.model.radius.max())
-        size = np.ptp(box, axis=1).max(axis=1)
+        size, now = np.ptp(box, axis=1).max(axis=1), self.now
         growth = (np.ptp(self._box(), axis=1) - np.ptp(box, axis=1)).max(axis=1)
-        strain = np.linalg.norm(self._periods() - periods, axis=(1, 2)) / np.linalg.norm(periods, axis=2).min(axis=1)
-        taken = growth + 1.5 * strain * (size + (3 + 2 * SPREAD) * radius)
-        return bool(((taken <= SPREAD * radius) & (strain <= LARGEST_STRAIN)).all())
+        strain = np.linalg.norm(now - periods, axis=2) / np.linalg.norm(periods, axis=2)
+        # part of the second period's change that is along the first one
+        along = np.einsum("cd,cd->c", now[:, 1] - periods[:, 1], periods[:, 0])
+        shear = np.abs(along) / np.linalg.norm(np.cross(periods[:, 0], periods[:, 1]), axis=1)
+        taken = growth + shear * (size + (3 + 2 * SPREAD) * radius) / SHRINKAGE
+        return bool(((taken <= SPREAD * radius) & (strain.max(axis=1) <= LARGEST_STRAIN)).all())
 
     def _box(self) -> NDArray[np.float64]:
         """Lower and upper corner of each cell's box [units], shape (C, 2, 3)."""

@@ -45,7 +45,7 @@ LEAF_TEST = 11
 """Column of the iteration at which L's test first held."""
 FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The first numbers of a memory without pairs."""
-PATIENCE = 10
+PATIENCE = 5
 """Iterations for which cells wait for those that move before candidate lists are made for all."""
 
 

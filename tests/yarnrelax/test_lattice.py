@@ -255,7 +255,7 @@ def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
     assert not renew_images(model, [cell])
     before = len(model.constants.images.image)
     apart = cell.points.copy()
-    apart[0, 0] -= (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
+    apart[0, 0] -= 2 * (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
     spread = replace(cell, points=apart)
     assert renew_images(model, [spread])
     table = model.constants.images.image.numpy()
