@@ -25,7 +25,7 @@ from stitchmesh.yarnrelax.convergence import Assessment, has_converged
 from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
-from stitchmesh.yarnrelax.quasi_newton_cells import fits_blocks
+from stitchmesh.yarnrelax.quasi_newton_cells import fits_cells
 from stitchmesh.yarnrelax.solver import CHECK
 
 
@@ -80,7 +80,7 @@ def relax_cells(
         named = YarnMaterial.named("stitchmesh")
         materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
     solver = Iteration.start_cells(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
-    if not fits_blocks(solver.model):
+    if not fits_cells(solver.model):
         raise ParameterError("cells: one is too large to be relaxed with others; relax it by itself")
     run = _Run(solver, quality)
     while run.active.any() and run.launched < quality.max_iterations:

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from stitchmesh.yarnrelax.compliance import find_compliance
 from stitchmesh.yarnrelax.method import Method, Scene
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.quasi_newton_cells import CellLaunches, fits_blocks
+from stitchmesh.yarnrelax.quasi_newton_cells import CellLaunches, fits_cells
 from stitchmesh.yarnrelax.quasi_newton_memory import make_memory
 from stitchmesh.yarnrelax.quasi_newton_piece import PieceLaunches
 from stitchmesh.yarnrelax.stiffness import along_stiffness, bend_stiffness
@@ -68,8 +68,8 @@ class QuasiNewton(Method):
         self.across = model.upload(bend_stiffness(model), 4)
         self.further = model.upload(np.maximum(further, np.finfo(np.float32).tiny))
         self.memory = make_memory(model, strains)
-        in_blocks = model.on_lattice and not held and fits_blocks(model)
-        self.steps = CellLaunches(model, self.memory) if in_blocks else PieceLaunches(self.memory)
+        in_cells = model.on_lattice and not held and fits_cells(model)
+        self.steps = CellLaunches(model, self.memory) if in_cells else PieceLaunches(self.memory)
         self.since = 0
         self.restart(np.ones(model.cell_count))
 

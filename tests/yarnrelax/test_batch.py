@@ -20,6 +20,7 @@ from stitchmesh.yarnrelax import forces as all_terms
 from stitchmesh.yarnrelax.batch import relax_cells
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.quasi_newton_cells import MOST_POINTS
+from stitchmesh.yarnrelax.quasi_newton_piece import PieceLaunches
 
 KALDOR, LEAF = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf")
 EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-5)
@@ -78,6 +79,36 @@ def test_a_single_cell_is_the_same_run_to_the_bit() -> None:
     batch = relax_cells([CELLS[2]], materials=[LEAF], free=[FREE], quality="draft", device="cpu")
     np.testing.assert_array_equal(batch.cells[0].yarns.points, alone.yarns.points)
     assert batch.cells[0].report["iterations"] == alone.report["iterations"]
+
+
+def test_steps_launched_one_by_one_are_those_of_a_block() -> None:
+    ends = []
+    for in_blocks in (True, False):
+        solver = Iteration.start_cells(
+            list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"), cells=[FREE] * 4
+        )
+        steps = solver.method.steps  # type: ignore[attr-defined]
+        assert steps.in_blocks
+        steps.in_blocks = in_blocks
+        solver._record()
+        solver.run(20)
+        ends.append((solver.state.points.numpy(), solver.model.constants.images.periods.numpy()))
+    # on a CPU both add up in one order
+    np.testing.assert_array_equal(ends[0][0], ends[1][0])
+    np.testing.assert_array_equal(ends[0][1], ends[1][1])
+
+
+def test_one_piece_takes_the_steps_of_a_cell() -> None:
+    ends = []
+    for piece in (False, True):
+        solver = Iteration.start(CELLS[2], LEAF, EXACT, device_named("cpu"), cell=FREE)
+        if piece:
+            solver.method.steps = PieceLaunches(solver.method.memory)  # type: ignore[attr-defined]
+            solver._record()
+        solver.run(10)
+        ends.append(solver.state.points.numpy()[:-1])
+    # other orders of float64 sums, which ten steps amplify
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
 def test_cells_in_other_company_come_to_the_same_rest() -> None:
