@@ -28,6 +28,9 @@ from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
 from stitchmesh.yarnrelax.quasi_newton_cells import fits_cells
 from stitchmesh.yarnrelax.solver import CHECK
 
+FEW = 0.25
+"""Part of all contact samples below which the cells that are not at rest go on by themselves."""
+
 
 @dataclass(frozen=True, eq=False)
 class RelaxedCell:
@@ -36,7 +39,7 @@ class RelaxedCell:
     yarns: YarnSet
     """Its yarns at rest, or in their last good state."""
     report: dict[str, Any]
-    """iterations, leaf_iterations (those to L's test, None where it never held), converged, residual, energy [erg],
+    """iterations, leaf_iterations (those to L's test, None where it did not hold), converged, residual, energy [erg],
     energies [erg], max_strain, min_distance_over_radius, and error, None or why it could not go on."""
 
 
@@ -82,14 +85,27 @@ def relax_cells(
     solver = Iteration.start_cells(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
     if not fits_cells(solver.model):
         raise ParameterError("cells: one is too large to be relaxed with others; relax it by itself")
-    run = _Run(solver, quality)
-    while run.active.any() and run.launched < quality.max_iterations:
-        run.advance()
-        if progress is not None:
-            progress(int((~run.active).sum()), run.launched)
-    report = {"seconds": time.perf_counter() - began, "launched": run.launched,
-              "converged": int(run.at_rest.sum()), "device": str(solver.model.device)}  # fmt: skip
-    return Batch(run.relaxed(), report)
+    found: dict[int, RelaxedCell] = {}
+    numbers, launched = np.arange(len(cells)), 0
+    while len(numbers):
+        run = _Run(solver, quality, launched)
+        while run.active.any() and run.launched < quality.max_iterations and not run.is_mostly_done:
+            run.advance()
+            if progress is not None:
+                progress(len(found) + int((~run.active).sum()), run.launched)
+        launched = run.launched
+        go_on = run.active if launched < quality.max_iterations else np.zeros(len(numbers), dtype=bool)
+        relaxed = run.relaxed()
+        found |= {int(numbers[k]): relaxed[k] for k in np.flatnonzero(~go_on)}
+        numbers = numbers[go_on]
+        if len(numbers):
+            rest = [(relaxed[k].yarns, materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(go_on))]
+            own = None if free is None else [free[number] for number in numbers.tolist()]
+            solver = Iteration.start_cells(rest, quality, solver.model.device, cells=own)
+    report = {"seconds": time.perf_counter() - began, "launched": launched,
+              "converged": sum(cell.report["converged"] for cell in found.values()),
+              "device": str(solver.model.device)}  # fmt: skip
+    return Batch([found[number] for number in range(len(cells))], report)
 
 
 def _check(
@@ -113,7 +129,8 @@ class _Run:
 
     solver: Iteration
     quality: Quality
-    launched: int = 0
+    launched: int
+    """Iterations of those that go on, before and so far."""
     last: list[Assessment] = field(init=False)
     iterations: NDArray[np.int64] = field(init=False)
     active: NDArray[np.bool_] = field(init=False)
@@ -123,7 +140,7 @@ class _Run:
         """Assess the cells as they were given."""
         count = self.solver.model.cell_count
         self.last = self.solver.assess_cells()
-        self.iterations = np.zeros(count, dtype=np.int64)
+        self.iterations = np.full(count, self.launched)
         self.at_rest = np.zeros(count, dtype=bool)
         for cell, now in enumerate(self.last):
             if not now.finite:
@@ -148,6 +165,12 @@ class _Run:
             self.solver.back_off(bad)
         stuck = np.isin(np.arange(len(now)), list(self.solver.stuck))
         self.active &= ~self.at_rest & ~stuck
+
+    @property
+    def is_mostly_done(self) -> bool:
+        """Whether those that go on are so few that they are better off without the others."""
+        samples = np.diff(self.solver.model.sample_start[self.solver.model.segment_start])
+        return bool(samples[self.active].sum() < FEW * samples.sum())
 
     def _is_good(self, cell: int, now: Assessment) -> bool:
         """Whether a cell's energy is finite and has not risen too far."""

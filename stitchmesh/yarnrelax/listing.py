@@ -29,7 +29,6 @@ from stitchmesh.yarnrelax.near_segments import (
     near_launches,
 )
 from stitchmesh.yarnrelax.recording import Copying, Recording
-from stitchmesh.yarnrelax.reduction import strand_maxima, strands_for
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.step_limit import (
     SMALLEST_CLEARANCE,
@@ -42,6 +41,8 @@ wp.set_module_options({"enable_backward": False})
 
 ROOM_TO_GROW = 1.1
 """How much longer than now segments may become before the search must be made wider."""
+BLOCKS = 32
+"""Blocks of threads that collect what is looked at."""
 LARGEST_STRAIN = 0.2
 """Largest strain of a cell since its table of images was made, for which its ``SHRINKAGE`` leaves room."""
 
@@ -49,28 +50,32 @@ LARGEST_STRAIN = 0.2
 @wp.kernel(module="unique")
 def collect(
     # state in
-    near: wp.array[wp.float64],
-    listed: wp.array[wp.float64],
-    longest: wp.array[wp.float64],
-    drift: wp.array[wp.float64],
+    near: wp.array[wp.int32],
+    listed: wp.array[wp.int32],
+    longest: wp.array[Any],
+    drift: wp.array[Any],
     periods: wp.array[Any],
     # state out
-    facts: wp.array[wp.float64],
+    facts: wp.array2d[wp.float64],
 ) -> None:
-    """The largest of each, and the periods, for one look; one thread."""
+    """The largest of each in a row for each block, and the periods in the rows that follow, for one look."""
+    block, lane = wp.tid()
+    threads = wp.block_dim()
+    blocks = facts.shape[0] - periods.shape[0]
     most = wp.vec4d()
-    for k in range(near.shape[0]):
-        most[0] = wp.max(most[0], near[k])
-    for k in range(listed.shape[0]):
-        most[1] = wp.max(most[1], listed[k])
-    for k in range(longest.shape[0]):
-        most[2] = wp.max(most[2], longest[k])
-        most[3] = wp.max(most[3], drift[k])
+    for k in range(block * threads + lane, near.shape[0], blocks * threads):
+        most[0] = wp.max(most[0], wp.float64(near[k]))
+        most[2] = wp.max(most[2], wp.float64(longest[k]))
+        most[3] = wp.max(most[3], wp.float64(drift[k]))
+    for k in range(block * threads + lane, listed.shape[0], blocks * threads):
+        most[1] = wp.max(most[1], wp.float64(listed[k]))
     for k in range(4):
-        facts[k] = most[k]
-    for k in range(periods.shape[0]):
+        whole = wp.tile_max(wp.tile(most[k]))
+        if lane == 0:
+            facts[block, k] = whole[0]
+    for k in range(block * threads + lane, periods.shape[0], blocks * threads):
         for axis in range(3):
-            facts[4 + 3 * k + axis] = wp.float64(periods[k][axis])
+            facts[blocks + k, axis] = wp.float64(periods[k][axis])
 
 
 @wp.kernel(module="unique")
@@ -119,9 +124,7 @@ class Listing:
         """Whether the table did when it was last looked at."""
         self.least = wp.zeros(cells, dtype=wp.float64, device=device)
         self.drift = model.empty(model.segment_count)
-        self.facts = wp.zeros(4 + 6 * cells, dtype=wp.float64, device=device)
-        self.maxima = [wp.zeros(strands_for(len(each)), dtype=wp.float64, device=device)
-                       for each in (near.count, candidates.count, near.extent, self.drift)]  # fmt: skip
+        self.facts = wp.zeros((BLOCKS + 2 * cells, 4), dtype=wp.float64, device=device)
         self.quick = Recording(self._launches([]), device)
         self.whole = Recording(self._launches(self._search()), device)
         self.now = self.searched = self._periods()
@@ -154,10 +157,8 @@ class Listing:
             run(smallest_of_cells, model.cell_count, [model.cell_samples, clearance], [self.least], tile=THREADS),
             *strain_budget_launches(model, state, candidates, self.least),
         ]
-        counted = (near.count, candidates.count, near.extent, self.drift)
-        for values, maxima in zip(counted, self.maxima, strict=True):
-            launches.append(run(strand_maxima, len(maxima), [wp.float64(1.0), values], [maxima]))
-        return [*launches, run(collect, 1, [*self.maxima, self.model.constants.images.periods], [self.facts])]
+        looked_at = [near.count, candidates.count, near.extent, self.drift, model.constants.images.periods]
+        return [*launches, run(collect, BLOCKS, looked_at, [self.facts], tile=THREADS)]
 
     def fits(self) -> bool:
         """Whether it was made for the margin and for the arrays as they are."""
@@ -183,8 +184,8 @@ class Listing:
     def _read(self) -> NDArray[np.float64]:
         """Longest lists, longest segment, largest drift; the periods are kept."""
         facts = self.facts.numpy()
-        self.now = facts[4:].reshape(-1, 2, 3)
-        return np.asarray(facts[:4])
+        self.now = facts[BLOCKS:, :3].reshape(-1, 2, 3)
+        return np.asarray(facts[:BLOCKS].max(axis=0))
 
     def _reach_left(self, found: NDArray[np.float64]) -> float:
         """Up to which distance the lists of near segments still hold all: less what segments and cells moved."""

@@ -41,7 +41,7 @@ MOST_POINTS = 20_000
 MOST_IN_BLOCK = 2048
 """Control points of the largest cell for which a block does all steps of an iteration on a GPU: a block reads no more
 than one multiprocessor does, and beyond that launches for each step are faster."""
-ENTRIES_PER_STRAND, FEWEST_STRANDS, MOST_STRANDS = 4, 256, 4096
+ENTRIES_PER_STRAND, FEWEST_STRANDS, MOST_STRANDS = 8, 256, 1024
 """Entries of the largest cell that a strand takes, and the bounds of the number of strands of a cell."""
 
 
