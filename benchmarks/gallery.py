@@ -5,7 +5,8 @@
     python benchmarks/gallery.py relax FOLDER [--device cuda:0] [PATTERN ...]   # FOLDER/PATTERN.h5 and a .json each
     python benchmarks/gallery.py draw FOLDER [PATTERN ...]                      # the pictures and the page
 
-A swatch is relaxed as a knitter blocks it: its edges are held, all else is free.
+A swatch is relaxed as a knitter blocks it: its edges are held, all else is free. The corpus of Leaf et al. 2018 and the
+weaves are periodic cells instead, which ``benchmarks/corpus.py`` relaxes into the same folder, and draws.
 """
 
 from __future__ import annotations
@@ -16,12 +17,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from corpus import LEAF
 
 import stitchmesh as sm
 from stitchmesh.curves import curves_of_segments
 from stitchmesh.dyes import yarn_colours
 from stitchmesh.mesh import Mesh
 from stitchmesh.patterns import Pattern, pattern_names
+from stitchmesh.periodic.weave_library import read_weave, weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.tube import tubes_around
 from stitchmesh.yarnrelax.borders import KeepBorders
@@ -100,8 +103,11 @@ def page(folder: Path) -> str:
     lines = [
         "<!--", "SPDX-FileCopyrightText: StitchMesh contributors", "SPDX-License-Identifier: Apache-2.0", "-->", "",
         "# Gallery", "",
-        "Swatches of the patterns in `assets/patterns`, relaxed at quality `standard` with their edges held, seen from",
-        "the right side. `python benchmarks/gallery.py relax out/gallery`, then `draw out/gallery`, made them.", "",
+        "The patterns in `assets/patterns`, relaxed at quality `standard`, seen from the right side. The 29 knits and",
+        "the weaves of Leaf et al. 2018, table 3, are periodic cells that repeat in the picture (`python",
+        "benchmarks/corpus.py relax out/gallery`, then `draw`), all others swatches with their edges held (`python",
+        "benchmarks/gallery.py` likewise). The times of the corpus are in [measurements](measurements.md#the-corpus).",
+        "",
         "## The six patterns of Yuksel et al. 2012, figure 16", "",
         "Reconstructed from knitting practice: the paper names them and shows pictures, it gives no charts.", "",
         "| | | |", "|---|---|---|",
@@ -117,6 +123,14 @@ def page(folder: Path) -> str:
             f"| ![{name}](gallery/{name}.jpg) | `{name}` | {pattern.width} x {pattern.height} | {pattern.yarn_count} | "
             f"{report['iterations']} iterations, {rest} | {pattern.source} |"
         )
+    lines += ["", "## Weaves", "", "| | weave | repeat | layers | relaxed | source |", "|---|---|---|---|---|---|"]
+    for name in weave_names():
+        weave, report = read_weave(name), json.loads((folder / f"{name}.json").read_text())
+        rest = "at rest" if report["converged"] else f"NOT at rest, residual {report['residual']:.3f}"
+        lines.append(
+            f"| ![{name}](gallery/{name}.jpg) | `{name}` | {len(weave.warps)} x {len(weave.wefts)} | "
+            f"{weave.layer_count} | {report['iterations']} iterations, {rest} | {weave.source} |"
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -128,7 +142,7 @@ def main() -> None:
     told.add_argument("patterns", nargs="*", help="all if none")
     told.add_argument("--device")
     given = told.parse_args()
-    names = given.patterns or list(pattern_names())
+    names = given.patterns or [name for name in pattern_names() if name not in LEAF]
     if given.step == "relax":
         relax(given.folder, names, given.device)
         return

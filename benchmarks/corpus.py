@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The corpus of Leaf et al. 2018, table 3, as periodic cells: relaxed, timed and drawn.
+
+    python benchmarks/corpus.py relax FOLDER [--device cuda:0]    # the tables, FOLDER/NAME.h5 and a .json each
+    python benchmarks/corpus.py draw FOLDER [NAME ...]            # docs/gallery/NAME.jpg
+
+29 knits and 8 weaves, their periods as they are drawn (L's users set them by hand), come to rest one by one and all in
+one batch. Yarn is as stiff as L's ("leaf"). Seconds are of the solver, kernels compiled: the second run of each. Times
+of L are of a GeForce GTX TITAN X, to its test (5), which asks for a tenth of the first gradient.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import stitchmesh as sm
+from stitchmesh.periodic.source import pattern_or_weave
+from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.periodic.weave import Weave
+from stitchmesh.periodic.weave_library import weave_names
+from stitchmesh.quality import quality_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.batch import relax_cells
+
+PICTURES = Path(__file__).resolve().parent.parent / "docs" / "gallery"
+LEAF: dict[str, tuple[float, float, int]] = {
+    "alternating-diagonals": (2.18, 0.95, 3794), "basketweave-rib-stitch": (0.79, 0.58, 1714),
+    "block1": (0.09, 1.17, 5686), "block2": (0.06, 0.78, 2054), "cartridge-belt-rib": (0.45, 0.44, 423),
+    "double-basket-pattern": (3.00, 0.88, 4860), "garter-block": (0.13, 0.61, 2054), "honeycomb": (0.33, 0.77, 3392),
+    "jacquard1": (0.38, 0.50, 1504), "jacquard2": (0.18, 0.54, 1433), "jacquard3": (0.29, 0.59, 2106),
+    "king-charles-brocade": (1.36, 0.58, 2394), "lattice-with-seed-stitch": (0.55, 1.12, 7280),
+    "left-diagonal": (0.05, 0.50, 723), "left-diagonal-rib": (0.68, 0.58, 1374),
+    "long-slip-textured": (0.10, 0.42, 456), "parallelograms": (0.19, 0.64, 2732),
+    "pie-crust-basketweave": (0.15, 0.65, 986), "pyramid-stitch": (0.68, 0.58, 2198),
+    "rhombus-texture": (1.30, 0.60, 2394), "right-diagonal": (0.37, 0.44, 723),
+    "right-diagonal-rib": (0.45, 0.55, 1374), "seersucker": (1.09, 0.49, 1230),
+    "slip-stitch-honeycomb": (0.27, 0.43, 284), "slip-stitch-rib": (0.43, 0.41, 248),
+    "stockinette-and-garter": (26.54, 1.52, 10890), "thunderbird": (10.91, 1.08, 7280),
+    "tumbling-moss-blocks": (0.02, 1.14, 3214), "woven-transverse-herringbone": (0.61, 0.59, 1996),
+    "basket-2x2": (0.09, 0.49, 180), "basket-3x3": (0.11, 0.50, 304), "plain": (0.16, 0.42, 88),
+    "satin-2x3": (0.25, 0.48, 238), "satin-3x2": (0.23, 0.44, 238), "twill-2x1": (0.19, 0.44, 130),
+    "twill-3x2": (0.12, 0.51, 238), "twill-4x1": (0.38, 0.45, 238),
+}  # fmt: skip
+"""Seconds to converge, milliseconds a step and control points of L's table 3."""
+SIZE, JPEG_QUALITY = 420, 84
+"""Pixels of the longer side of a picture."""
+STITCHES_SEEN, CROSSINGS_SEEN = 20, 12
+"""About how many stitches, or crossings, a picture is wide."""
+
+
+def cell(name: str, quality: str) -> YarnSet:
+    """The repeat as it is drawn."""
+    return drawn(pattern_or_weave(name), SwatchOptions(), quality_named(quality))[1]
+
+
+def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> None:
+    """Relax the corpus one by one and together; write what comes out and print the tables."""
+    folder.mkdir(parents=True, exist_ok=True)
+    others = [name for name in weave_names() if name not in LEAF]
+    cells = {name: cell(name, quality) for name in [*LEAF, *others]}
+    leaf = sm.YarnMaterial.named("leaf")
+    print("| pattern | points | iterations | s | us an iteration | ns a point | residual | nearest [r] "
+          "| L: points | s | ms a step |")  # fmt: skip
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    total = 0.0
+    for name, yarns in cells.items():
+        for _ in range(2 if alone else 1):
+            done = sm.relax_yarns(yarns, material=leaf, quality=quality, device=device)
+        report = done.report
+        sm.write_yarns(folder / f"{name}.h5", done.yarns)
+        (folder / f"{name}.json").write_text(json.dumps(report))
+        each = report["seconds"] / report["iterations"]
+        theirs = "| {2} | {0} | {1} |".format(*LEAF[name]) if name in LEAF else "| | | |"
+        total += report["seconds"] if name in LEAF else 0.0
+        rest = f"{report['residual']:.4f}" if report["converged"] else f"{report['residual']:.4f}, NOT at rest"
+        print(f"| {name} | {len(yarns.points)} | {report['iterations']} | {report['seconds']:.3f} | {1e6 * each:.0f} | "
+              f"{1e9 * each / len(yarns.points):.0f} | {rest} | {report['min_distance_over_radius']:.2f} "
+              f"{theirs}", flush=True)  # fmt: skip
+    print(f"\none after another, 37 patterns: {total:.2f} s (L: {sum(s for s, _, _ in LEAF.values()):.0f} s)")
+    together = [cells[name] for name in LEAF]
+    for _ in range(2):
+        batch = relax_cells(together, materials=[leaf] * len(together), quality=quality, device=device)
+    told = batch.report
+    print(f"in one batch: {told['seconds']:.2f} s, {told['converged']} at rest, {told['launched']} iterations of the "
+          f"slowest, {sum(len(yarns.points) for yarns in together)} control points, {told['device']}")  # fmt: skip
+
+
+def draw(folder: Path, name: str) -> None:
+    """The picture of some tiles from the front."""
+    from PIL import Image  # here, so that cells can be relaxed where nothing can be drawn
+
+    from stitchmesh.viewer.swatch_picture import render_swatch
+
+    source = pattern_or_weave(name)
+    seen = CROSSINGS_SEEN if isinstance(source, Weave) else STITCHES_SEEN
+    size = (len(source.warps), len(source.wefts)) if isinstance(source, Weave) else (source.width, source.height)
+    tiles = max(1, round(seen / size[0])), max(1, round(seen * (1.0 if isinstance(source, Weave) else 1.3) / size[1]))
+    path = PICTURES / f"{name}.png"
+    render_swatch(sm.read_yarns(folder / f"{name}.h5"), path, tiles, longer_side=SIZE)
+    Image.open(path).convert("RGB").save(path.with_suffix(".jpg"), quality=JPEG_QUALITY, optimize=True)
+    path.unlink()
+
+
+def main() -> None:
+    """Relax or draw."""
+    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told.add_argument("step", choices=("relax", "draw"))
+    told.add_argument("folder", type=Path)
+    told.add_argument("names", nargs="*", help="to draw; the whole corpus and all other weaves if none")
+    told.add_argument("--quality", default="standard")
+    told.add_argument("--device")
+    told.add_argument("--once", action="store_true", help="do not run each twice to leave out the compiler")
+    given = told.parse_args()
+    began = time.perf_counter()
+    if given.step == "relax":
+        relax(given.folder, given.quality, given.device, alone=not given.once)
+    else:
+        for name in given.names or [*LEAF, *(name for name in weave_names() if name not in LEAF)]:
+            draw(given.folder, name)
+    print(f"{time.perf_counter() - began:.0f} s in all")
+
+
+if __name__ == "__main__":
+    main()
