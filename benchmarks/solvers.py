@@ -28,6 +28,7 @@ from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.leaf_convergence import GradientNorms, first_converged
 from stitchmesh.yarnrelax.linking import doubled_linking
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.recording import Recording
 from stitchmesh.yarnrelax.shape import KeepShape
 from stitchmesh.yarnrelax.solver import CHECK, Relaxation, relax_yarns
 
@@ -66,8 +67,8 @@ class NotingIteration(Iteration):
     def _record(self) -> None:
         super()._record()
         if self.norms is not None:
-            self.launches += self.norms.launches(self.state, self.model.record)
-            self.graph = None  # the captured one notes nothing
+            noting = self.norms.launches(self.state, self.model.record)
+            self.recording = Recording([*self.launches, *noting], self.model.device, times=self.burst)
 
 
 def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality, device: str | None) -> int | None:

@@ -205,7 +205,7 @@ def _write_usd(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: 
     del curve  # control points are stored as they are
     _check_unit_left_out(path, scale)
     places = None if tiles is None else instances(_lattice(path, yarns), *tiles)
-    write_usd(path, _finite(path, yarns, None), places)
+    write_usd(path, _finite(path, yarns, None if tiles is None else (1, 1)), places)
 
 
 def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stitchmesh.device import alone
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.meshrelax.attachment import attach
@@ -90,6 +91,7 @@ def relax_mesh(
     )[0]
 
 
+@alone()
 def relax_mesh_with_report(
     fabric: StitchMesh,
     *,

@@ -107,6 +107,14 @@ class Weave:
         """Number of layers."""
         return 1 + max(thread.layer for thread in (*self.wefts, *self.warps))
 
+    def number(self, kind: str, index: int) -> str:
+        """The number of a yarn from 1; with its layer, and within it, where there are several."""
+        threads: Sequence[Thread] = self.wefts if kind == "weft" else self.warps
+        if self.layer_count == 1:
+            return str(index + 1)
+        layer = threads[index].layer
+        return f"{layer + 1}.{sum(thread.layer == layer for thread in threads[: index + 1])}"
+
     def _check_matrix(self) -> None:
         if len(self.matrix) == 0 or len(self.matrix[0]) == 0:
             raise PatternError("weave: got an empty matrix; expected a row of 0 and 1 for each weft")
@@ -124,7 +132,7 @@ class Weave:
             for index in np.flatnonzero(over.all(axis=1) | ~over.any(axis=1)).tolist():
                 side = "over" if over[index].all() else "under"
                 raise PatternError(
-                    f"weave: {kind} {self._number(kind, index)} passes {side} every {other} and never interlaces, so "
+                    f"weave: {kind} {self.number(kind, index)} passes {side} every {other} and never interlaces, so "
                     f"the fabric falls apart; let one {other} pass {side} it"
                 )
 
@@ -133,20 +141,12 @@ class Weave:
         if top.all():
             return
         count = len(self.wefts)
-        wefts = [self._number("weft", index) for index in np.flatnonzero(top[:count]).tolist()]
-        warps = [self._number("warp", index) for index in np.flatnonzero(top[count:]).tolist()]
+        wefts = [self.number("weft", index) for index in np.flatnonzero(top[:count]).tolist()]
+        warps = [self.number("warp", index) for index in np.flatnonzero(top[count:]).tolist()]
         raise PatternError(
             f"weave: the fabric falls apart: wefts {first_few(wefts)} and warps {first_few(warps)} lie over all "
             "other yarns wherever they cross, and lift off; let one of the others pass over one of them"
         )
-
-    def _number(self, kind: str, index: int) -> str:
-        """The number of a yarn from 1; with its layer, and within it, where there are several."""
-        threads: Sequence[Thread] = self.wefts if kind == "weft" else self.warps
-        if self.layer_count == 1:
-            return str(index + 1)
-        layer = threads[index].layer
-        return f"{layer + 1}.{sum(thread.layer == layer for thread in threads[: index + 1])}"
 
 
 def top_sheet(over: NDArray[np.bool_]) -> NDArray[np.bool_]:

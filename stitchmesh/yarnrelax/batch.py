@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.device import device_named
+from stitchmesh.device import alone, device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
@@ -53,6 +53,7 @@ class Batch:
     """seconds, launched (iterations of the longest), converged (how many cells), device."""
 
 
+@alone()
 def relax_cells(
     cells: Sequence[YarnSet],
     *,

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.device import device_named
+from stitchmesh.device import alone, device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
@@ -20,6 +20,7 @@ SMALLEST_MARGIN = 1e-4
 """Margin of the candidate lists, in mean radii; any would do."""
 
 
+@alone()
 def yarn_energies(
     yarns: YarnSet,
     material: YarnMaterial,
@@ -50,6 +51,7 @@ def yarn_energies(
     return forces.energies(model, state, candidates, ())
 
 
+@alone()
 def yarn_forces(
     yarns: YarnSet,
     material: YarnMaterial,

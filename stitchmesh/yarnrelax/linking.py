@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from stitchmesh.device import device_named
+from stitchmesh.device import alone, device_named
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.closing import closing_crossings
@@ -80,6 +80,7 @@ def linking_certificate(yarns: YarnSet, *, device: str | None = None) -> csr_arr
     return half + coo_array((entries[across], (second[across], first[across])), shape=half.shape).tocsr()
 
 
+@alone()
 def doubled_linking(yarns: YarnSet, *, device: str | None = None) -> DoubledLinking:
     """Sums of crossing signs of all pairs of yarns and images.
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.device import device_named
+from stitchmesh.device import alone, device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
@@ -56,6 +56,7 @@ class Relaxation:
     """What each assessment found."""
 
 
+@alone()
 def relax_yarns(
     yarns: YarnSet,
     *,
@@ -127,6 +128,7 @@ def relax_yarns(
     return Relaxation(relaxed, _report(run, relaxed), run.history)
 
 
+@alone()
 def settled_yarns(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
     cell: RelaxCell | None = None,
@@ -142,6 +144,7 @@ def settled_yarns(
     return solver.good_yarns()
 
 
+@alone()
 def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = None) -> None:
     """Check that yarns are linked as they were drawn.
 

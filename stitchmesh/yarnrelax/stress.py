@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.device import alone
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
@@ -127,6 +128,7 @@ def contact_shares(
         shares[k, p] = share[k]
 
 
+@alone()
 def cell_stress(
     yarns: YarnSet,
     material: YarnMaterial,

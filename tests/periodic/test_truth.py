@@ -15,7 +15,9 @@ import pytest
 
 from stitchmesh.patterns import parse_pattern
 from stitchmesh.periodic.growing import size_of
+from stitchmesh.periodic.jamming import jam_report
 from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.periodic.weave_library import read_weave
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
@@ -92,8 +94,7 @@ def test_a_cell_of_one_stitch_equals_its_tiling() -> None:
     )
     one, many = one_stitch().report, whole.report
     assert (one["stitches"], many["stitches"]) == (1, 6)
-    # yarn is evened within each face: both halves of a loop where they lie in one face, each by itself where in two,
-    # and those differ by half a percent, which costs energy with its square; forces of 1e-6 leave strains of 1e-4
+    # forces of 1e-6 leave strains of 1e-4, and energy goes with their square
     assert many["energy_per_stitch"] == pytest.approx(one["energy_per_stitch"], rel=1e-5)
     assert many["wale_spacing"] == pytest.approx(one["wale_spacing"], rel=1e-4)
     assert many["course_spacing"] == pytest.approx(one["course_spacing"], rel=1e-4)
@@ -149,6 +150,8 @@ def test_taut_yarns_of_a_jammed_weave_push_their_periods_apart() -> None:
     above, below = weaves.taut_weave(1.8, contact=stiff), weaves.taut_weave(1.6, contact=stiff)
     assert above.tension > 100.0 and below.tension < -100.0
     assert above.crown < 1.03 and below.crown > 1.1
+    assert not jam_report(read_weave("plain"), above.yarns)["jammed"]
+    assert jam_report(read_weave("plain"), below.yarns)["jammed"]
 
 
 @pytest.mark.skipif(not CELLS.is_dir(), reason="the relaxed cells of another group are not beside the project")
