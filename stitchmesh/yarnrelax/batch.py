@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from stitchmesh.device import alone, device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged
+from stitchmesh.yarnrelax.image_table import corner_images
 from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
@@ -96,11 +97,11 @@ def relax_cells(
                 progress(len(found) + int((~run.active).sum()), run.launched)
         launched = run.launched
         go_on = run.active if launched < quality.max_iterations else np.zeros(len(numbers), dtype=bool)
-        relaxed = run.relaxed()
-        found |= {int(numbers[k]): relaxed[k] for k in np.flatnonzero(~go_on)}
+        yarns = solver.good_cells()
+        found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~go_on)).items()}
         numbers = numbers[go_on]
         if len(numbers):
-            rest = [(relaxed[k].yarns, materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(go_on))]
+            rest = [(yarns[k], materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(go_on).tolist())]
             own = None if free is None else [free[number] for number in numbers.tolist()]
             solver = Iteration.start_cells(rest, quality, solver.model.device, cells=own)
     report = {"seconds": time.perf_counter() - began, "launched": launched,
@@ -180,23 +181,35 @@ class _Run:
         allowed = self.solver.method.allowed_rise * size + float(self.solver.noise[cell])
         return now.finite and now.energy <= last.energy + allowed
 
-    def relaxed(self) -> list[RelaxedCell]:
-        """The cells and their reports."""
+    def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
+        """Some of the cells, whose yarns are given, and their reports."""
         method = self.solver.method
         assert isinstance(method, QuasiNewton)
-        leaf = method.leaf_iterations()
-        yarns, distance = self.solver.good_cells(), self.solver.smallest_distances()
-        return [
-            RelaxedCell(yarns[cell], {
+        leaf, distance, strain = method.leaf_iterations(), self.solver.smallest_distances(), self._largest_strains()
+        return {
+            cell: RelaxedCell(yarns[cell], {
                 "iterations": int(self.iterations[cell]),
                 "leaf_iterations": leaf[cell],
                 "converged": bool(self.at_rest[cell]),
-                "residual": now.residual,
-                "energy": now.energy,
-                "energies": now.energies,
-                "max_strain": float(np.abs(yarns[cell].strain).max()),
+                "residual": self.last[cell].residual,
+                "energy": self.last[cell].energy,
+                "energies": self.last[cell].energies,
+                "max_strain": float(strain[cell]),
                 "min_distance_over_radius": float(distance[cell]),
                 "error": self.solver.stuck.get(cell),
             })
-            for cell, now in enumerate(self.last)
-        ]  # fmt: skip
+            for cell in cells.tolist()
+        }  # fmt: skip
+
+    def _largest_strains(self) -> NDArray[np.float64]:
+        """Largest strain of each cell's segments in its last good state, of all cells at once, shape (C,)."""
+        model, points = self.solver.model, self.solver.model.from_device(self.solver.good_points)
+        assert self.solver.good_periods is not None
+        units = np.array([member.unit for member in model.members])[:, None, None]
+        periods = self.solver.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3) * units
+        cell = np.repeat(np.arange(model.cell_count), np.diff(model.segment_start))
+        images = np.concatenate([corner_images(member.yarns) for member in model.members])
+        shift = np.einsum("ska,sad->skd", images, periods[cell])
+        length = segment_lengths(points, model.yarns.segment_points, shift)
+        strain = np.abs(length / model.yarns.rest_length - 1.0)
+        return np.maximum.reduceat(strain, model.segment_start[:-1])

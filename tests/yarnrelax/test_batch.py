@@ -69,6 +69,7 @@ def test_each_comes_to_rest_as_if_it_were_alone() -> None:
         np.testing.assert_allclose(
             cell.yarns.lattice.periods, alone.yarns.lattice.periods, atol=2e-3 * alone.yarns.lattice.periods.max()
         )
+        assert cell.report["max_strain"] == pytest.approx(np.abs(cell.yarns.strain).max(), rel=1e-6)  # two roundings
         assert cell.report["min_distance_over_radius"] == pytest.approx(
             alone.report["min_distance_over_radius"], abs=1e-2
         )
