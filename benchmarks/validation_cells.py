@@ -46,8 +46,13 @@ class Rods:
 
 def read_rods(path: Path) -> Rods:
     """A cell with its natural curvature."""
-    logging.getLogger("stitchmesh.io.pyp").setLevel(logging.ERROR)  # says that twists and curvatures are dropped
-    yarns = read_pyp(path)
+    says = logging.getLogger("stitchmesh.io.pyp")
+    level = says.level
+    says.setLevel(logging.ERROR)  # that twists and curvatures are dropped is known here
+    try:
+        yarns = read_pyp(path)
+    finally:
+        says.setLevel(level)
     chords = []
     for knots, end in zip(yarns.sampled(1), _ends(yarns), strict=True):
         chords.append(np.linalg.norm(np.diff(np.concatenate([knots, end[None]]), axis=0), axis=1))

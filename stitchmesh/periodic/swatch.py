@@ -23,7 +23,6 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.endless_loops import check_loops_begin
-from stitchmesh.periodic.evening import evened
 from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.growing import grown, lengthened_to, size_of, stretched_to
 from stitchmesh.periodic.jamming import jam_report
@@ -32,9 +31,9 @@ from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave import Weave
 from stitchmesh.periodic.weave_yarns import weave_yarns
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.rest_length import RestLengths, apply_rest_lengths, plain_stitches
+from stitchmesh.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
-from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.solver import refuse_pull_through
@@ -188,8 +187,8 @@ def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[Sti
     check_loops_begin(fabric)
     yarns = generate_yarns(fabric, yarn_radius=min(options.yarn_radius, THICKEST * width), quality=quality)
     if not plain_stitches(fabric).any():  # none to measure; as wide as they are drawn, plain ones would be so long
-        return fabric, evened(yarns, fabric)
-    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric), fabric)
+        return fabric, evened(yarns)
+    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric))
 
 
 def taken_up(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:
@@ -222,6 +221,16 @@ def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None
         if size is not None and not least <= size <= most:
             raise ParameterError(f"period {name}: got {size:g} cm; expected {least:.3g} to {most:.3g} for this repeat")
     return [None if size is None else size * options.gamma for size in options.period]
+
+
+def evened(yarns: YarnSet) -> YarnSet:
+    """Yarns whose segments are equally long at rest within each stitch.
+
+    A spline whose segments differ in length stretches here and there while its length is right, which costs energy.
+    """
+    stitch = yarns.segment_yarn * (yarns.face.max() + 2) + segment_faces(yarns) - UNKNOWN_FACE
+    _, run, count = np.unique(stitch, return_inverse=True, return_counts=True)
+    return replace(yarns, rest_length=(np.bincount(run, yarns.rest_length) / count)[run])
 
 
 def scaled(yarns: YarnSet, factor: float) -> YarnSet:

@@ -31,7 +31,7 @@ cells = import_module("validation_cells")
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["reference"], quadrature_points=5, contact_samples=7, tolerance=1e-6)
-AT_REST = replace(PRESETS["standard"], tolerance=1e-3)
+AT_REST = replace(PRESETS["standard"], tolerance=3e-4)
 ONE_STITCH = "round 1: k\n"
 COARSE = replace(PRESETS["standard"], precision="float64", tolerance=1e-3)
 CELLS = ROOT.parent / "shared" / "data" / "periodic"
@@ -69,7 +69,7 @@ def test_stockinette_curls_towards_the_right_side_along_the_wales_and_to_the_wro
 
 @pytest.mark.parametrize("pattern", ["garter", "seed", "rib1x1", "rib2x2"])
 def test_fabrics_alike_on_both_sides_lie_flat(pattern: str) -> None:
-    # stockinette's are forces of its bending times its thickness; what the residual of 0.001 leaves is ten times less
+    # stockinette's are forces of its bending times its thickness; what the residual of 0.0003 leaves is ten times less
     assert np.abs(moments(pattern)).max() < 0.01 * np.abs(moments("stockinette")).min()
 
 
@@ -94,7 +94,8 @@ def test_a_cell_of_one_stitch_equals_its_tiling() -> None:
     )
     one, many = one_stitch().report, whole.report
     assert (one["stitches"], many["stitches"]) == (1, 6)
-    # forces of 1e-6 leave strains of 1e-4, and energy goes with their square
+    # yarn is evened within each face: both halves of a loop where they lie in one face, each by itself where in two,
+    # and those differ by half a percent, which costs energy with its square; forces of 1e-6 leave strains of 1e-4
     assert many["energy_per_stitch"] == pytest.approx(one["energy_per_stitch"], rel=1e-5)
     assert many["wale_spacing"] == pytest.approx(one["wale_spacing"], rel=1e-4)
     assert many["course_spacing"] == pytest.approx(one["course_spacing"], rel=1e-4)
