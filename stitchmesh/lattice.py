@@ -73,10 +73,13 @@ class Lattice:
         return np.asarray(np.linalg.pinv(self.periods).T, dtype=np.float64)
 
 
-def lattice_frame(lattice: Lattice) -> NDArray[np.float64]:
-    """Unit vectors along the courses, across them in the plane of the lattice, and out of it, rows of (3, 3)."""
-    first, second = lattice.periods
-    along = first / np.linalg.norm(first)
+def lattice_frame(periods: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit vectors along the courses, across them in the plane of a lattice, and out of it, (..., 2, 3) to (..., 3, 3).
+
+    ``periods`` may be those of many lattices.
+    """
+    first, second = periods[..., 0, :], periods[..., 1, :]
+    along = first / np.linalg.norm(first, axis=-1, keepdims=True)
     normal = np.cross(first, second)
-    normal /= np.linalg.norm(normal)
-    return np.stack([along, np.cross(normal, along), normal])
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.stack([along, np.cross(normal, along), normal], axis=-2)

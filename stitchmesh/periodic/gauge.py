@@ -43,7 +43,7 @@ def swatch_report(
     """
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)
-    along, _across, normal = lattice_frame(yarns.lattice)
+    along, _across, normal = lattice_frame(yarns.lattice.periods)
     wales, courses, stitches = counts_of(yarns, fabric)
     out = np.concatenate(yarns.sampled(SAMPLES)) @ normal
     radius = np.repeat(yarns.radius, [len(curve) for curve in yarns.sampled(SAMPLES)])

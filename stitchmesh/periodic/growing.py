@@ -109,7 +109,7 @@ def stretched_to(
 def stretched(yarns: YarnSet, along: float, across: float) -> YarnSet:
     """Yarns and their lattice scaled along the courses and across them, in the plane of the lattice."""
     assert yarns.lattice is not None
-    first, second, _normal = lattice_frame(yarns.lattice)
+    first, second, _normal = lattice_frame(yarns.lattice.periods)
     matrix = np.eye(3) + (along - 1.0) * np.outer(first, first) + (across - 1.0) * np.outer(second, second)
     return replace(yarns, points=yarns.points @ matrix, lattice=Lattice(yarns.lattice.periods @ matrix))
 

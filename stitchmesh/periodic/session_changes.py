@@ -101,6 +101,6 @@ def _steps(factors: FloatArray, largest: float) -> float:
 def _leaning(yarns: YarnSet, further: float) -> YarnSet:
     """Yarns and their lattice sheared along the courses."""
     assert yarns.lattice is not None
-    first, second, _normal = lattice_frame(yarns.lattice)
+    first, second, _normal = lattice_frame(yarns.lattice.periods)
     matrix = np.eye(3) + further * np.outer(second, first)
     return replace(yarns, points=yarns.points @ matrix, lattice=Lattice(yarns.lattice.periods @ matrix))

@@ -22,7 +22,6 @@ from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged
-from stitchmesh.yarnrelax.image_table import corner_images
 from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
@@ -205,11 +204,9 @@ class _Run:
         """Largest strain of each cell's segments in its last good state, of all cells at once, shape (C,)."""
         model, points = self.solver.model, self.solver.model.from_device(self.solver.good_points)
         assert self.solver.good_periods is not None
-        units = np.array([member.unit for member in model.members])[:, None, None]
-        periods = self.solver.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3) * units
+        periods = self.solver.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3) * model.units[:, None, None]
         cell = np.repeat(np.arange(model.cell_count), np.diff(model.segment_start))
-        images = np.concatenate([corner_images(member.yarns) for member in model.members])
-        shift = np.einsum("ska,sad->skd", images, periods[cell])
+        shift = np.einsum("ska,sad->skd", model.corner_images, periods[cell])
         length = segment_lengths(points, model.yarns.segment_points, shift)
         strain = np.abs(length / model.yarns.rest_length - 1.0)
         return np.maximum.reduceat(strain, model.segment_start[:-1])

@@ -262,13 +262,12 @@ class CellStrain:
         if not model.on_lattice:
             raise ParameterError("relax cell: the yarns repeat on no lattice; give them one, or leave it out")
         self.model, self.choices = model, tuple(choices)
-        lattices = [member.yarns.lattice for member in model.members]
-        self.host_frame = np.array([lattice_frame(lattice)[:2] for lattice in lattices if lattice is not None])
+        periods = np.stack([member.yarns.lattice.periods for member in model.members if member.yarns.lattice])
+        self.host_frame = lattice_frame(periods)[:, :2]
         self.host_free = np.array([choice.free for choice in choices], dtype=np.float64)
         self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
-        units = np.array([member.unit for member in model.members])
         self.host_pulls = np.array([[choice.course or 0.0, choice.wale or 0.0] for choice in choices])
-        self.pulls = wp.array(self.host_pulls * units[:, None], dtype=wp.float64, device=model.device)
+        self.pulls = wp.array(self.host_pulls * model.units[:, None], dtype=wp.float64, device=model.device)
         self.strands = self._strands()
         self.parts = wp.zeros((model.cell_count, PARTS, self.strands), dtype=wp.float64, device=model.device)
         self.totals = wp.zeros((model.cell_count, PARTS), dtype=wp.float64, device=model.device)
@@ -345,7 +344,6 @@ class CellStrain:
 
     def _on_borders(self) -> NDArray[np.float64]:
         """Forces of the pulls on the strains [erg], shape (C, 3)."""
-        units = np.array([member.unit for member in self.model.members])
-        periods = self.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * units[:, None, None]
+        periods = self.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * self.model.units[:, None, None]
         sizes = np.einsum("ckd,ckd->ck", periods, self.host_frame)
-        return np.column_stack([self.host_pulls * sizes, np.zeros(len(units))])
+        return np.column_stack([self.host_pulls * sizes, np.zeros(len(sizes))])

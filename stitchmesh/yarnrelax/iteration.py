@@ -340,7 +340,7 @@ class Iteration:
             return False
         known = self.listing.table if self.listing is not None and self.listing.holds else None
         renewed = self.model.on_lattice and renew_images(
-            self.model, self._yarns_now(), anyway=self.listing is not None and known is None
+            self.model, self.state.points, anyway=self.listing is not None and known is None
         )
         if renewed or self.strain is not None:  # cells that deform bring yarns nearer than their drift tells
             self.candidates.near.reach = NOTHING_LISTED
@@ -352,10 +352,6 @@ class Iteration:
         if self.model.on_lattice and not self.stuck:
             self.listing = Listing(self.model, self.state, self.candidates, None if renewed else known)
         return grown or renewed
-
-    def _yarns_now(self) -> list[YarnSet]:
-        """The yarns of each cell as they are."""
-        return self._yarns_at(self.state.points, self.model.constants.images.periods)
 
     def _yarns_at(self, points: wp.array[Any], periods: wp.array[Any] | None) -> list[YarnSet]:
         """The yarns of each cell at some control points, on lattices of some periods if on any."""

@@ -180,6 +180,18 @@ class Model:
         return np.concatenate([np.zeros((n, 2), dtype=np.int64) if step is None else step
                                for step, n in zip(steps, counts, strict=True)])  # fmt: skip
 
+    @cached_property
+    def corner_images(self) -> NDArray[np.int64]:
+        """Image of each segment's four control points, shape (S, 4, 2)."""
+        wrapped = np.diff(self.yarns.segment_points, axis=1) < 0
+        wraps = np.concatenate([np.zeros((len(wrapped), 1), dtype=np.int64), np.cumsum(wrapped, axis=1)], axis=1)
+        return np.asarray(wraps[:, :, None] * self.lattice_step[self.yarns.segment_yarn][:, None, :])
+
+    @cached_property
+    def units(self) -> NDArray[np.float64]:
+        """Unit of length of each member [cm], shape (C,)."""
+        return np.array([member.unit for member in self.members])
+
     def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Positions [cm] of control points in units from the origin of their member, or of any in the first's."""
         origin, unit = self._frames if self.cell_count > 1 else (self.members[0].origin, self.unit)

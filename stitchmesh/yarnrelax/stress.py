@@ -149,7 +149,7 @@ def cell_stress(
     model, state, candidates = evaluation(yarns, material, "float64", quadrature_points, contact_samples, device)
     unheld = model.empty(model.point_count)
     forces.all_forces(model, state, candidates, (), unheld, model.launch)
-    along, across, normal = lattice_frame(yarns.lattice)
+    along, across, normal = lattice_frame(yarns.lattice.periods)
     middle = np.array([np.concatenate(yarns.sampled(4)).mean(axis=0)])
     shift = model.to_device(middle)[0] @ normal
     frame = wp.mat33d(*np.concatenate([along, across, normal]))

@@ -18,7 +18,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.candidates import find_candidates, make_candidates
 from stitchmesh.yarnrelax.image_table import CONTACT_RANGE, SPREAD, near_images, renew_images
-from stitchmesh.yarnrelax.model import Model, put_model
+from stitchmesh.yarnrelax.model import Model, put_cells, put_model
 from stitchmesh.yarnrelax.neighbours import neighbour_reach
 from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import make_state
@@ -252,13 +252,32 @@ def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
         cell, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )  # fmt: skip
-    assert not renew_images(model, [cell])
+    assert not renew_images(model, model.upload(model.to_device(cell.points), 3))
     before = len(model.constants.images.image)
     apart = cell.points.copy()
     apart[0, 0] -= 2 * (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
-    spread = replace(cell, points=apart)
-    assert renew_images(model, [spread])
+    spread, periods = model.upload(model.to_device(apart), 3), model.constants.images.periods.numpy()[None]
+    assert renew_images(model, spread)
     table = model.constants.images.image.numpy()
     assert len(table) > before and not table[0].any()
-    assert {tuple(image) for image in near_images(spread, CONTACT_RANGE)} <= {tuple(image) for image in table}
-    assert not renew_images(model, [spread])
+    needed = near_images(model, spread.numpy(), periods, CONTACT_RANGE)
+    assert {tuple(image) for image in needed} <= {tuple(image) for image in table}
+    assert not renew_images(model, spread)
+
+
+def test_images_of_cells_together_are_those_of_each() -> None:
+    cells = [periodic_patch(1, 1), woven_cell(), periodic_patch(3, 2)]
+    each: set[tuple[int, int]] = set()
+    for cell in cells:
+        corners = (cell.points[cell.segment_points] + cell.point_shift).reshape(-1, 3)
+        assert cell.lattice is not None
+        near = cell.lattice.near_images(corners, CONTACT_RANGE * float(cell.radius.max()))
+        each |= {tuple(image) for image in near.tolist()}
+    material = YarnMaterial.named("leaf")
+    model = put_cells(
+        [(cell, material) for cell in cells], quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )  # fmt: skip
+    periods = model.constants.images.periods.numpy().reshape(-1, 2, 3)
+    together = near_images(model, model.to_device(model.yarns.points), periods, CONTACT_RANGE)
+    assert {tuple(image) for image in together.tolist()} == each
