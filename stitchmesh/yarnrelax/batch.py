@@ -25,7 +25,6 @@ from stitchmesh.yarnrelax.convergence import Assessment, has_converged
 from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
-from stitchmesh.yarnrelax.quasi_newton_cells import fits_cells
 from stitchmesh.yarnrelax.solver import CHECK
 
 FEW = 0.25
@@ -74,8 +73,8 @@ def relax_cells(
         progress: called with the cells at rest and the iterations so far.
 
     Raises:
-        ParameterError: there is no cell, one repeats on no lattice or is too large, there is not one material or one
-            choice for each, or the solver is not the quasistatic one.
+        ParameterError: there is no cell, one repeats on no lattice, there is not one material or one choice for
+            each, or the solver is not the quasistatic one.
     """
     began = time.perf_counter()
     quality = quality_named(quality)
@@ -84,8 +83,6 @@ def relax_cells(
         named = YarnMaterial.named("stitchmesh")
         materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
     solver = Iteration.start_cells(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
-    if not fits_cells(solver.model):
-        raise ParameterError("cells: one is too large to be relaxed with others; relax it by itself")
     found: dict[int, RelaxedCell] = {}
     numbers, launched = np.arange(len(cells)), 0
     while len(numbers):

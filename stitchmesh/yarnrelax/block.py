@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Work that one block of threads does together for one cell: barriers, and sums in a fixed order.
 
-On a CPU a block is one thread.
+On a CPU a block is one thread. A block of a GPU has a multiple of 32 threads, up to 1,024.
 """
 
 # no postponed annotations: Warp reads the types of native functions as they stand
-# mypy: disable-error-code="no-untyped-def,empty-body,valid-type"
+# ruff: noqa: F811
+# mypy: disable-error-code="no-redef,no-untyped-def,empty-body,valid-type"
 
 import warp as wp
 
@@ -14,12 +15,49 @@ wp.set_module_options({"enable_backward": False})
 
 THREADS = 256
 """Threads of a block on a GPU that sums."""
-FEWEST_THREADS, MOST_THREADS = 64, 512
-"""Threads of a block that takes all steps of a cell."""
+
+Parts = wp.types.vector(length=9, dtype=wp.float64)
+Slots = wp.types.vector(length=7, dtype=wp.float64)
+Products = wp.types.vector(length=26, dtype=wp.float64)
 
 _BARRIER = """
 #if defined(__CUDA_ARCH__)
     __syncthreads();
+#endif
+"""
+
+
+# Lanes of a warp exchange halves of their numbers until each has the sum of one; then each number's warps are added.
+_SUM = """
+    constexpr int count = sizeof(values) / sizeof(double);
+#if defined(__CUDA_ARCH__)
+    constexpr int room = count > 16 ? 32 : count > 8 ? 16 : 8;
+    __shared__ double parts[32][room];
+    const int lane = threadIdx.x & 31, warp = threadIdx.x >> 5, warps = blockDim.x >> 5;
+    double mine[room];
+    #pragma unroll
+    for (int k = 0; k < room; ++k) mine[k] = k < count ? values[k < count ? k : 0] : 0.0;
+    #pragma unroll
+    for (int half = room / 2; half > 0; half /= 2) {
+        #pragma unroll
+        for (int k = 0; k < half; ++k) {
+            const bool upper = lane & half;
+            const double given = upper ? mine[k] : mine[k + half];
+            mine[k] = (upper ? mine[k + half] : mine[k]) + __shfl_xor_sync(0xffffffffu, given, half);
+        }
+    }
+    #pragma unroll
+    for (int half = room; half < 32; half *= 2) mine[0] += __shfl_xor_sync(0xffffffffu, mine[0], half);
+    if (lane < room) parts[warp][lane] = mine[0];
+    __syncthreads();
+    if (threadIdx.x < count) {
+        double total = 0.0;
+        for (int k = 0; k < warps; ++k) total += parts[k][threadIdx.x];
+        totals.data[threadIdx.x] = total;
+    }
+    __syncthreads();
+#else
+    for (int k = 0; k < count; ++k) totals.data[k] = values[k];
 #endif
 """
 
@@ -30,32 +68,19 @@ def wait_for_block():
     ...
 
 
-@wp.func
-def sum_rows(
-    parts: wp.array2d(dtype=wp.float64), rows: int, lane: int, threads: int, totals: wp.array1d(dtype=wp.float64)
-):
-    """Sum each of some rows, eight threads a row; overwrites the first eight columns. All threads take part."""
-    if threads == 1:
-        for row in range(rows):
-            total = wp.float64(0.0)
-            for column in range(parts.shape[1]):
-                total += parts[row, column]
-            totals[row] = total
-        return
-    eighth = lane % 8
-    # rounds of as many rows as the block has groups of eight; threads without a row wait with the others
-    for first in range(0, rows, threads // 8):
-        row = first + lane // 8
-        share = wp.float64(0.0)
-        if row < rows:
-            for column in range(eighth, parts.shape[1], 8):
-                share += parts[row, column]
-        wait_for_block()
-        if row < rows:
-            parts[row, eighth] = share
-    wait_for_block()
-    for row in range(lane, rows, threads):
-        whole = wp.float64(0.0)
-        for column in range(8):
-            whole += parts[row, column]
-        totals[row] = whole
+@wp.func_native(_SUM)
+def sum_over_block(values: Parts, totals: wp.array1d(dtype=wp.float64)):
+    """Sum each of a thread's numbers over all threads of the block, always in the same order."""
+    ...
+
+
+@wp.func_native(_SUM)
+def sum_over_block(values: Slots, totals: wp.array1d(dtype=wp.float64)):
+    """Sum each of a thread's numbers over all threads of the block, always in the same order."""
+    ...
+
+
+@wp.func_native(_SUM)
+def sum_over_block(values: Products, totals: wp.array1d(dtype=wp.float64)):
+    """Sum each of a thread's numbers over all threads of the block, always in the same order."""
+    ...

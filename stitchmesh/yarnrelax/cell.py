@@ -31,6 +31,7 @@ what their control points move; ``step_limit`` parts the clearance between the t
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -41,10 +42,11 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
-from stitchmesh.yarnrelax.block import THREADS, sum_rows, wait_for_block
+from stitchmesh.yarnrelax.block import THREADS, Parts, sum_over_block
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.compliance import inverse_block
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.recording import Zeroing
 from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
 from stitchmesh.yarnrelax.term import Run
@@ -53,12 +55,11 @@ wp.set_module_options({"enable_backward": False})
 
 PARTS = 9
 """Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
-SAMPLES_PER_STRAND, FEWEST_STRANDS, MOST_STRANDS = 16, 256, 4096
-"""Contact samples of the largest cell that a strand of a GPU takes, and the bounds of their number."""
+SAMPLES_PER_THREAD, MOST_BLOCKS = 4, 64
+"""Contact samples of the largest cell that a thread of a GPU takes, and the most blocks of threads for a cell."""
 HELD = wp.constant(wp.float64(1.0e20))
 """Stiffness of a strain that is held [erg]."""
 
-Parts = wp.types.vector(length=PARTS, dtype=wp.float64)
 Block = wp.types.vector(length=6, dtype=wp.float64)
 
 
@@ -88,11 +89,32 @@ class RelaxCell:
         return np.array([self.course is not None, self.wale is not None, self.shear])
 
 
+@wp.func
+def with_strain_shares(
+    total: Any,
+    model: Any,
+    first: int,
+    last: int,
+    lane: int,
+    threads: int,
+    segment_strain: wp.array[Any],
+    sample_strain: wp.array[Any],
+) -> Any:
+    """Add what every so many-th of a cell's segments and of their samples exert on its strains."""
+    for s in range(first + lane, last, threads):
+        for k in range(9):
+            total[k] += wp.float64(segment_strain[s][k])
+    for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
+        for k in range(9):
+            total[k] += wp.float64(sample_strain[p][k])
+    return total
+
+
 @wp.kernel(module="unique")
 def gather_strain_forces(
     # model
     model: Any,
-    strands: int,
+    blocks: int,
     cell_segments: wp.array[wp.int32],
     # state in
     segment_strain: wp.array[Any],
@@ -100,62 +122,57 @@ def gather_strain_forces(
     # state out
     parts: wp.array3d[wp.float64],
 ) -> None:
-    """A strand's share of the forces on a cell's strains and of their stiffness; so many strands a cell."""
-    cell = wp.tid() // strands
-    strand = wp.tid() - cell * strands
+    """A block's share of the forces on a cell's strains and of their stiffness; so many blocks a cell."""
+    number, lane = wp.tid()
+    threads = wp.block_dim()
+    cell = number // blocks
+    block = number - cell * blocks
     first, last = cell_segments[cell], cell_segments[cell + 1]
-    total = Parts()
-    for s in range(first + strand, last, strands):
-        for k in range(9):
-            total[k] += wp.float64(segment_strain[s][k])
-    for p in range(model.sample_start[first] + strand, model.sample_start[last], strands):
-        for k in range(9):
-            total[k] += wp.float64(sample_strain[p][k])
-    for k in range(9):
-        parts[cell, k, strand] = total[k]
+    thread = block * threads + lane
+    total = with_strain_shares(
+        Parts(), model, first, last, thread, blocks * threads, segment_strain, sample_strain
+    )  # fmt: skip
+    sum_over_block(total, parts[cell, block])
 
 
 @wp.func
-def put_strain_force(
-    cell: int,
-    entry: int,
-    strain_unit: wp.float64,
-    frame: wp.array[Any],
-    pulls: wp.array2d[wp.float64],
-    free: wp.array[wp.vec3d],
-    periods: wp.array[Any],
-    totals: wp.array[wp.float64],
-    point_force: wp.array[Any],
-    stiffness: wp.array[Any],
-    compliance: wp.array[Any],
-) -> None:
-    """Force on the strains of a cell and how they give way."""
+def sum_of_blocks(parts: wp.array2d[wp.float64], lane: int, threads: int, totals: wp.array[wp.float64]) -> None:
+    """Sum what blocks have gathered for one cell; all threads of a block take part."""
+    total = Parts()
+    for block in range(lane, parts.shape[0], threads):
+        for k in range(9):
+            total[k] += parts[block, k]
+    sum_over_block(total, totals)
+
+
+@wp.func
+def put_strain_force(cell: int, entry: int, strains: Any, state: Any) -> None:
+    """Force on the strains of a cell and how they give way, from ``strains.totals``."""
     one = wp.float64(1.0)
-    e1, e2 = frame[2 * cell], frame[2 * cell + 1]
-    may = free[cell]
-    first = totals[0] + pulls[cell, 0] * wp.float64(wp.dot(periods[2 * cell], e1))
-    second = totals[1] + pulls[cell, 1] * wp.float64(wp.dot(periods[2 * cell + 1], e2))
-    per_unit = one / strain_unit
-    point_force[entry] = type(e1)(
+    e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
+    may, totals = strains.free[cell], strains.totals[cell]
+    first = totals[0] + strains.pulls[cell, 0] * wp.float64(wp.dot(strains.periods[2 * cell], e1))
+    second = totals[1] + strains.pulls[cell, 1] * wp.float64(wp.dot(strains.periods[2 * cell + 1], e2))
+    per_unit = wp.float64(strains.per_unit)
+    state.point_force[entry] = type(e1)(
         type(e1[0])(first * may[0] * per_unit),
         type(e1[0])(second * may[1] * per_unit),
         type(e1[0])(totals[2] * may[2] * per_unit),
     )
-    stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
-    if compliance.shape[0] > 0:
-        square = per_unit * per_unit
-        # yarns that do not touch and run along one direction do not hold the others
-        spare = (totals[3] + totals[4] + totals[5]) * wp.float64(1.0e-3) + wp.float64(1.0e-30)
-        held = (wp.vec3d(one, one, one) - may) * HELD + wp.vec3d(spare, spare, spare)
-        block = inverse_block(Block(
-            (totals[3] + held[0]) * square, (totals[4] + held[1]) * square, (totals[5] + held[2]) * square,
-            totals[6] * may[0] * may[1] * square, totals[7] * may[0] * may[2] * square,
-            totals[8] * may[1] * may[2] * square,
-        ))  # fmt: skip
-        give = compliance[entry]
-        for k in range(6):
-            give[k] = type(e1[0])(block[k])
-        compliance[entry] = give
+    state.stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
+    square = per_unit * per_unit
+    # yarns that do not touch and run along one direction do not hold the others
+    spare = (totals[3] + totals[4] + totals[5]) * wp.float64(1.0e-3) + wp.float64(1.0e-30)
+    held = (wp.vec3d(one, one, one) - may) * HELD + wp.vec3d(spare, spare, spare)
+    block = inverse_block(Block(
+        (totals[3] + held[0]) * square, (totals[4] + held[1]) * square, (totals[5] + held[2]) * square,
+        totals[6] * may[0] * may[1] * square, totals[7] * may[0] * may[2] * square,
+        totals[8] * may[1] * may[2] * square,
+    ))  # fmt: skip
+    give = state.compliance[entry]
+    for k in range(6):
+        give[k] = type(e1[0])(block[k])
+    state.compliance[entry] = give
 
 
 @wp.func
@@ -163,34 +180,6 @@ def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
     """A place in a cell that is strained further by (a, b, c)."""
     first, second = wp.dot(place, e1), wp.dot(place, e2)
     return place + e1 * (strain[0] * first + strain[2] * second) + e2 * (strain[1] * second)
-
-
-@wp.kernel(module="unique")
-def sum_strain_forces(
-    # model
-    point_count: int,
-    strain_unit: wp.float64,
-    frame: wp.array[Any],
-    pulls: wp.array2d[wp.float64],
-    free: wp.array[wp.vec3d],
-    # state in
-    periods: wp.array[Any],
-    parts: wp.array3d[wp.float64],
-    # state out
-    totals: wp.array2d[wp.float64],
-    point_force: wp.array[Any],
-    stiffness: wp.array[Any],
-    compliance: wp.array[Any],
-) -> None:
-    """Sum what the strands of each cell gathered; a block a cell."""
-    cell, lane = wp.tid()
-    sum_rows(parts[cell], 9, lane, wp.block_dim(), totals[cell])
-    wait_for_block()
-    if lane == 0:
-        put_strain_force(
-            cell, point_count + cell, strain_unit, frame, pulls, free, periods, totals[cell], point_force, stiffness,
-            compliance,
-        )  # fmt: skip
 
 
 @wp.kernel(module="unique")
@@ -217,37 +206,27 @@ def sum_parts(
     # state out
     totals: wp.array2d[wp.float64],
 ) -> None:
-    """Sum what the strands of each cell gathered; a block a cell."""
+    """Sum what the blocks of each cell gathered; a block a cell."""
     cell, lane = wp.tid()
-    sum_rows(parts[cell], 9, lane, wp.block_dim(), totals[cell])
+    sum_of_blocks(parts[cell], lane, wp.block_dim(), totals[cell])
 
 
-@wp.kernel(module="unique")
-def deform_cell(
-    # model
-    frame: wp.array[Any],
-    per_unit: Any,
-    point_count: int,
-    segment_count: int,
-    # state in
-    step: wp.array[Any],
-    # state out
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    listed_centre: wp.array[Any],
-    periods: wp.array[Any],
-) -> None:
-    """Deform the only cell by the last move of its strains; a thread for each place."""
-    i = wp.tid()
-    e1, e2 = frame[0], frame[1]
-    strain = step[point_count] * per_unit
-    if i < point_count:
-        points[i] = deformed(points[i], e1, e2, strain)
-        listed_points[i] = deformed(listed_points[i], e1, e2, strain)
-    if i < segment_count:
-        listed_centre[i] = deformed(listed_centre[i], e1, e2, strain)
-    if i < 2:
-        periods[i] = deformed(periods[i], e1, e2, strain)
+@functools.cache
+def strains_struct(scalar: Any) -> Any:
+    """What kernels need to know of the strains of cells, in one precision; ``count`` is 0 where none relax."""
+    threes, doubles = wp.array(dtype=vector(3, scalar)), wp.float64
+    annotations = {
+        "count": wp.int32,
+        "per_unit": scalar,
+        "frame": threes,
+        "pulls": wp.array2d(dtype=doubles),
+        "free": wp.array(dtype=wp.vec3d),
+        "periods": threes,
+        "listed_centre": threes,
+        "parts": wp.array3d(dtype=doubles),
+        "totals": wp.array2d(dtype=doubles),
+    }
+    return wp.struct(type(f"CellStrains_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
 class CellStrain:
@@ -268,18 +247,18 @@ class CellStrain:
         self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
         self.host_pulls = np.array([[choice.course or 0.0, choice.wale or 0.0] for choice in choices])
         self.pulls = wp.array(self.host_pulls * model.units[:, None], dtype=wp.float64, device=model.device)
-        self.strands = self._strands()
-        self.parts = wp.zeros((model.cell_count, PARTS, self.strands), dtype=wp.float64, device=model.device)
+        self.threads = THREADS if model.device.is_cuda else 1
+        self.blocks = self._blocks()
+        self.parts = wp.zeros((model.cell_count, self.blocks, PARTS), dtype=wp.float64, device=model.device)
         self.totals = wp.zeros((model.cell_count, PARTS), dtype=wp.float64, device=model.device)
         self.net = wp.zeros(model.cell_count, dtype=wp.vec3d, device=model.device)
         self.effort = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
 
-    def _strands(self) -> int:
-        """Strands of each cell: one on a CPU, as many as suit the largest cell on a GPU."""
+    def _blocks(self) -> int:
+        """Blocks of threads that gather from each cell: one on a CPU, as many as suit the largest cell on a GPU."""
         if not self.model.device.is_cuda:
             return 1
-        wanted = 1 << (self.model.largest_cell // SAMPLES_PER_STRAND).bit_length()
-        return int(np.clip(wanted, FEWEST_STRANDS, MOST_STRANDS))
+        return int(np.clip(self.model.largest_cell // (SAMPLES_PER_THREAD * THREADS), 1, MOST_BLOCKS))
 
     @property
     def periods(self) -> wp.array[Any]:
@@ -291,32 +270,20 @@ class CellStrain:
         """Directions along the courses and across them, shape (2 C, 3)."""
         return self.model.constants.images.frame
 
-    @property
-    def numbers(self) -> list[Any]:
+    def struct(self, candidates: Candidates) -> Any:
         """What kernels need to know."""
-        return [self.model.point_count, wp.float64(STRAIN_UNIT), self.frame, self.pulls, self.free]
+        struct = strains_struct(self.model.scalar)()
+        struct.count, struct.per_unit = self.model.cell_count, self.model.number(1.0 / STRAIN_UNIT)
+        struct.listed_centre = candidates.near.listed_centre
+        for name in ("frame", "pulls", "free", "periods", "parts", "totals"):
+            setattr(struct, name, getattr(self, name))
+        return struct
 
     def gather_launch(self, state: State, run: Run) -> Any:
-        """Gather the forces on the strains strand by strand."""
-        inputs = [self.model.constants, self.strands, self.model.cell_segments, state.segment_strain,
+        """Gather the forces on the strains block by block."""
+        inputs = [self.model.constants, self.blocks, self.model.cell_segments, state.segment_strain,
                   state.sample_strain]  # fmt: skip
-        return run(gather_strain_forces, self.model.cell_count * self.strands, inputs, [self.parts])
-
-    def force_launches(self, state: State, run: Run) -> list[Any]:
-        """Leave the forces on the strains after those on the control points."""
-        outputs = [self.totals, state.point_force, state.stiffness, state.compliance]
-        inputs = [*self.numbers, self.periods, self.parts]
-        return [
-            self.gather_launch(state, run),
-            run(sum_strain_forces, self.model.cell_count, inputs, outputs, tile=THREADS),
-        ]
-
-    def deform_launch(self, state: State, candidates: Candidates, step: wp.array[Any], run: Run) -> Any:
-        """Deform the only cell by its part of a move."""
-        sizes = [self.model.point_count, self.model.segment_count]
-        inputs = [self.frame, self.model.number(1.0 / STRAIN_UNIT), *sizes, step]
-        outputs = [state.points, state.listed_points, candidates.near.listed_centre, self.periods]
-        return run(deform_cell, max(*sizes, 2), inputs, outputs)
+        return run(gather_strain_forces, self.model.cell_count * self.blocks, inputs, [self.parts], tile=self.threads)
 
     def clear_launches(self) -> list[Any]:
         """Forget what terms exert."""

@@ -52,22 +52,18 @@ def times_block(b: Any, v: Any) -> Any:
     )
 
 
-@wp.kernel(module="unique")
-def find_compliance(
-    # model
+@wp.func
+def compliance_at(
     model: Any,
+    i: int,
     along: wp.array[Any],
     across: wp.array[Any],
     further: wp.array[Any],
-    # state in
     segment_block: wp.array[Any],
     sample_block: wp.array[Any],
-    sample_force: wp.array[Any],
-    # state out
     compliance: wp.array[Any],
 ) -> None:
-    """The compliance of each control point [unit^2 / erg]."""
-    i = wp.tid()
+    """The compliance of a control point [unit^2 / erg]."""
     slots = model.point_segments[i]
     block = type(compliance[0])()
     level = further[i]
@@ -86,3 +82,20 @@ def find_compliance(
                 block += sample_block[first + k] * (type(level)(2.0) * model.sample_basis[row + k][slot])
     block += type(block)(level, level, level, level - level, level - level, level - level)
     compliance[i] = inverse_block(block)
+
+
+@wp.kernel(module="unique")
+def find_compliance(
+    # model
+    model: Any,
+    along: wp.array[Any],
+    across: wp.array[Any],
+    further: wp.array[Any],
+    # state in
+    segment_block: wp.array[Any],
+    sample_block: wp.array[Any],
+    # state out
+    compliance: wp.array[Any],
+) -> None:
+    """The compliance of each control point."""
+    compliance_at(model, wp.tid(), along, across, further, segment_block, sample_block, compliance)

@@ -65,30 +65,27 @@ def outer_product(apart: Any, size: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
-    """The kernel of contact forces in one precision that takes so many entries of a list at a time.
+def pushing(scalar: Any, together: int, strained: bool) -> Any:
+    """The function of a sample's contact force in one precision that takes so many entries of its list at a time.
 
-    Where cells are ``strained``, it finds each sample's share of the forces on their strains too.
+    Where cells are ``strained``, it finds the sample's share of the forces on their strains too.
 
     On a GPU four places are on the way together; a CPU is fastest with one. Entries past the end are left out.
     """
     vectors, scalars = wp.types.matrix(shape=(together, 4), dtype=scalar), vector(together, scalar)
 
-    @wp.kernel(module="unique")
-    def contact_forces(
-        # model
+    @wp.func
+    def push_at(
         model: Any,
-        # state in
+        p: int,
         samples: wp.array[Any],
         candidate_count: wp.array[wp.int32],
         candidates: wp.array2d[wp.int32],
-        # state out
         sample_force: wp.array[Any],
         sample_block: wp.array[Any],
         sample_strain: wp.array[Any],
     ) -> None:
-        """Contact force on each sample and the row sum of its stiffness; its block of stiffness where there is room."""
-        p = wp.tid()
+        """Contact force on a sample and the row sum of its stiffness; its block of stiffness where there is room."""
         here = read_whole(samples, p)
         push = type(here)()
         block = type(sample_block[0])()
@@ -116,6 +113,30 @@ def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
             sample_block[p] = block * scale
         if wp.static(strained):
             sample_strain[p] = share * scale
+
+    return push_at
+
+
+@functools.cache
+def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
+    """The kernel of ``pushing``, for all samples."""
+    push_at = pushing(scalar, together, strained)
+
+    @wp.kernel(module="unique")
+    def contact_forces(
+        # model
+        model: Any,
+        # state in
+        samples: wp.array[Any],
+        candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32],
+        # state out
+        sample_force: wp.array[Any],
+        sample_block: wp.array[Any],
+        sample_strain: wp.array[Any],
+    ) -> None:
+        """Contact force on each sample."""
+        push_at(model, wp.tid(), samples, candidate_count, candidates, sample_force, sample_block, sample_strain)
 
     return contact_forces
 

@@ -136,7 +136,7 @@ class Dynamics(Method):
     needs_blocks = False
     allowed_rise = 0.05
 
-    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, held: bool = False) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:
         """Yarns at rest, on a model's device; the stiffness of further terms comes with ``state.stiffness``."""
         if model.cell_count > 1:
             raise ParameterError("dynamics: cells move in one time; relax them one by one, or quasistatically")

@@ -37,6 +37,32 @@ def push_on(model: Any, sample_force: wp.array[Any], s: int, slot: int) -> Any:
     return total
 
 
+@wp.func
+def gather_at(
+    model: Any,
+    i: int,
+    point_stiffness: wp.array[Any],
+    segment_pull: wp.array2d[Any],
+    sample_force: wp.array[Any],
+    outer_force: wp.array[Any],
+    point_force: wp.array[Any],
+    stiffness: wp.array[Any],
+) -> None:
+    """Force on a control point, and the row sum of stiffness there (``stiffness``)."""
+    slots = model.point_segments[i]
+    force = type(segment_pull[0, 0])()
+    push = type(sample_force[0])()
+    for slot in range(4):
+        s = slots[slot]
+        if s >= 0:
+            force += pull_on(segment_pull, s, slot)
+            push += push_on(model, sample_force, s, slot)
+    if outer_force.shape[0] > 0:
+        force += outer_force[i]
+    point_force[i] = force + type(force)(push[0], push[1], push[2])
+    stiffness[i] = point_stiffness[i] + push[3] * type(push[3])(2.0)
+
+
 @wp.kernel(module="unique")
 def gather_forces(
     # model
@@ -50,17 +76,5 @@ def gather_forces(
     point_force: wp.array[Any],
     stiffness: wp.array[Any],
 ) -> None:
-    """Force on each control point, and the row sum of stiffness there (``stiffness``)."""
-    i = wp.tid()
-    slots = model.point_segments[i]
-    force = type(segment_pull[0, 0])()
-    push = type(sample_force[0])()
-    for slot in range(4):
-        s = slots[slot]
-        if s >= 0:
-            force += pull_on(segment_pull, s, slot)
-            push += push_on(model, sample_force, s, slot)
-    if outer_force.shape[0] > 0:
-        force += outer_force[i]
-    point_force[i] = force + type(force)(push[0], push[1], push[2])
-    stiffness[i] = point_stiffness[i] + push[3] * type(push[3])(2.0)
+    """Force on each control point, and the row sum of stiffness there."""
+    gather_at(model, wp.tid(), point_stiffness, segment_pull, sample_force, outer_force, point_force, stiffness)

@@ -93,31 +93,28 @@ def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
-    """The kernel that places contact samples and finds the pulls: both need a segment's control points, read once.
+def placing_and_pulling(quadrature_points: int, strained: bool) -> Any:
+    """The function that places contact samples and finds the pulls: both need a segment's control points, read once.
 
-    Where cells are ``strained``, it finds each segment's share of the forces on their strains too.
+    Where cells are ``strained``, it finds a segment's share of the forces on their strains too.
     """
     pulls = segment_pulls(quadrature_points)
 
-    @wp.kernel(module="unique")
-    def place_and_pull(
-        # model
+    @wp.func
+    def place_and_pull_at(
         model: Any,
+        s: int,
         terms: Any,
-        # state in
         points: wp.array[Any],
-        # state out
         samples: wp.array[Any],
         segment_pull: wp.array2d[Any],
         segment_block: wp.array[Any],
         segment_strain: wp.array[Any],
     ) -> None:
-        """Contact samples, pulls on the legs of each segment [erg / unit], ``mean_direction`` where there is room.
+        """Of a segment contact samples, pulls on its legs [erg / unit], ``mean_direction`` where there is room.
 
         ``terms`` is 1 for each of stretch, length and bending that counts, else 0.
         """
-        s = wp.tid()
         q0, q1, q2, q3 = segment_corners(model, points, s)
         put_samples(model, s, q0, q1, q2, q3, samples)
         rest_length = model.segment_rest_length[s]
@@ -135,6 +132,30 @@ def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
             share = with_leg(type(segment_strain[0])(), e1, e2, q1 - q0, pull0, third)
             share = with_leg(share, e1, e2, q2 - q1, pull1, third)
             segment_strain[s] = with_leg(share, e1, e2, q3 - q2, pull2, third)
+
+    return place_and_pull_at
+
+
+@functools.cache
+def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
+    """The kernel of ``placing_and_pulling``, for all segments."""
+    place_and_pull_at = placing_and_pulling(quadrature_points, strained)
+
+    @wp.kernel(module="unique")
+    def place_and_pull(
+        # model
+        model: Any,
+        terms: Any,
+        # state in
+        points: wp.array[Any],
+        # state out
+        samples: wp.array[Any],
+        segment_pull: wp.array2d[Any],
+        segment_block: wp.array[Any],
+        segment_strain: wp.array[Any],
+    ) -> None:
+        """Contact samples and pulls of each segment."""
+        place_and_pull_at(model, wp.tid(), terms, points, samples, segment_pull, segment_block, segment_strain)
 
     return place_and_pull
 

@@ -29,6 +29,7 @@ from stitchmesh.yarnrelax.methods import method_named
 from stitchmesh.yarnrelax.model import Model, put_cells
 from stitchmesh.yarnrelax.near_segments import NOTHING_LISTED
 from stitchmesh.yarnrelax.precision import scalar_named
+from stitchmesh.yarnrelax.quasi_newton_steps import PERIOD
 from stitchmesh.yarnrelax.recording import Recording
 from stitchmesh.yarnrelax.state import State, make_state
 from stitchmesh.yarnrelax.step_limit import limit_steps, smallest_distances, yarn_place
@@ -94,6 +95,8 @@ class Iteration:
     """What is wrong with cells that cannot go on."""
     recording: Recording | None = None
     """The launches of a burst."""
+    burst: int = 1
+    """Iterations of a burst: those between two looks at how far control points have moved."""
     listing: Listing | None = None
     """Makes candidate lists quickly, where there is nothing odd about them."""
     assessor: Assessor | None = None
@@ -138,7 +141,7 @@ class Iteration:
         further = sum((term.stiffness() for term in chosen), start=np.zeros(model.point_count))
         stiffness = further + internal_stiffness(model)
         strains = 0 if cells is None else model.cell_count
-        method = method_named(quality.solver)(model, further, strains, held=bool(constraints))
+        method = method_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
         state = make_state(model, points, outer=bool(chosen), blocks=method.needs_blocks, strains=strains)
         iteration = cls(
             model,
@@ -170,8 +173,8 @@ class Iteration:
         while self.method.left > 0:
             assert self.recording is not None
             self.recording.launch()
-            self.age += self.burst
             worn = self.method.worn(self.scene, self.burst)
+            self.age += self.method.advanced
             if (worn or self.age > LONG_LIFE) and self._fit_margin(worn) and self.list_candidates():
                 self._record()
 
@@ -303,11 +306,6 @@ class Iteration:
         return Scene(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain)
 
     @property
-    def burst(self) -> int:
-        """Iterations between two looks at how far control points have moved."""
-        return BURST["cuda" if self.model.device.is_cuda else "cpu"]
-
-    @property
     def noise(self) -> NDArray[np.float64]:
         """Energy that rounding forces do over a radius at every control point of each cell [erg], shape (C,)."""
         return self.rounding * np.diff(self.model.point_start)
@@ -375,8 +373,13 @@ class Iteration:
         """Prepare the launches of an iteration, in their order."""
         self.assessor = None
         model, state, record = self.model, self.state, self.model.record
+        whole = self.method.burst(self.scene, self.point_stiffness, record)
+        if whole is not None:
+            self.burst, self.recording = int(PERIOD), Recording([whole], model.device)
+            return
         launches = forces.all_forces(model, state, self.candidates, self.terms, self.point_stiffness, record)
         for constraint in self.constraints:
             launches += constraint.filter_forces(state.point_force, record)
         launches += self.method.launches(self.scene, record)
+        self.burst = BURST["cuda" if model.device.is_cuda else "cpu"]
         self.recording = Recording(launches, model.device, times=self.burst)

@@ -49,10 +49,16 @@ class Method(ABC):
     """Rise of the energy between two assessments, over its size, that makes a relaxation back off."""
     left: int = 0
     """Iterations that are still to be done before the next assessment."""
+    advanced: int = 0
+    """Iterations that were done between the last two looks, by the cell that did most."""
 
     @abstractmethod
     def launches(self, scene: Scene, run: Run) -> list[Any]:
         """Move the control points by one iteration, none by more than its limits."""
+
+    def burst(self, scene: Scene, point_stiffness: wp.array[Any], run: Run) -> Any:
+        """One launch of ``quasi_newton_steps.PERIOD`` whole iterations, forces included; None if there is none."""
+        return None
 
     @abstractmethod
     def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
@@ -76,7 +82,7 @@ class Method(ABC):
 
     def worn(self, scene: Scene, launched: int) -> bool:
         """Count what was launched, and tell whether the candidate lists must be made again."""
-        self.left -= launched
+        self.left, self.advanced = self.left - launched, launched
         state = scene.state
         used = scene.model.empty(len(state.points))
         scene.model.launch(wear, len(used), [state.points, state.listed_points, state.budget], [used])

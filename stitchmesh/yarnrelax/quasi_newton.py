@@ -11,8 +11,9 @@ where C is the compliance of this iteration (``compliance``) and g = s . y / y .
 A move is what a control point really did after its step limit and the constraints, so a pair tells the truth even where
 moves were cut short. A pair with s . y not clearly positive is left out.
 
-Cells have a memory each (``quasi_newton_cells``); one large piece is worked on by all of the device
-(``quasi_newton_piece``). Both take the same steps (``quasi_newton_steps``).
+Cells have a memory each. Small cells that nothing but their own forces act on iterate many times in one launch
+(``quasi_newton_burst``); else each step is a launch (``quasi_newton_launches``). The steps are the same
+(``quasi_newton_steps``).
 
 Quasi-Newton moves leave noise in the stiffest modes, of which the residual then tells more than of the distance to
 rest. So each ``PERIOD`` iterations end with ``SMOOTHING`` plain ones, x <- x + 1.6 F / D with the row sums D of
@@ -33,9 +34,10 @@ from numpy.typing import NDArray
 from stitchmesh.yarnrelax.compliance import find_compliance
 from stitchmesh.yarnrelax.method import Method, Scene
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.quasi_newton_cells import CellLaunches, fits_cells
+from stitchmesh.yarnrelax.quasi_newton_burst import BurstLaunches, bounds_struct, suits_burst
+from stitchmesh.yarnrelax.quasi_newton_launches import StepLaunches
 from stitchmesh.yarnrelax.quasi_newton_memory import make_memory
-from stitchmesh.yarnrelax.quasi_newton_piece import PieceLaunches
+from stitchmesh.yarnrelax.quasi_newton_steps import PERIOD
 from stitchmesh.yarnrelax.stiffness import along_stiffness, bend_stiffness
 from stitchmesh.yarnrelax.term import Run
 
@@ -55,31 +57,40 @@ class QuasiNewton(Method):
     needs_blocks = True
     allowed_rise = 1e-3
 
-    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, held: bool = False) -> None:
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:
         """Room for the memory.
 
         Args:
             model: whose yarns are to come to rest.
             further: row sums of the stiffness of further terms, shape (N,).
             strains: how many cells relax, all or none.
-            held: whether constraints hold control points.
+            alone: whether nothing but the yarns' own forces act, and nothing holds control points.
         """
         self.along = model.upload(along_stiffness(model), 4)
         self.across = model.upload(bend_stiffness(model), 4)
         self.further = model.upload(np.maximum(further, np.finfo(np.float32).tiny))
         self.memory = make_memory(model, strains)
-        in_cells = model.on_lattice and not held and fits_cells(model)
-        self.steps = CellLaunches(model, self.memory) if in_cells else PieceLaunches(self.memory)
+        self.steps = StepLaunches(model, self.memory)
+        self.bursts = BurstLaunches(model, self.memory) if model.on_lattice and alone and suits_burst(model) else None
         self.since = 0
+        self.done = np.zeros(model.cell_count)
         self.restart(np.ones(model.cell_count))
 
     def launches(self, scene: Scene, run: Run) -> list[Any]:
         """Find how control points give way, then the steps."""
         state = scene.state
-        blocks = [self.along, self.across, self.further, state.segment_block, state.sample_block, state.sample_force]
-        inputs = [scene.model.constants, *blocks]
+        inputs = [scene.model.constants, self.along, self.across, self.further, state.segment_block, state.sample_block]
         give = run(find_compliance, scene.model.point_count, inputs, [state.compliance])
         return [give, *self.steps.launches(scene, run)]
+
+    def burst(self, scene: Scene, point_stiffness: wp.array[Any], run: Run) -> Any:
+        """A launch of ``PERIOD`` iterations, forces included, of cells for which there is one."""
+        if self.bursts is None:
+            return None
+        bounds = bounds_struct(scene.model.scalar)()
+        bounds.along, bounds.across, bounds.further = self.along, self.across, self.further
+        bounds.level = point_stiffness
+        return self.bursts.launch(scene, bounds, int(PERIOD), run)
 
     def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
         """Forget all pairs of some cells; the next force has none before it."""
@@ -98,7 +109,7 @@ class QuasiNewton(Method):
     def begin(self, count: NDArray[np.int64]) -> None:
         """Start a new period, and stand still at its end."""
         self.left = int(count.max())
-        self.since = 0
+        self.since, self.done = 0, np.zeros(len(count))
         numbers = self.memory.numbers.numpy()
         numbers[:, DONE], numbers[:, WANTED] = 0.0, count
         self.memory.numbers.assign(numbers)
@@ -106,8 +117,9 @@ class QuasiNewton(Method):
     def worn(self, scene: Scene, launched: int) -> bool:
         """Read how many iterations were done, and whether it is time for new candidate lists."""
         numbers = self.memory.numbers.numpy()
-        behind = numbers[:, WANTED] - numbers[:, DONE]
-        self.left = int(behind.max())
+        done, behind = numbers[:, DONE], numbers[:, WANTED] - numbers[:, DONE]
+        self.advanced = int((done - self.done).max())
+        self.left, self.done = int(behind.max()), done
         self.since += launched
         waiting = (behind > 0.0) & (numbers[:, WAITING] > 0.0)
         moving = (behind > 0.0) & ~waiting

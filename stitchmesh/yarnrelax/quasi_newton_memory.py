@@ -4,52 +4,49 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import functools
 from typing import Any
 
 import warp as wp
 
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.quasi_newton_steps import NUMBERS
+from stitchmesh.yarnrelax.precision import vector
+from stitchmesh.yarnrelax.quasi_newton_steps import NUMBERS, PRODUCTS
 
 
-@dataclass(frozen=True, eq=False)
-class Memory:
-    """Arrays on the device."""
+@functools.cache
+def _struct(scalar: Any) -> Any:
+    """The struct of a memory in one precision.
 
-    moves: wp.array[Any]
-    """What each entry did in the iteration of each slot, shape (7, E, 3)."""
-    losses: wp.array[Any]
-    """What the force on it lost, shape (7, E, 3)."""
-    last_force: wp.array[Any]
-    """Force of the last iteration, shape (E, 3)."""
-    step: wp.array[Any]
-    """Next move, shape (E, 3)."""
-    limit: wp.array[Any]
-    """How far it may go, shape (E,)."""
-    numbers: wp.array[Any]
-    """``quasi_newton_steps.NUMBERS`` of each cell, shape (C, 8)."""
-    curvature: wp.array[Any]
-    """Products of moves with losses, shape (C, 7, 7)."""
-    fall: wp.array[Any]
-    """Numbers a_j, shape (C, 7)."""
-    rise: wp.array[Any]
-    """Numbers a_j - b_j, shape (C, 7)."""
-
-    @property
-    def entries(self) -> int:
-        """Control points and strains."""
-        return len(self.step)
-
-    @property
-    def device(self) -> wp.Device:
-        """Where the arrays are."""
-        return self.step.device
+    Of each entry: ``moves``, what it did in the iteration of each slot, and ``losses``, what the force on it lost,
+    shape (7, E, 3); ``last_force``, that of the last iteration, and ``step``, its next move, shape (E, 3); ``limit``,
+    how far it may go, shape (E,). Of each cell: ``numbers``, (C, 12); ``curvature``, products of moves with losses,
+    (C, 7, 7); ``fall``, the numbers a_j, and ``rise``, a_j - b_j, (C, 7); ``products``, sums over its entries, (C, 26).
+    """
+    threes, doubles = vector(3, scalar), wp.float64
+    annotations = {
+        "moves": wp.array2d(dtype=threes),
+        "losses": wp.array2d(dtype=threes),
+        "last_force": wp.array(dtype=threes),
+        "step": wp.array(dtype=threes),
+        "limit": wp.array(dtype=scalar),
+        "numbers": wp.array2d(dtype=doubles),
+        "curvature": wp.array3d(dtype=doubles),
+        "fall": wp.array2d(dtype=doubles),
+        "rise": wp.array2d(dtype=doubles),
+        "products": wp.array2d(dtype=doubles),
+    }
+    return wp.struct(type(f"Memory_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
-def make_memory(model: Model, strains: int) -> Memory:
-    """Room for a model's control points and so many cells' strains."""
+def make_memory(model: Model, strains: int) -> Any:
+    """Room for a model's control points and so many cells' strains, in a struct for kernels."""
     n, cells = model.point_count + strains, model.cell_count
-    vectors = [model.empty((7, n), 3), model.empty((7, n), 3), model.empty(n, 3), model.empty(n, 3), model.empty(n)]
-    shapes = [(cells, NUMBERS), (cells, 7, 7), (cells, 7), (cells, 7)]
-    return Memory(*vectors, *(wp.zeros(shape, dtype=wp.float64, device=model.device) for shape in shapes))
+    memory = _struct(model.scalar)()
+    memory.moves, memory.losses = model.empty((7, n), 3), model.empty((7, n), 3)
+    memory.last_force, memory.step, memory.limit = model.empty(n, 3), model.empty(n, 3), model.empty(n)
+    shapes = {"numbers": (cells, NUMBERS), "curvature": (cells, 7, 7), "fall": (cells, 7), "rise": (cells, 7),
+              "products": (cells, PRODUCTS)}  # fmt: skip
+    for name, shape in shapes.items():
+        setattr(memory, name, wp.zeros(shape, dtype=wp.float64, device=model.device))
+    return memory

@@ -2,8 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The algebra of the quasistatic solver, step by step for one entry or one cell (``quasi_newton``).
 
-An entry is a control point, or the strains of a cell (``cell``). What a cell keeps stands in a row of ``numbers``, of
-``curvature`` and so on; its control points are its own. A scene of one piece is one cell.
+An entry is a control point, or the strains of a cell (``cell``). What a cell keeps stands in its row of the memory's
+``numbers``, ``curvature`` and so on; its control points are its own. A scene of one piece is one cell.
+
+An iteration is, with sums over the cell between its steps: ``compared`` by many threads, ``judge`` by one,
+``preconditioned`` by many, ``recollect`` by one, ``moved`` by many. The strains are looked after by the one.
 """
 
 from __future__ import annotations
@@ -12,6 +15,8 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.yarnrelax.block import Products, Slots
+from stitchmesh.yarnrelax.cell import deformed, put_strain_force
 from stitchmesh.yarnrelax.compliance import times_block
 from stitchmesh.yarnrelax.motion import room_left
 from stitchmesh.yarnrelax.step_limit import shortened
@@ -37,8 +42,6 @@ NUMBERS = 12
 g, whether all wait for new candidate lists or the next assessment, and the iterations done by then. Then L's test
 (``leaf_convergence``): norms of the first and of the last force, iterations in all, and that at which it first held."""
 
-Products = wp.types.vector(length=PRODUCTS, dtype=wp.float64)
-Slots = wp.types.vector(length=7, dtype=wp.float64)
 Table = wp.types.matrix(shape=(7, 7), dtype=wp.float64)
 
 
@@ -54,37 +57,68 @@ def slot_on_trial(numbers: wp.array[wp.float64]) -> int:
     return (int(numbers[0]) + 1) % 7
 
 
+@wp.struct
+class Cells:
+    """Which entries are a cell's."""
+
+    point_count: wp.int32
+    points: wp.array[wp.int32]
+    segments: wp.array[wp.int32]
+
+
+@wp.struct
+class Share:
+    """What a thread does of a cell: every so many-th of some control points."""
+
+    cell: wp.int32
+    first: wp.int32
+    last: wp.int32
+    threads: wp.int32
+
+
 @wp.func
-def with_products(
-    total: Any,
-    i: int,
-    new: int,
-    force: wp.array[Any],
-    compliance: wp.array[Any],
-    moves: wp.array2d[Any],
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    last_force: wp.array[Any],
-    losses: wp.array2d[Any],
-) -> Any:
+def with_products(total: Any, i: int, new: int, state: Any, memory: Any) -> Any:
     """Note what the force on an entry lost on the last move, and add the entry to all products."""
-    now = force[i]
-    lost = last_force[i] - now
-    last_force[i] = now
-    losses[new, i] = lost
-    move = moves[new, i]
+    now = state.point_force[i]
+    lost = memory.last_force[i] - now
+    memory.last_force[i] = now
+    memory.losses[new, i] = lost
+    move = memory.moves[new, i]
     for j in range(SLOTS):
-        moved = moves[j, i]
+        moved = memory.moves[j, i]
         total[j] += wp.float64(wp.dot(moved, now))
         total[j + SLOTS] += wp.float64(wp.dot(moved, lost))
-        total[j + 2 * SLOTS] += wp.float64(wp.dot(move, losses[j, i]))
-    total[3 * SLOTS] += wp.float64(wp.dot(lost, times_block(compliance[i], lost)))
+        total[j + 2 * SLOTS] += wp.float64(wp.dot(move, memory.losses[j, i]))
+    total[3 * SLOTS] += wp.float64(wp.dot(lost, times_block(state.compliance[i], lost)))
     total[3 * SLOTS + 1] += wp.float64(wp.dot(move, move))
     total[3 * SLOTS + 2] += wp.float64(wp.dot(lost, lost))
-    if room_left(points, listed_points, budget, i) < budget[i] * type(now[0])(1.0 - 0.7):
+    if room_left(state.points, state.listed_points, state.budget, i) < state.budget[i] * type(now[0])(1.0 - 0.7):
         total[3 * SLOTS + 3] += wp.float64(1.0)
+    total[3 * SLOTS + 4] += wp.float64(wp.dot(now, now))
     return total
+
+
+@wp.func
+def compared(share: Share, state: Any, memory: Any) -> Products:
+    """Products over a thread's control points."""
+    total = Products()
+    new = slot_on_trial(memory.numbers[share.cell])
+    for i in range(share.first, share.last, share.threads):
+        total = with_products(total, i, new, state, memory)
+    return total
+
+
+@wp.func
+def judge(cell: int, entry: int, strains: Any, state: Any, memory: Any) -> None:
+    """With the sums over a cell's control points: find the force on its strains, and take its newest pair."""
+    products, numbers = memory.products[cell], memory.numbers[cell]
+    if strains.count > 0:
+        put_strain_force(cell, entry, strains, state)
+        own = with_products(Products(), entry, slot_on_trial(numbers), state, memory)
+        for k in range(25):
+            products[k] += own[k]
+    take_pair(products, numbers, memory.curvature[cell], memory.fall[cell])
+    note_leaf_test(products[25], numbers)
 
 
 @wp.func
@@ -149,29 +183,44 @@ def note_leaf_test(square: wp.float64, numbers: wp.array[wp.float64]) -> None:
 
 
 @wp.func
-def with_rise(
-    total: Any,
-    i: int,
-    plain: bool,
-    scale: Any,
-    force: wp.array[Any],
-    compliance: wp.array[Any],
-    stiffness: wp.array[Any],
-    fall: wp.array[wp.float64],
-    losses: wp.array2d[Any],
-    step: wp.array[Any],
-) -> Any:
-    """Leave z of an entry in ``step``, and add the entry to z's products with the memory."""
-    rest = force[i]
+def with_rise(total: Any, i: int, numbers: wp.array[wp.float64], fall: Any, state: Any, memory: Any) -> Any:
+    """Leave z of an entry in the memory's ``step``, and add the entry to z's products with the memory."""
+    rest = state.point_force[i]
+    plain = numbers[3] != wp.float64(0.0)
+    scale = type(rest[0])(numbers[5])
     for j in range(SLOTS):
-        rest -= losses[j, i] * type(scale)(fall[j])
-    ready = times_block(compliance[i], rest) * scale
+        rest -= memory.losses[j, i] * type(scale)(fall[j])
+    ready = times_block(state.compliance[i], rest) * scale
     if plain:
-        ready = rest * (type(scale)(1.6) / stiffness[i])
-    step[i] = ready
+        ready = rest * (type(scale)(1.6) / state.stiffness[i])
+    memory.step[i] = ready
     for j in range(SLOTS):
-        total[j] += wp.float64(wp.dot(losses[j, i], ready))
+        total[j] += wp.float64(wp.dot(memory.losses[j, i], ready))
     return total
+
+
+@wp.func
+def preconditioned(share: Share, state: Any, memory: Any) -> Slots:
+    """Z of a thread's control points, and its products."""
+    total = Slots()
+    numbers, fall = memory.numbers[share.cell], memory.fall[share.cell]
+    for i in range(share.first, share.last, share.threads):
+        total = with_rise(total, i, numbers, fall, state, memory)
+    return total
+
+
+@wp.func
+def recollect(cell: int, entry: int, step_limit: Any, strains: Any, state: Any, memory: Any) -> None:
+    """With the sums over a cell's control points: find the numbers a_j - b_j, and move its strains."""
+    products, numbers = memory.products[cell], memory.numbers[cell]
+    if strains.count > 0:
+        own = with_rise(Slots(), entry, numbers, memory.fall[cell], state, memory)
+        for k in range(7):
+            products[k] += own[k]
+    recall_pairs(products, numbers, memory.curvature[cell], memory.fall[cell], memory.rise[cell])
+    if strains.count > 0:
+        propose(entry, step_limit, numbers, memory.rise[cell], state, memory)
+        take(entry, slot_on_trial(numbers), state, memory)
 
 
 @wp.func
@@ -208,23 +257,52 @@ def recall_pairs(
 
 
 @wp.func
-def proposed(
-    i: int,
-    step_limit: Any,
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    numbers: wp.array[wp.float64],
-    rise: wp.array[wp.float64],
-    moves: wp.array2d[Any],
-    step: wp.array[Any],
-    limit: wp.array[Any],
-) -> Any:
-    """The next move of an entry, within its limit, which is noted."""
-    allowed = wp.min(step_limit, room_left(points, listed_points, budget, i))
-    wish = step[i]
+def propose(
+    i: int, step_limit: Any, numbers: wp.array[wp.float64], rise: wp.array[wp.float64], state: Any, memory: Any
+) -> None:
+    """Leave the next move of an entry in the memory's ``step``, within its limit, which is noted."""
+    allowed = wp.min(step_limit, room_left(state.points, state.listed_points, state.budget, i))
+    wish = memory.step[i]
     for j in range(SLOTS):
-        wish += moves[j, i] * type(allowed)(rise[j])
+        wish += memory.moves[j, i] * type(allowed)(rise[j])
     allowed *= type(allowed)(1.0) - type(allowed)(numbers[6])
-    limit[i] = allowed
-    return shortened(wish * type(allowed)(numbers[4]), allowed)
+    memory.limit[i] = allowed
+    memory.step[i] = shortened(wish * type(allowed)(numbers[4]), allowed)
+
+
+@wp.func
+def take(i: int, new: int, state: Any, memory: Any) -> None:
+    """Move an entry, and put the move into the slot of the pair on trial."""
+    move = memory.step[i]
+    memory.moves[new, i] = move
+    state.points[i] = state.points[i] + move
+
+
+@wp.func
+def proposed(share: Share, step_limit: Any, state: Any, memory: Any) -> None:
+    """Propose moves of a thread's control points."""
+    numbers, rise = memory.numbers[share.cell], memory.rise[share.cell]
+    for i in range(share.first, share.last, share.threads):
+        propose(i, step_limit, numbers, rise, state, memory)
+
+
+@wp.func
+def moved(share: Share, cells: Cells, strains: Any, state: Any, memory: Any) -> None:
+    """Move a thread's control points, and deform them and as many segments' places as the cell's strains moved."""
+    cell = share.cell
+    new = slot_on_trial(memory.numbers[cell])
+    for i in range(share.first, share.last, share.threads):
+        take(i, new, state, memory)
+    if strains.count > 0:
+        e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
+        more = memory.step[cells.point_count + cell] * strains.per_unit
+        for i in range(share.first, share.last, share.threads):
+            state.points[i] = deformed(state.points[i], e1, e2, more)
+            state.listed_points[i] = deformed(state.listed_points[i], e1, e2, more)
+            # a cell has no more segments than control points
+            number = i - cells.points[cell]
+            s = cells.segments[cell] + number
+            if s < cells.segments[cell + 1]:
+                strains.listed_centre[s] = deformed(strains.listed_centre[s], e1, e2, more)
+            if number < 2:
+                strains.periods[2 * cell + number] = deformed(strains.periods[2 * cell + number], e1, e2, more)

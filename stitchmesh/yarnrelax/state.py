@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import functools
+from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ import warp as wp
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.precision import vector
 
 STRAIN_UNIT = 10.0
 """Length of the entry of the strains over a strain, in mean radii: a limit on moves of 0.1 radii is one of 1 %."""
@@ -51,10 +54,42 @@ class State:
     compliance: wp.array[Any]
     """How each gives way (``compliance``) [unit^2 / erg], shape (E, 6); empty where no solver needs it."""
 
+    @cached_property
+    def arrays(self) -> Any:
+        """All of it in a struct for kernels."""
+        struct = _struct(self.budget.dtype)()
+        for field in fields(self):
+            setattr(struct, field.name, getattr(self, field.name))
+        return struct
+
     @property
     def strained(self) -> bool:
         """Whether cells relax."""
         return len(self.segment_strain) > 0
+
+
+@functools.cache
+def _struct(scalar: Any) -> Any:
+    """The struct of a state in one precision."""
+    scalars = wp.array(dtype=scalar)
+    threes, fours, sixes, sevens, nines = (wp.array(dtype=vector(size, scalar)) for size in (3, 4, 6, 7, 9))
+    annotations = {
+        "points": threes,
+        "listed_points": threes,
+        "budget": scalars,
+        "samples": fours,
+        "sample_force": fours,
+        "sample_block": sixes,
+        "segment_block": sevens,
+        "segment_pull": wp.array2d(dtype=vector(3, scalar)),
+        "sample_strain": nines,
+        "segment_strain": nines,
+        "outer_force": threes,
+        "point_force": threes,
+        "stiffness": scalars,
+        "compliance": sixes,
+    }
+    return wp.struct(type(f"YarnState_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
 def make_state(

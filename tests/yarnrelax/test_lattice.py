@@ -175,9 +175,7 @@ def test_which_copy_of_a_yarn_is_in_the_cell_does_not_matter() -> None:
     away[POINTS:] += cell.lattice.shift((2, -1))
     force = yarn_forces(cell, LEAF)
     # rounding as above
-    np.testing.assert_allclose(
-        yarn_forces(replace(cell, points=away), LEAF), force, atol=1e-11 * np.abs(force).max()
-    )
+    np.testing.assert_allclose(yarn_forces(replace(cell, points=away), LEAF), force, atol=1e-11 * np.abs(force).max())
 
 
 @pytest.mark.parametrize(
@@ -187,9 +185,7 @@ def test_the_choice_of_periods_does_not_matter(basis: list[list[int]], step: lis
     """Periods M (u, v) with det M = 1, in which u, the way along a row, is another image."""
     cell = shaken(periodic_patch(1, 1))
     assert cell.lattice is not None
-    other = replace(
-        cell, lattice=Lattice(np.array(basis) @ cell.lattice.periods), lattice_step=np.array([step])
-    )
+    other = replace(cell, lattice=Lattice(np.array(basis) @ cell.lattice.periods), lattice_step=np.array([step]))
     force = yarn_forces(cell, LEAF)
     # rounding of sums of periods
     np.testing.assert_allclose(yarn_forces(other, LEAF), force, atol=1e-11 * np.abs(force).max())

@@ -111,7 +111,6 @@ def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
         "gather_forces",
         "find_compliance",
         "compare",
-        "row_totals",
         "remember",
         "precondition",
         "recall",

@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many iterations of small cells in one launch: a block of threads a cell, which wait for one another between steps.
+
+A launch costs more than the work of a small iteration, and a batch of small cells has a multiprocessor for each. A
+block goes on until its cell has done what it should, or waits for new candidate lists: cells do not wait for one
+another, and nobody has to look at how far they have come before the end.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.yarnrelax.block import Parts, sum_over_block, wait_for_block
+from stitchmesh.yarnrelax.cell import with_strain_shares
+from stitchmesh.yarnrelax.compliance import compliance_at
+from stitchmesh.yarnrelax.contact import pushing
+from stitchmesh.yarnrelax.gather import gather_at
+from stitchmesh.yarnrelax.internal import placing_and_pulling
+from stitchmesh.yarnrelax.method import Scene
+from stitchmesh.yarnrelax.model import Model
+from stitchmesh.yarnrelax.precision import vector
+from stitchmesh.yarnrelax.quasi_newton_launches import cells_of, strains_of
+from stitchmesh.yarnrelax.quasi_newton_steps import (
+    Cells,
+    Share,
+    compared,
+    judge,
+    moved,
+    preconditioned,
+    proposed,
+    recollect,
+)
+from stitchmesh.yarnrelax.term import Run
+
+wp.set_module_options({"enable_backward": False})
+
+MOST_POINTS = 256
+"""Control points of the largest cell that one multiprocessor works on faster than all of them do."""
+FEWEST_THREADS, MOST_THREADS = 64, 256
+"""Threads of a block on a GPU."""
+
+
+@functools.cache
+def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) -> wp.Kernel:
+    """The kernel for one precision and one accuracy, and for cells that relax or do not."""
+    place_and_pull_at = placing_and_pulling(quadrature_points, strained)
+    push_at = pushing(scalar, together, strained)
+    ones = vector(3, scalar)
+
+    @wp.kernel(module="unique")
+    def burst(
+        # model
+        model: Any,
+        cells: Cells,
+        bounds: Any,
+        step_limit: Any,
+        iterations: int,
+        # state in
+        candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32],
+        # state in and out
+        strains: Any,
+        state: Any,
+        memory: Any,
+    ) -> None:
+        """Iterate each cell until it waits; a block a cell."""
+        cell, lane = wp.tid()
+        threads = wp.block_dim()
+        share = Share()
+        share.cell = cell
+        share.threads = threads
+        share.first = cells.points[cell] + lane
+        share.last = cells.points[cell + 1]
+        first, last = cells.segments[cell], cells.segments[cell + 1]
+        terms = ones(type(step_limit)(1.0))
+        for _iteration in range(iterations):
+            for s in range(first + lane, last, threads):
+                place_and_pull_at(
+                    model, s, terms, state.points, state.samples, state.segment_pull, state.segment_block,
+                    state.segment_strain,
+                )  # fmt: skip
+            wait_for_block()
+            for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
+                push_at(
+                    model, p, state.samples, candidate_count, candidates, state.sample_force, state.sample_block,
+                    state.sample_strain,
+                )  # fmt: skip
+            wait_for_block()
+            if wp.static(strained):
+                part = with_strain_shares(
+                    Parts(), model, first, last, lane, threads, state.segment_strain, state.sample_strain
+                )  # fmt: skip
+                sum_over_block(part, strains.totals[cell])
+            for i in range(share.first, share.last, threads):
+                gather_at(
+                    model, i, bounds.level, state.segment_pull, state.sample_force, state.outer_force,
+                    state.point_force, state.stiffness,
+                )  # fmt: skip
+                compliance_at(
+                    model, i, bounds.along, bounds.across, bounds.further, state.segment_block, state.sample_block,
+                    state.compliance,
+                )  # fmt: skip
+            sum_over_block(compared(share, state, memory), memory.products[cell])
+            if lane == 0:
+                judge(cell, cells.point_count + cell, strains, state, memory)
+            wait_for_block()
+            sum_over_block(preconditioned(share, state, memory), memory.products[cell])
+            if lane == 0:
+                recollect(cell, cells.point_count + cell, step_limit, strains, state, memory)
+            wait_for_block()
+            proposed(share, step_limit, state, memory)
+            moved(share, cells, strains, state, memory)
+            wait_for_block()
+            if memory.numbers[cell, 6] != wp.float64(0.0):
+                break
+
+    return burst
+
+
+@functools.cache
+def bounds_struct(scalar: Any) -> Any:
+    """Row sums of stiffness: of each segment along and across the yarn (S,), of further terms and of all (N,)."""
+    fours, scalars = wp.array(dtype=vector(4, scalar)), wp.array(dtype=scalar)
+    annotations = {"along": fours, "across": fours, "further": scalars, "level": scalars}
+    return wp.struct(type(f"Bounds_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+class BurstLaunches:
+    """The launch of a burst."""
+
+    def __init__(self, model: Model, memory: Any) -> None:
+        """A thread for each contact sample of the largest cell, within bounds."""
+        self.memory, self.cells = memory, cells_of(model)
+        self.threads = 1
+        if model.device.is_cuda:
+            wanted = 1 << max(model.largest_cell - 1, 0).bit_length()
+            self.threads = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
+
+    def launch(self, scene: Scene, bounds: Any, iterations: int, run: Run) -> Any:
+        """All of so many iterations, forces included."""
+        model = scene.model
+        kernel = burst(
+            model.scalar, model.quadrature_points, 4 if model.device.is_cuda else 1, scene.strain is not None
+        )
+        lists = [scene.candidates.count, scene.candidates.lists]
+        inputs = [model.constants, self.cells, bounds, model.number(scene.step_fraction), iterations, *lists,
+                  strains_of(scene), scene.state.arrays, self.memory]  # fmt: skip
+        return run(kernel, model.cell_count, inputs, [], tile=self.threads)
+
+
+def suits_burst(model: Model) -> bool:
+    """Whether all cells are small."""
+    return bool(np.diff(model.point_start).max() <= MOST_POINTS)
