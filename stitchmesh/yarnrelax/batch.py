@@ -157,7 +157,7 @@ class _Run:
             fall = (self.last[cell].energy - now[cell].energy) / size if size > 0.0 else 0.0
             self.at_rest[cell] = has_converged(now[cell].residual, fall, self.quality.tolerance)
             self.last[cell] = now[cell]
-        self.solver.keep(good)
+        self.solver.keep(good | self.at_rest)  # those at rest stand still; all of them are quicker to copy
         bad = self.active & ~good
         if bad.any():
             self.solver.back_off(bad)
@@ -202,8 +202,10 @@ class _Run:
         model, points = self.solver.model, self.solver.model.from_device(self.solver.good_points)
         assert self.solver.good_periods is not None
         periods = self.solver.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3) * model.units[:, None, None]
-        cell = np.repeat(np.arange(model.cell_count), np.diff(model.segment_start))
-        shift = np.einsum("ska,sad->skd", model.corner_images, periods[cell])
+        segment, slot, image = model.wrapped
+        cell = np.searchsorted(model.segment_start, segment, side="right") - 1
+        shift = np.zeros((model.segment_count, 4, 3))
+        shift[segment, slot] = np.einsum("ea,ead->ed", image, periods[cell])
         length = segment_lengths(points, model.yarns.segment_points, shift)
         strain = np.abs(length / model.yarns.rest_length - 1.0)
         return np.maximum.reduceat(strain, model.segment_start[:-1])

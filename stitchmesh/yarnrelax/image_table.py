@@ -43,7 +43,7 @@ def put_images(model: Model, kind: Any) -> Any:
     images.sample_cell = model.integers(np.repeat(cell, np.diff(model.sample_start)))
     images.box = model.empty(2 * model.cell_count, 3)
     images.frame = model.upload(lattice_frame(periods)[:, :2].reshape(-1, 3), 3)
-    _put_table(model, images, model.to_device(model.yarns.points), periods)
+    _put_table(model, images, corners_of(model, model.to_device(model.yarns.points), periods))
     return images
 
 
@@ -51,20 +51,20 @@ def renew_images(model: Model, points: wp.array[Any], *, anyway: bool = False) -
     """Make the table anew if it lacks an image of the yarns as they lie now, or anyway; whether it was."""
     images = model.constants.images
     places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
-    needed = near_images(model, places, periods, CONTACT_RANGE)
-    if not anyway and _numbers(needed, images.image.numpy())[1].all():
+    corners = corners_of(model, places, periods)
+    if not anyway and _numbers(near_images(corners, CONTACT_RANGE), images.image.numpy())[1].all():
         return False
-    _put_table(model, images, places, periods)
+    _put_table(model, images, corners)
     return True
 
 
-def _put_table(model: Model, images: Any, places: NDArray[Any], periods: NDArray[Any]) -> None:
-    near = near_images(model, places, periods, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE)
-    corner = model.corner_images
-    table = _distinct(np.concatenate([near, corner.reshape(-1, 2)]))
-    number = _numbers(corner.reshape(-1, 2), table)[0].reshape(corner.shape[:2])
+def _put_table(model: Model, images: Any, corners: Corners) -> None:
+    segment, slot, image = model.wrapped
+    table = _distinct(np.concatenate([near_images(corners, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE), image]))
+    number = np.zeros((model.segment_count, 4), dtype=np.int32)
+    number[segment, slot] = _numbers(image, table)[0]
     images.image = wp.array(table.astype(np.int32), dtype=wp.vec2i, device=model.device)
-    images.corner_image = wp.array(number.astype(np.int32), dtype=wp.vec4i, device=model.device)
+    images.corner_image = wp.array(number, dtype=wp.vec4i, device=model.device)
 
 
 def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -85,54 +85,54 @@ def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int6
     return number, number >= 0
 
 
-def near_images(
-    model: Model, places: NDArray[Any], periods: NDArray[Any], reach: float, shrinkage: float = 1.0
-) -> NDArray[np.int64]:
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """How far the corners of each cell's segments reach, for cells of some periods [units]."""
+
+    periods: NDArray[Any]
+    """Shape (C, 2, 3)."""
+    dual: NDArray[Any]
+    """Dual basis of each cell: how many of each period a displacement spans, shape (C, 2, 3)."""
+    box: NDArray[Any]
+    """Size of the box around them, shape (C, 3)."""
+    turns: NDArray[Any]
+    """How many of each period they span, shape (C, 2)."""
+    radius: NDArray[np.float64]
+    """Largest radius of each cell, shape (C,)."""
+
+
+def corners_of(model: Model, places: NDArray[Any], periods: NDArray[Any]) -> Corners:
+    """Measure the corners for control points [units] of shape (N, 3) and periods."""
+    segment, slot, image = model.wrapped
+    cell = np.searchsorted(model.segment_start, segment, side="right") - 1
+    others = places[model.yarns.segment_points[segment, slot]] + np.einsum("ea,ead->ed", image, periods[cell])
+    dual = np.linalg.pinv(periods).transpose(0, 2, 1)
+    own_turns = np.einsum("nd,nkd->nk", places, np.repeat(dual, np.diff(model.point_start), axis=0))
+    other_turns = np.einsum("ed,ekd->ek", others, dual[cell])
+    box, turns = _spans(model, places, cell, others), _spans(model, own_turns, cell, other_turns)
+    return Corners(periods, dual, box, turns, np.maximum.reduceat(model.radius, model.yarn_start[:-1]))
+
+
+def _spans(model: Model, own: NDArray[Any], cell: NDArray[np.int64], others: NDArray[Any]) -> NDArray[Any]:
+    """Largest less smallest of each cell's numbers (N, d), and of others (E, d) of some cells, shape (C, d)."""
+    first = model.point_start[:-1]
+    high, low = np.maximum.reduceat(own, first), np.minimum.reduceat(own, first)
+    np.maximum.at(high, cell, others)
+    np.minimum.at(low, cell, others)
+    return high - low
+
+
+def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArray[np.int64]:
     """Images in which yarns of some cell come within ``reach`` of its own, in its largest radii, shape (n, 2).
 
     The rule of ``Lattice.near_images``, for all cells at once; also where the periods alone become shorter by a factor.
-
-    Args:
-        model: the cells.
-        places: their control points [units], shape (N, 3).
-        periods: their periods [units], shape (C, 2, 3).
-        reach: over the largest radius of a cell.
-        shrinkage: that factor.
     """
-    wrapped = np.argwhere(model.corner_images.any(axis=2))
-    cell = np.searchsorted(model.segment_start, wrapped[:, 0], side="right") - 1
-    image, point = model.corner_images[wrapped[:, 0], wrapped[:, 1]], model.yarns.segment_points[*wrapped.T]
-    corners = _Corners(model, places, cell, places[point] + np.einsum("ea,ead->ed", image, periods[cell]))
-    shrunk = periods * shrinkage
-    dual = np.linalg.pinv(shrunk).transpose(0, 2, 1)
-    within = reach * np.maximum.reduceat(model.radius, model.yarn_start[:-1])[:, None]
-    most = np.ceil(corners.spans(dual) + within * np.linalg.norm(dual, axis=2)).astype(np.int64)
+    within = reach * corners.radius[:, None]
+    turns = corners.turns + within * np.linalg.norm(corners.dual, axis=2)
+    most = np.ceil(turns / shrinkage).astype(np.int64)
     a, b = (np.arange(-largest, largest + 1) for largest in most.max(axis=0))
     images = np.stack(np.meshgrid(a, b, indexing="ij"), axis=2).reshape(-1, 2)
-    room = corners.spans(np.broadcast_to(np.eye(3), (model.cell_count, 3, 3))) + within
-    clear = np.abs(np.einsum("ia,cad->cid", images, shrunk)) > room[:, None, :]
+    shift = np.einsum("ia,cad->cid", images, corners.periods * shrinkage)
+    clear = np.abs(shift) > (corners.box + within)[:, None, :]
     near = ~clear.any(axis=2) & (np.abs(images)[None] <= most[:, None, :]).all(axis=2)
     return images[near.any(axis=0)]
-
-
-@dataclass(frozen=True, eq=False)
-class _Corners:
-    """Where the corners of all segments lie: at control points, and at some of them in other images."""
-
-    model: Model
-    places: NDArray[Any]
-    """Control points, shape (N, 3)."""
-    cell: NDArray[np.int64]
-    """Cell of each corner in another image, shape (E,)."""
-    others: NDArray[Any]
-    """Where those lie, shape (E, 3)."""
-
-    def spans(self, along: NDArray[Any]) -> NDArray[Any]:
-        """How far the corners of each cell reach along vectors of its own, shape (C, d, 3) to (C, d)."""
-        first, counts = self.model.point_start[:-1], np.diff(self.model.point_start)
-        own = np.einsum("nd,nkd->nk", self.places, np.repeat(along, counts, axis=0))
-        other = np.einsum("ed,ekd->ek", self.others, along[self.cell])
-        high, low = np.maximum.reduceat(own, first), np.minimum.reduceat(own, first)
-        np.maximum.at(high, self.cell, other)
-        np.minimum.at(low, self.cell, other)
-        return high - low

@@ -55,13 +55,16 @@ def collect(
     longest: wp.array[Any],
     drift: wp.array[Any],
     periods: wp.array[Any],
+    box: wp.array[Any],
+    least: wp.array[wp.float64],
     # state out
     facts: wp.array2d[wp.float64],
 ) -> None:
-    """The largest of each in a row for each block, and the periods in the rows that follow, for one look."""
+    """For one look: the largest of each in a row for each block, then rows of periods, of boxes and of the least."""
     block, lane = wp.tid()
     threads = wp.block_dim()
-    blocks = facts.shape[0] - periods.shape[0]
+    cells = least.shape[0]
+    blocks = facts.shape[0] - 5 * cells
     most = wp.vec4d()
     for k in range(block * threads + lane, near.shape[0], blocks * threads):
         most[0] = wp.max(most[0], wp.float64(near[k]))
@@ -73,9 +76,11 @@ def collect(
         whole = wp.tile_max(wp.tile(most[k]))
         if lane == 0:
             facts[block, k] = whole[0]
-    for k in range(block * threads + lane, periods.shape[0], blocks * threads):
+    for k in range(block * threads + lane, 2 * cells, blocks * threads):
         for axis in range(3):
             facts[blocks + k, axis] = wp.float64(periods[k][axis])
+            facts[blocks + 2 * cells + k, axis] = wp.float64(box[k][axis])
+        facts[blocks + 4 * cells + k // 2, 0] = least[k // 2]
 
 
 @wp.kernel(module="unique")
@@ -124,10 +129,11 @@ class Listing:
         """Whether the table did when it was last looked at."""
         self.least = wp.zeros(cells, dtype=wp.float64, device=device)
         self.drift = model.empty(model.segment_count)
-        self.facts = wp.zeros((BLOCKS + 2 * cells, 4), dtype=wp.float64, device=device)
+        self.facts = wp.zeros((BLOCKS + 5 * cells, 4), dtype=wp.float64, device=device)
         self.quick = Recording(self._launches([]), device)
         self.whole = Recording(self._launches(self._search()), device)
         self.now = self.searched = self._periods()
+        self.box, self.clearance = self._box(), np.zeros(cells)
 
     def _search(self) -> list[Any]:
         """List the segments near each segment anew."""
@@ -157,7 +163,8 @@ class Listing:
             run(smallest_of_cells, model.cell_count, [model.cell_samples, clearance], [self.least], tile=THREADS),
             *strain_budget_launches(model, state, candidates, self.least),
         ]
-        looked_at = [near.count, candidates.count, near.extent, self.drift, model.constants.images.periods]
+        images = model.constants.images
+        looked_at = [near.count, candidates.count, near.extent, self.drift, images.periods, images.box, self.least]
         return [*launches, run(collect, BLOCKS, looked_at, [self.facts], tile=THREADS)]
 
     def fits(self) -> bool:
@@ -179,12 +186,14 @@ class Listing:
             return False
         self.holds = self._table_holds()
         # cells that are too close to go on are named there
-        return self.holds and bool((self.least.numpy() >= SMALLEST_CLEARANCE).all())
+        return self.holds and bool((self.clearance >= SMALLEST_CLEARANCE).all())
 
     def _read(self) -> NDArray[np.float64]:
-        """Longest lists, longest segment, largest drift; the periods are kept."""
+        """Longest lists, longest segment, largest drift; periods, boxes and smallest clearances are kept."""
         facts = self.facts.numpy()
-        self.now = facts[BLOCKS:, :3].reshape(-1, 2, 3)
+        cells = len(self.clearance)
+        of_cells, self.clearance = facts[BLOCKS : BLOCKS + 4 * cells, :3], facts[BLOCKS + 4 * cells :, 0]
+        self.now, self.box = of_cells[: 2 * cells].reshape(-1, 2, 3), of_cells[2 * cells :].reshape(-1, 2, 3)
         return np.asarray(facts[:BLOCKS].max(axis=0))
 
     def _reach_left(self, found: NDArray[np.float64]) -> float:
@@ -203,7 +212,7 @@ class Listing:
         """
         (box, periods), radius = self.table, float(self.model.radius.max())
         size, now = np.ptp(box, axis=1).max(axis=1), self.now
-        growth = (np.ptp(self._box(), axis=1) - np.ptp(box, axis=1)).max(axis=1)
+        growth = (np.ptp(self.box, axis=1) - np.ptp(box, axis=1)).max(axis=1)
         strain = np.linalg.norm(now - periods, axis=2) / np.linalg.norm(periods, axis=2)
         # part of the second period's change that is along the first one
         along = np.einsum("cd,cd->c", now[:, 1] - periods[:, 1], periods[:, 0])

@@ -181,11 +181,14 @@ class Model:
                                for step, n in zip(steps, counts, strict=True)])  # fmt: skip
 
     @cached_property
-    def corner_images(self) -> NDArray[np.int64]:
-        """Image of each segment's four control points, shape (S, 4, 2)."""
-        wrapped = np.diff(self.yarns.segment_points, axis=1) < 0
-        wraps = np.concatenate([np.zeros((len(wrapped), 1), dtype=np.int64), np.cumsum(wrapped, axis=1)], axis=1)
-        return np.asarray(wraps[:, :, None] * self.lattice_step[self.yarns.segment_yarn][:, None, :])
+    def wrapped(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Corners that lie in another image: their segments and slots, shape (E,), and their images, shape (E, 2)."""
+        points = self.yarns.segment_points
+        rows = np.flatnonzero(points[:, 3] < points[:, 0])
+        wraps = np.cumsum(np.diff(points[rows], axis=1) < 0, axis=1)
+        image = wraps[:, :, None] * self.lattice_step[self.yarns.segment_yarn[rows]][:, None, :]
+        row, leg = np.nonzero(image.any(axis=2))
+        return rows[row], leg + 1, image[row, leg]
 
     @cached_property
     def units(self) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.candidates import find_candidates, make_candidates
-from stitchmesh.yarnrelax.image_table import CONTACT_RANGE, SPREAD, near_images, renew_images
+from stitchmesh.yarnrelax.image_table import CONTACT_RANGE, SPREAD, corners_of, near_images, renew_images
 from stitchmesh.yarnrelax.model import Model, put_cells, put_model
 from stitchmesh.yarnrelax.neighbours import neighbour_reach
 from stitchmesh.yarnrelax.precision import scalar_named
@@ -175,7 +175,9 @@ def test_which_copy_of_a_yarn_is_in_the_cell_does_not_matter() -> None:
     away[POINTS:] += cell.lattice.shift((2, -1))
     force = yarn_forces(cell, LEAF)
     # rounding as above
-    np.testing.assert_allclose(yarn_forces(replace(cell, points=away), LEAF), force, atol=1e-11 * np.abs(force).max())
+    np.testing.assert_allclose(
+        yarn_forces(replace(cell, points=away), LEAF), force, atol=1e-11 * np.abs(force).max()
+    )
 
 
 @pytest.mark.parametrize(
@@ -185,7 +187,9 @@ def test_the_choice_of_periods_does_not_matter(basis: list[list[int]], step: lis
     """Periods M (u, v) with det M = 1, in which u, the way along a row, is another image."""
     cell = shaken(periodic_patch(1, 1))
     assert cell.lattice is not None
-    other = replace(cell, lattice=Lattice(np.array(basis) @ cell.lattice.periods), lattice_step=np.array([step]))
+    other = replace(
+        cell, lattice=Lattice(np.array(basis) @ cell.lattice.periods), lattice_step=np.array([step])
+    )
     force = yarn_forces(cell, LEAF)
     # rounding of sums of periods
     np.testing.assert_allclose(yarn_forces(other, LEAF), force, atol=1e-11 * np.abs(force).max())
@@ -256,7 +260,7 @@ def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
     assert renew_images(model, spread)
     table = model.constants.images.image.numpy()
     assert len(table) > before and not table[0].any()
-    needed = near_images(model, spread.numpy(), periods, CONTACT_RANGE)
+    needed = near_images(corners_of(model, spread.numpy(), periods), CONTACT_RANGE)
     assert {tuple(image) for image in needed} <= {tuple(image) for image in table}
     assert not renew_images(model, spread)
 
@@ -275,5 +279,5 @@ def test_images_of_cells_together_are_those_of_each() -> None:
         device=device_named("cpu"),
     )  # fmt: skip
     periods = model.constants.images.periods.numpy().reshape(-1, 2, 3)
-    together = near_images(model, model.to_device(model.yarns.points), periods, CONTACT_RANGE)
+    together = near_images(corners_of(model, model.to_device(model.yarns.points), periods), CONTACT_RANGE)
     assert {tuple(image) for image in together.tolist()} == each
