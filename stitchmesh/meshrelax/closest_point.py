@@ -13,9 +13,8 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.device import device_named
+from stitchmesh.kernel import kernel
 from stitchmesh.mesh import FloatArray, IntArray
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -51,7 +50,7 @@ def closest_weights(p: wp.vec3d, a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> wp.ve
     return wp.vec3d(va / total, vb / total, vc / total)
 
 
-@wp.kernel
+@kernel
 def find_closest(
     # model
     mesh: wp.uint64,

@@ -150,7 +150,7 @@ class _Run:
         self.solver.run(CHECK, self.active)
         self.launched += CHECK
         self.iterations[self.active] += CHECK
-        now = self.solver.assess_cells()
+        now = self.solver.assess_cells(self.active)
         good = np.array([self._is_good(cell, now[cell]) for cell in range(len(now))]) & self.active
         for cell in np.flatnonzero(good).tolist():
             size = sum(abs(energy) for energy in now[cell].energies.values())

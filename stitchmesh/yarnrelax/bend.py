@@ -17,8 +17,6 @@ from typing import Any
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.func
 def bend_energy(tangent: Any, turn: Any, stiffness: Any) -> Any:

@@ -11,8 +11,6 @@ On a CPU a block is one thread. A block of a GPU has a multiple of 32 threads, u
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
-
 THREADS = 256
 """Threads of a block on a GPU that sums."""
 

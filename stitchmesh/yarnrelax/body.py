@@ -32,6 +32,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.kernel import kernel
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
 from stitchmesh.yarnrelax.body_penalty import near_triangles, push_listed, push_of
@@ -43,8 +44,6 @@ from stitchmesh.yarnrelax.reduction import minimum, ordered_sum
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.step_limit import yarn_place
 from stitchmesh.yarnrelax.term import Run, Term, TermChoice
-
-wp.set_module_options({"enable_backward": False})
 
 DEPTH = wp.constant(4.0)
 """How many reaches below the surface a sample is still found."""
@@ -73,7 +72,7 @@ def list_triangles(surface: Any, sample: Any, reach: Any, p: int, listed: wp.arr
     return count
 
 
-@wp.kernel(module="unique")
+@kernel
 def body_forces(
     # model
     model: Any,
@@ -116,7 +115,7 @@ def body_forces(
     write_whole(sample_force, p, read_whole(sample_force, p) + push * scale)
 
 
-@wp.kernel(module="unique")
+@kernel
 def body_energies(
     # model
     model: Any,
@@ -136,7 +135,7 @@ def body_energies(
     sample_energy[p] = energy * stiffness * here[3] * model.sample_weight[p]
 
 
-@wp.kernel(module="unique")
+@kernel
 def body_gaps(
     # model
     surface: Any,

@@ -26,8 +26,6 @@ import warp as wp
 
 from stitchmesh.yarnrelax.body_surface import from_edge, from_triangle, gap_to, single
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.func
 def penalty(x: Any) -> Any:

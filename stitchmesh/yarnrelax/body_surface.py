@@ -23,8 +23,6 @@ from stitchmesh.yarnrelax.mesh_features import mesh_features
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.precision import vector
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.func
 def feature_of(u: float, v: float) -> int:

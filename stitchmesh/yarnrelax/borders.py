@@ -18,16 +18,15 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.patches import loops_of
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Constraint, ConstraintChoice, Run
 
-wp.set_module_options({"enable_backward": False})
 
-
-@wp.kernel(module="unique")
+@kernel
 def hold_loops(
     # model
     held: wp.array[wp.int32],
@@ -62,7 +61,7 @@ def hold_loops(
         step[loop_points[k]] = step[loop_points[k]] * scale
 
 
-@wp.kernel(module="unique")
+@kernel
 def centre_forces(
     # model
     held: wp.array[wp.int32],

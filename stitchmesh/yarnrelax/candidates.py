@@ -22,6 +22,7 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.aligned import read_whole
 from stitchmesh.yarnrelax.images import cell_of, image_of, shifted_by
 from stitchmesh.yarnrelax.model import Model
@@ -35,10 +36,8 @@ from stitchmesh.yarnrelax.near_segments import (
 )
 from stitchmesh.yarnrelax.reduction import maximum
 
-wp.set_module_options({"enable_backward": False})
 
-
-@wp.kernel(module="unique")
+@kernel
 def list_samples(
     # model
     model: Any,

@@ -41,6 +41,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.kernel import kernel
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarnrelax.block import THREADS, Parts, sum_over_block
 from stitchmesh.yarnrelax.candidates import Candidates
@@ -50,8 +51,6 @@ from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.recording import Zeroing
 from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
 from stitchmesh.yarnrelax.term import Run
-
-wp.set_module_options({"enable_backward": False})
 
 PARTS = 9
 """Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
@@ -110,7 +109,7 @@ def with_strain_shares(
     return total
 
 
-@wp.kernel(module="unique")
+@kernel
 def gather_strain_forces(
     # model
     model: Any,
@@ -182,7 +181,7 @@ def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
     return place + e1 * (strain[0] * first + strain[2] * second) + e2 * (strain[1] * second)
 
 
-@wp.kernel(module="unique")
+@kernel
 def add_strain_effort(
     # model
     free: wp.array[wp.vec3d],
@@ -199,7 +198,7 @@ def add_strain_effort(
     effort[cell] += wp.length(force)
 
 
-@wp.kernel(module="unique")
+@kernel
 def sum_parts(
     # state in
     parts: wp.array3d[wp.float64],

@@ -21,12 +21,11 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarnrelax.crossing_list import Crossings, collected, note
 from stitchmesh.yarnrelax.crossings import is_left
 from stitchmesh.yarnrelax.picture import Picture
-
-wp.set_module_options({"enable_backward": False})
 
 SURE = wp.constant(wp.float64(2.0**61))
 """A cross product beyond this has the sign of its float64 estimate, and one below fits 64 bits."""
@@ -94,7 +93,7 @@ def cross_line(lines: Lines, k: int, yarn: int, tail: wp.vec3d, head: wp.vec3d, 
     note(crossings, lines.yarn[k], yarn, wp.vec2i(0, 0), (above == leftwards) == (lines.outwards[k] > 0))
 
 
-@wp.kernel(module="unique")
+@kernel
 def find_line_crossings(
     # model
     middle: wp.vec3d,

@@ -28,9 +28,8 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.curve import weight_row
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -84,7 +83,7 @@ def compliance_at(
     compliance[i] = inverse_block(block)
 
 
-@wp.kernel(module="unique")
+@kernel
 def find_compliance(
     # model
     model: Any,

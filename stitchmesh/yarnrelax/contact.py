@@ -23,12 +23,11 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
 from stitchmesh.yarnrelax.images import entry_shift, sample_number
 from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.strain_share import with_gap
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -122,7 +121,7 @@ def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
     """The kernel of ``pushing``, for all samples."""
     push_at = pushing(scalar, together, strained)
 
-    @wp.kernel(module="unique")
+    @kernel
     def contact_forces(
         # model
         model: Any,
@@ -141,7 +140,7 @@ def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
     return contact_forces
 
 
-@wp.kernel(module="unique")
+@kernel
 def contact_energies(
     # model
     model: Any,

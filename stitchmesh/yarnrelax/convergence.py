@@ -34,6 +34,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.cell import CellStrain
@@ -43,15 +44,13 @@ from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Constraint, Run, Term
 
-wp.set_module_options({"enable_backward": False})
-
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
 ABOVE_NOISE = 4.0
 """How many times the noise forces must exceed to be forces; the noise of one place varies by about that much."""
 
 
-@wp.kernel(module="unique")
+@kernel
 def add_effort(
     # model
     point_stiffness: wp.array[Any],
@@ -72,7 +71,7 @@ def add_effort(
     contact_noise[i] = wp.max(contact_noise[i], noise)
 
 
-@wp.kernel(module="unique")
+@kernel
 def nudge(
     # model
     precision: Any,
@@ -89,7 +88,7 @@ def nudge(
     points[i] = place
 
 
-@wp.kernel(module="unique")
+@kernel
 def square_forces(
     # state in
     net: wp.array[Any],
@@ -107,7 +106,7 @@ def square_forces(
     contact_noise2[i] = contact_noise[i] * contact_noise[i]
 
 
-@wp.kernel(module="unique")
+@kernel
 def square_change(
     # state in
     before: wp.array[Any],
@@ -196,8 +195,11 @@ class Assessor:
         self.sums = Sums(forces.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
         self.recording = Recording(self._launches(model.record), model.device)
 
-    def assess(self) -> list[Assessment]:
-        """Residual and energies of each cell as it is; its forces are overwritten."""
+    def assess(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
+        """Residual and energies of each cell as it is; its forces are overwritten.
+
+        Only in ``cells``, or in all, is it measured what rounding does.
+        """
         self.recording.launch()
         found = self.sums.totals()
         counts = np.diff(self.model.point_start)
@@ -209,6 +211,8 @@ class Assessor:
             found |= {"tension": self.strain.tension_energies()}
         noise = np.zeros(self.model.cell_count)
         doubtful = left <= self.rounding + _precision(self.model) * in_contacts
+        if cells is not None:
+            doubtful &= cells
         if doubtful.any():
             noise = np.where(doubtful, np.maximum(self._noise(), self.rounding / self.model.size), 0.0)
         still = doubtful & (whole <= ABOVE_NOISE * noise)

@@ -21,8 +21,6 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarnrelax.picture import Picture
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.struct
 class Crossings:

@@ -25,11 +25,10 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarnrelax.crossing_list import Crossings, collected, note
 from stitchmesh.yarnrelax.picture import EDGE, Grid, Picture
-
-wp.set_module_options({"enable_backward": False})
 
 APART = wp.constant(wp.float64(4 * EDGE))
 """Height difference [units] beyond which one edge lies above another however they slope."""
@@ -66,7 +65,7 @@ def period_of(value: wp.float64, cell: wp.float64, cells: wp.int64) -> wp.int64:
     return wp.int64(wp.floor(wp.floor(value / cell) / wp.float64(cells)))
 
 
-@wp.kernel(module="unique")
+@kernel
 def place_edges(
     # model
     grid: Grid,
@@ -88,7 +87,7 @@ def place_edges(
     edge[e] = e
 
 
-@wp.kernel(module="unique")
+@kernel
 def order_edges(
     # model
     grid: Grid,
@@ -196,7 +195,7 @@ def cross_pair(edges: Edges, grid: Grid, step: wp.array[wp.vec2i], i: int, j: in
     note(crossings, one, two, image, crossing_is_positive(a, b, c, d, later))
 
 
-@wp.kernel(module="unique")
+@kernel
 def find_crossings(
     # model
     grid: Grid,

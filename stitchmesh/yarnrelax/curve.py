@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 
 from stitchmesh.yarnrelax.images import corner_place
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.func
 def segment_corners(model: Any, points: wp.array[Any], s: int) -> tuple[Any, Any, Any, Any]:

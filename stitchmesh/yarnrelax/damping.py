@@ -29,6 +29,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
 from stitchmesh.yarnrelax.candidates import Candidates
@@ -38,8 +39,6 @@ from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Run
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -51,7 +50,7 @@ def drag_on(model: Any, drag: wp.array[Any], velocity: wp.array[Any], s: int, sl
     return -(pull + velocity[corner[2]] * row[2] + velocity[corner[3]] * row[3])
 
 
-@wp.kernel(module="unique")
+@kernel
 def sample_velocities(
     # model
     model: Any,
@@ -73,7 +72,7 @@ def sample_velocities(
         write_whole(sample_velocity, first + k, type(sample_velocity[0])(v[0], v[1], v[2], v[0] - v[0]))
 
 
-@wp.kernel(module="unique")
+@kernel
 def contact_damping(
     # model
     model: Any,

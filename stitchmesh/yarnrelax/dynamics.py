@@ -19,6 +19,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.damping import ContactDamping, drag_on, drag_rows, segment_drag
 from stitchmesh.yarnrelax.gather import push_on
 from stitchmesh.yarnrelax.mass import point_masses
@@ -30,10 +31,8 @@ from stitchmesh.yarnrelax.step_limit import shortened
 from stitchmesh.yarnrelax.term import Run
 from stitchmesh.yarnrelax.time_step import Clock, stable_time, time_within
 
-wp.set_module_options({"enable_backward": False})
 
-
-@wp.kernel(module="unique")
+@kernel
 def accelerate(
     # model
     model: Any,
@@ -78,7 +77,7 @@ def accelerate(
     stiffness[i] = here
 
 
-@wp.kernel(module="unique")
+@kernel
 def propose_moves(
     # state in
     clock: wp.array[wp.float64],
@@ -95,7 +94,7 @@ def propose_moves(
     step[i] = shortened(velocity[i] * time_step, limit[i])
 
 
-@wp.kernel(module="unique")
+@kernel
 def carry_out(
     # state in
     clock: wp.array[wp.float64],
@@ -112,7 +111,7 @@ def carry_out(
         velocity[i] = step[i] / time_step
 
 
-@wp.kernel(module="unique")
+@kernel
 def kinetic_energies(
     # model
     mass: wp.array[Any],

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.contact import contact_energies, contact_forces
 from stitchmesh.yarnrelax.gather import gather_forces
@@ -125,7 +126,7 @@ def energy_launches(model: Model, state: State, candidates: Candidates, sums: Su
     return [*launches, sums.add("contact", contact, model.cell_samples, run)]
 
 
-@wp.kernel(module="unique")
+@kernel
 def clear(
     # state out
     vectors: wp.array[Any],

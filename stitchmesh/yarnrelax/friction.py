@@ -34,6 +34,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.friction_contacts import Contacts, first_contacts, renewed_contacts
 from stitchmesh.yarnrelax.friction_law import resisted_slip, slip_energy, slip_measure, slip_slope, vector_from
@@ -43,8 +44,6 @@ from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.reduction import ordered_sum
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Run, Term, TermChoice
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -57,7 +56,7 @@ def slip_of_pair(
     return slip, resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
 
 
-@wp.kernel(module="unique")
+@kernel
 def friction_forces(
     # model
     model: Any,
@@ -83,7 +82,7 @@ def friction_forces(
     sample_force[p] += push * law[0]
 
 
-@wp.kernel(module="unique")
+@kernel
 def friction_energies(
     # model
     model: Any,

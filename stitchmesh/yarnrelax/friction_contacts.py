@@ -23,6 +23,7 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.curve import segment_corners, weight_row
 from stitchmesh.yarnrelax.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
@@ -32,10 +33,8 @@ from stitchmesh.yarnrelax.reduction import maximum
 from stitchmesh.yarnrelax.samples import place_samples
 from stitchmesh.yarnrelax.state import State
 
-wp.set_module_options({"enable_backward": False})
 
-
-@wp.kernel(module="unique")
+@kernel
 def find_tangents(
     # model
     model: Any,
@@ -56,7 +55,7 @@ def find_tangents(
         tangent[first + k] = wp.normalize(leg0 * weight[0] + leg1 * weight[1] + leg2 * weight[2])
 
 
-@wp.kernel(module="unique")
+@kernel
 def count_contacts(
     # model
     model: Any,
@@ -78,7 +77,7 @@ def count_contacts(
     count[p] = found
 
 
-@wp.kernel(module="unique")
+@kernel
 def list_contacts(
     # model
     model: Any,

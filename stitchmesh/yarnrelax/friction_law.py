@@ -14,8 +14,6 @@ import warp as wp
 from stitchmesh.yarnrelax.contact import contact_push, from_entry
 from stitchmesh.yarnrelax.images import sample_number
 
-wp.set_module_options({"enable_backward": False})
-
 # Two yarns cross where the difference of their unit tangents is longer than sqrt(0.1), an angle of 18 degrees; below
 # that their contact is long, and only the direction that they share counts as along.
 

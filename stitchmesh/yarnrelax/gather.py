@@ -8,10 +8,9 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.aligned import read_whole
 from stitchmesh.yarnrelax.curve import weight_row
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -63,7 +62,7 @@ def gather_at(
     stiffness[i] = point_stiffness[i] + push[3] * type(push[3])(2.0)
 
 
-@wp.kernel(module="unique")
+@kernel
 def gather_forces(
     # model
     model: Any,

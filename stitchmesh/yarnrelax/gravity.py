@@ -19,6 +19,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.mass import point_masses
 from stitchmesh.yarnrelax.model import Model
@@ -27,13 +28,11 @@ from stitchmesh.yarnrelax.reduction import ordered_sum
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Run, Term, TermChoice
 
-wp.set_module_options({"enable_backward": False})
-
 STANDARD = (0.0, -981.0, 0.0)
 """Acceleration on Earth [cm / s^2]; y points up."""
 
 
-@wp.kernel(module="unique")
+@kernel
 def add_weights(
     # model
     mass: wp.array[Any],
@@ -46,7 +45,7 @@ def add_weights(
     outer_force[i] += acceleration * mass[i]
 
 
-@wp.kernel(module="unique")
+@kernel
 def weight_energies(
     # model
     mass: wp.array[Any],

@@ -78,7 +78,7 @@ def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Place of each image in a table, and whether it is there."""
-    most = int(max(np.abs(images).max(), np.abs(table).max()))
+    most = int(np.abs(np.concatenate([images, table])).max())
     place = np.full((2 * most + 1, 2 * most + 1), -1)
     place[table[:, 0] + most, table[:, 1] + most] = np.arange(len(table))
     number = place[images[:, 0] + most, images[:, 1] + most]

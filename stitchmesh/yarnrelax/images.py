@@ -18,8 +18,6 @@ from typing import Any
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
-
 NO_TURNS = 2147483647
 """No number of turns of a yarn leads to an image."""
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.bend import bend_energy, bend_slopes
 from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.images import cell_of
@@ -20,8 +21,6 @@ from stitchmesh.yarnrelax.length import length_energy, length_slope
 from stitchmesh.yarnrelax.samples import put_samples
 from stitchmesh.yarnrelax.strain_share import with_leg
 from stitchmesh.yarnrelax.stretch import stretch_energy, stretch_slope
-
-wp.set_module_options({"enable_backward": False})
 
 
 @functools.cache
@@ -93,30 +92,30 @@ def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def placing_and_pulling(quadrature_points: int, strained: bool) -> Any:
-    """The function that places contact samples and finds the pulls: both need a segment's control points, read once.
+def pulling(quadrature_points: int, strained: bool) -> Any:
+    """The function that finds what a segment with given control points exerts.
 
-    Where cells are ``strained``, it finds a segment's share of the forces on their strains too.
+    Where cells are ``strained``, it finds the segment's share of the forces on their strains too.
     """
     pulls = segment_pulls(quadrature_points)
 
     @wp.func
-    def place_and_pull_at(
+    def pull_at(
         model: Any,
         s: int,
         terms: Any,
-        points: wp.array[Any],
-        samples: wp.array[Any],
+        q0: Any,
+        q1: Any,
+        q2: Any,
+        q3: Any,
         segment_pull: wp.array2d[Any],
         segment_block: wp.array[Any],
         segment_strain: wp.array[Any],
     ) -> None:
-        """Of a segment contact samples, pulls on its legs [erg / unit], ``mean_direction`` where there is room.
+        """Pulls on the legs of a segment [erg / unit], ``mean_direction`` where there is room.
 
         ``terms`` is 1 for each of stretch, length and bending that counts, else 0.
         """
-        q0, q1, q2, q3 = segment_corners(model, points, s)
-        put_samples(model, s, q0, q1, q2, q3, samples)
         rest_length = model.segment_rest_length[s]
         k = wp.cw_mul(model.segment_stiffness[s], terms)
         pull0, pull1, pull2 = pulls(model, k[0], k[1], k[2], rest_length, q1 - q0, q2 - q1, q3 - q2)
@@ -133,15 +132,15 @@ def placing_and_pulling(quadrature_points: int, strained: bool) -> Any:
             share = with_leg(share, e1, e2, q2 - q1, pull1, third)
             segment_strain[s] = with_leg(share, e1, e2, q3 - q2, pull2, third)
 
-    return place_and_pull_at
+    return pull_at
 
 
 @functools.cache
 def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
-    """The kernel of ``placing_and_pulling``, for all segments."""
-    place_and_pull_at = placing_and_pulling(quadrature_points, strained)
+    """The kernel that places contact samples and finds the pulls: both need a segment's control points, read once."""
+    pull_at = pulling(quadrature_points, strained)
 
-    @wp.kernel(module="unique")
+    @kernel
     def place_and_pull(
         # model
         model: Any,
@@ -155,12 +154,15 @@ def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
         segment_strain: wp.array[Any],
     ) -> None:
         """Contact samples and pulls of each segment."""
-        place_and_pull_at(model, wp.tid(), terms, points, samples, segment_pull, segment_block, segment_strain)
+        s = wp.tid()
+        q0, q1, q2, q3 = segment_corners(model, points, s)
+        put_samples(model, s, q0, q1, q2, q3, samples)
+        pull_at(model, s, terms, q0, q1, q2, q3, segment_pull, segment_block, segment_strain)
 
     return place_and_pull
 
 
-@wp.kernel(module="unique")
+@kernel
 def internal_energies(
     # model
     model: Any,

@@ -13,6 +13,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
+from stitchmesh.kernel import kernel
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
@@ -52,7 +53,7 @@ RECOVERY = 1.2
 """Growth of the scale of steps after each good assessment."""
 
 
-@wp.kernel(module="unique")
+@kernel
 def copy_where(
     # state in
     chosen: wp.array[wp.int32],
@@ -192,14 +193,14 @@ class Iteration:
         """Residual and energies of the first cell, or of the only piece, as it is."""
         return self.assess_cells()[0]
 
-    def assess_cells(self) -> list[Assessment]:
-        """Residual and energies of each cell as it is."""
+    def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
+        """Residual and energies of each cell as it is; of ``cells`` only, or of all, with what rounding does."""
         if self.assessor is None:
             self.assessor = Assessor(
                 self.model, self.state, self.candidates, self.terms, self.constraints, self.point_stiffness,
                 rounding=self.rounding, strain=self.strain,
             )  # fmt: skip
-        return self.assessor.assess()
+        return self.assessor.assess(cells)
 
     def keep(self, cells: NDArray[np.bool_] | None = None) -> None:
         """Call the state of some cells good, or of all, and let them grow eager again."""

@@ -21,13 +21,12 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import strand_sums, strands_for
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Run
 from stitchmesh.yarnrelax.time_step import FEW_STRANDS
-
-wp.set_module_options({"enable_backward": False})
 
 LARGEST_PART = 0.1
 """Part of the first gradient that may be left."""
@@ -53,7 +52,7 @@ def first_converged(norms: NDArray[np.float64], in_a_row: int = 1) -> int | None
     return int(last[0]) if len(last) else None
 
 
-@wp.kernel(module="unique")
+@kernel
 def square_gradient(
     # state in
     point_force: wp.array[Any],
@@ -65,7 +64,7 @@ def square_gradient(
     square[i] = wp.dot(point_force[i], point_force[i])
 
 
-@wp.kernel(module="unique")
+@kernel
 def note_norm(
     # state in
     sums: wp.array[wp.float64],

@@ -13,8 +13,6 @@ from typing import Any
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.func
 def length_energy(length: Any, rest_length: Any, stiffness: Any) -> Any:

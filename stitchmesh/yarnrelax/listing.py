@@ -15,6 +15,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.block import THREADS
 from stitchmesh.yarnrelax.candidates import Candidates, list_samples
@@ -37,8 +38,6 @@ from stitchmesh.yarnrelax.step_limit import (
     strain_budget_launches,
 )
 
-wp.set_module_options({"enable_backward": False})
-
 ROOM_TO_GROW = 1.1
 """How much longer than now segments may become before the search must be made wider."""
 BLOCKS = 32
@@ -47,7 +46,7 @@ LARGEST_STRAIN = 0.2
 """Largest strain of a cell since its table of images was made, for which its ``SHRINKAGE`` leaves room."""
 
 
-@wp.kernel(module="unique")
+@kernel
 def collect(
     # state in
     near: wp.array[wp.int32],
@@ -83,7 +82,7 @@ def collect(
         facts[blocks + 4 * cells + k // 2, 0] = least[k // 2]
 
 
-@wp.kernel(module="unique")
+@kernel
 def smallest_of_cells(
     # model
     start: wp.array[wp.int32],

@@ -8,7 +8,7 @@ from typing import Any
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
+from stitchmesh.kernel import kernel
 
 
 @wp.func
@@ -17,7 +17,7 @@ def room_left(points: wp.array[Any], listed_points: wp.array[Any], budget: wp.ar
     return wp.max(budget[i] - wp.length(points[i] - listed_points[i]), budget[i] - budget[i])
 
 
-@wp.kernel(module="unique")
+@kernel
 def move_points(
     # state in
     step: wp.array[Any],
@@ -29,7 +29,7 @@ def move_points(
     points[i] = points[i] + step[i]
 
 
-@wp.kernel(module="unique")
+@kernel
 def wear(
     # state in
     points: wp.array[Any],

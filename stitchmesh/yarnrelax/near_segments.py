@@ -17,12 +17,11 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.errors import SolverError
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.images import apart_from_cell, cell_of, grid_place, image_count, shifted_by, turns_to
 from stitchmesh.yarnrelax.model import BLOCK, Model
 from stitchmesh.yarnrelax.recording import Copying
 from stitchmesh.yarnrelax.reduction import maximum
-
-wp.set_module_options({"enable_backward": False})
 
 FIRST_CAPACITY = 16
 """Capacity of a list before its first growth."""
@@ -63,7 +62,7 @@ def may_collide(model: Any, i: int, j: int, image: int) -> bool:
     return ahead > model.segment_skip[i] and cycle - ahead > model.segment_skip[j]
 
 
-@wp.kernel(module="unique")
+@kernel
 def bound_segments(
     # model
     model: Any,
@@ -85,7 +84,7 @@ def bound_segments(
     extent[s] = wp.sqrt(farthest) + samples[first][3]
 
 
-@wp.kernel(module="unique")
+@kernel
 def list_segments(
     # model
     model: Any,
@@ -126,7 +125,7 @@ def list_segments(
     near_count[i] = found
 
 
-@wp.kernel(module="unique")
+@kernel
 def place_in_grid(
     # model
     model: Any,
@@ -141,7 +140,7 @@ def place_in_grid(
     place[s] = grid_place(model.images, centre[s], cell_of(model.images, s), pitch)
 
 
-@wp.kernel(module="unique")
+@kernel
 def bound_cells(
     # model
     cell_segments: wp.array[wp.int32],
@@ -168,7 +167,7 @@ def bound_cells(
         box[2 * cell + 1] = high
 
 
-@wp.kernel(module="unique")
+@kernel
 def drift_of(
     # state in
     centre: wp.array[Any],

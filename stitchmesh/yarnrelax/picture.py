@@ -28,8 +28,6 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.polylines import Curves, end_yarns, measure_segments, sample_segments
 
-wp.set_module_options({"enable_backward": False})
-
 SAMPLES = 4
 """Edges of a segment of usual length; their chords stay within a few hundredths of a radius of the curve."""
 LONG = 2.0

@@ -19,16 +19,15 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.named_points import named_points
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Constraint, ConstraintChoice, Run
 
-wp.set_module_options({"enable_backward": False})
 
-
-@wp.kernel(module="unique")
+@kernel
 def hold(
     # model
     pinned: wp.array[wp.int32],

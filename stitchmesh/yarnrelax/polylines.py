@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
+from stitchmesh.kernel import kernel
 
 
 @wp.struct
@@ -43,7 +43,7 @@ def whole_point(curves: Curves, scale: wp.vec3d, yarn: int, place: int, s: wp.fl
     return wp.vec3d(wp.rint(point[0]), wp.rint(point[1]), wp.rint(point[2]))
 
 
-@wp.kernel(module="unique")
+@kernel
 def measure_segments(
     # state in
     curves: Curves,
@@ -61,7 +61,7 @@ def measure_segments(
     size[s] = largest
 
 
-@wp.kernel(module="unique")
+@kernel
 def sample_segments(
     # model
     segment_edge: wp.array[wp.int32],
@@ -83,7 +83,7 @@ def sample_segments(
         edge_yarn[first + k] = yarn
 
 
-@wp.kernel(module="unique")
+@kernel
 def end_yarns(
     # model
     yarn_edge: wp.array[wp.int32],

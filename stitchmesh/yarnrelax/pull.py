@@ -20,6 +20,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.named_points import named_points
@@ -28,10 +29,8 @@ from stitchmesh.yarnrelax.reduction import ordered_sum
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Run, Term, TermChoice
 
-wp.set_module_options({"enable_backward": False})
 
-
-@wp.kernel(module="unique")
+@kernel
 def add_pull(
     # model
     pulled: wp.array[wp.int32],
@@ -44,7 +43,7 @@ def add_pull(
     outer_force[pulled[k]] += share
 
 
-@wp.kernel(module="unique")
+@kernel
 def pull_energies(
     # model
     pulled: wp.array[wp.int32],

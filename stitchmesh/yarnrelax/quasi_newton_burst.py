@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.block import Parts, sum_over_block, wait_for_block
-from stitchmesh.yarnrelax.cell import with_strain_shares
+from stitchmesh.yarnrelax.cell import put_strain_force, with_strain_shares
 from stitchmesh.yarnrelax.compliance import compliance_at
 from stitchmesh.yarnrelax.contact import pushing
+from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.gather import gather_at
-from stitchmesh.yarnrelax.internal import placing_and_pulling
+from stitchmesh.yarnrelax.internal import pulling
 from stitchmesh.yarnrelax.method import Scene
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.precision import vector
@@ -32,12 +34,16 @@ from stitchmesh.yarnrelax.quasi_newton_steps import (
     judge,
     moved,
     preconditioned,
+    propose,
     proposed,
     recollect,
+    slot_on_trial,
+    take,
+    with_rise,
+    with_strain_products,
 )
+from stitchmesh.yarnrelax.samples import put_samples
 from stitchmesh.yarnrelax.term import Run
-
-wp.set_module_options({"enable_backward": False})
 
 MOST_POINTS = 256
 """Control points of the largest cell that one multiprocessor works on faster than all of them do."""
@@ -48,11 +54,11 @@ FEWEST_THREADS, MOST_THREADS = 64, 256
 @functools.cache
 def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) -> wp.Kernel:
     """The kernel for one precision and one accuracy, and for cells that relax or do not."""
-    place_and_pull_at = placing_and_pulling(quadrature_points, strained)
+    pull_at = pulling(quadrature_points, strained)
     push_at = pushing(scalar, together, strained)
     ones = vector(3, scalar)
 
-    @wp.kernel(module="unique")
+    @kernel
     def burst(
         # model
         model: Any,
@@ -68,9 +74,14 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
         state: Any,
         memory: Any,
     ) -> None:
-        """Iterate each cell until it waits; a block a cell."""
+        """Iterate each cell until it waits; a block a cell.
+
+        Where two things can be done at once, the first threads begin with one and the last ones with the other. The
+        last thread looks after the strains.
+        """
         cell, lane = wp.tid()
         threads = wp.block_dim()
+        from_end = threads - 1 - lane
         share = Share()
         share.cell = cell
         share.threads = threads
@@ -78,17 +89,21 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
         share.last = cells.points[cell + 1]
         first, last = cells.segments[cell], cells.segments[cell + 1]
         terms = ones(type(step_limit)(1.0))
+        entry, numbers = cells.point_count + cell, memory.numbers[cell]
         for _iteration in range(iterations):
             for s in range(first + lane, last, threads):
-                place_and_pull_at(
-                    model, s, terms, state.points, state.samples, state.segment_pull, state.segment_block,
-                    state.segment_strain,
-                )  # fmt: skip
+                q0, q1, q2, q3 = segment_corners(model, state.points, s)
+                put_samples(model, s, q0, q1, q2, q3, state.samples)
             wait_for_block()
             for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
                 push_at(
                     model, p, state.samples, candidate_count, candidates, state.sample_force, state.sample_block,
                     state.sample_strain,
+                )  # fmt: skip
+            for s in range(first + from_end, last, threads):
+                p0, p1, p2, p3 = segment_corners(model, state.points, s)
+                pull_at(
+                    model, s, terms, p0, p1, p2, p3, state.segment_pull, state.segment_block, state.segment_strain
                 )  # fmt: skip
             wait_for_block()
             if wp.static(strained):
@@ -96,27 +111,44 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
                     Parts(), model, first, last, lane, threads, state.segment_strain, state.sample_strain
                 )  # fmt: skip
                 sum_over_block(part, strains.totals[cell])
+                if from_end == 0:
+                    put_strain_force(cell, entry, strains, state)
             for i in range(share.first, share.last, threads):
                 gather_at(
                     model, i, bounds.level, state.segment_pull, state.sample_force, state.outer_force,
                     state.point_force, state.stiffness,
                 )  # fmt: skip
+            for i in range(cells.points[cell] + from_end, share.last, threads):
                 compliance_at(
                     model, i, bounds.along, bounds.across, bounds.further, state.segment_block, state.sample_block,
                     state.compliance,
                 )  # fmt: skip
-            sum_over_block(compared(share, state, memory), memory.products[cell])
-            if lane == 0:
-                judge(cell, cells.point_count + cell, strains, state, memory)
             wait_for_block()
-            sum_over_block(preconditioned(share, state, memory), memory.products[cell])
+            products = compared(share, state, memory)
+            if wp.static(strained):
+                if from_end == 0:
+                    products = with_strain_products(products, entry, slot_on_trial(numbers), state, memory)
+            sum_over_block(products, memory.products[cell])
             if lane == 0:
-                recollect(cell, cells.point_count + cell, step_limit, strains, state, memory)
+                judge(cell, memory)
+            wait_for_block()
+            slots = preconditioned(share, state, memory)
+            if wp.static(strained):
+                if from_end == 0:
+                    slots = with_rise(slots, entry, numbers, memory.fall[cell], state, memory)
+            sum_over_block(slots, memory.products[cell])
+            if lane == 0:
+                recollect(cell, memory)
             wait_for_block()
             proposed(share, step_limit, state, memory)
+            if wp.static(strained):
+                if from_end == 0:
+                    propose(entry, step_limit, numbers, memory.rise[cell], state, memory)
+                    take(entry, slot_on_trial(numbers), state, memory)
+                wait_for_block()
             moved(share, cells, strains, state, memory)
             wait_for_block()
-            if memory.numbers[cell, 6] != wp.float64(0.0):
+            if numbers[6] != wp.float64(0.0):
                 break
 
     return burst

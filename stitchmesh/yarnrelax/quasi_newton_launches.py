@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.block import THREADS, Products, Slots, sum_over_block
-from stitchmesh.yarnrelax.cell import strains_struct, sum_of_blocks
+from stitchmesh.yarnrelax.cell import put_strain_force, strains_struct, sum_of_blocks
 from stitchmesh.yarnrelax.method import Scene
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.quasi_newton_steps import (
@@ -26,12 +27,15 @@ from stitchmesh.yarnrelax.quasi_newton_steps import (
     judge,
     moved,
     preconditioned,
+    propose,
     proposed,
     recollect,
+    slot_on_trial,
+    take,
+    with_rise,
+    with_strain_products,
 )
 from stitchmesh.yarnrelax.term import Run
-
-wp.set_module_options({"enable_backward": False})
 
 CHUNK = {"cuda": THREADS, "cpu": 1024}
 """Control points of a block."""
@@ -58,7 +62,7 @@ def share_of(blocks: Blocks, block: int, lane: int, threads: int) -> Share:
     return share
 
 
-@wp.kernel(module="unique")
+@kernel
 def compare(
     # model
     blocks: Blocks,
@@ -73,7 +77,7 @@ def compare(
     sum_over_block(compared(share_of(blocks, block, lane, wp.block_dim()), state, memory), sums[block])
 
 
-@wp.kernel(module="unique")
+@kernel
 def remember(
     # model
     cells: Cells,
@@ -96,10 +100,16 @@ def remember(
             total[k] += sums[block, k]
     sum_over_block(total, memory.products[cell])
     if lane == 0:
-        judge(cell, cells.point_count + cell, strains, state, memory)
+        if strains.count > 0:
+            entry = cells.point_count + cell
+            put_strain_force(cell, entry, strains, state)
+            own = with_strain_products(Products(), entry, slot_on_trial(memory.numbers[cell]), state, memory)
+            for k in range(26):
+                memory.products[cell, k] += own[k]
+        judge(cell, memory)
 
 
-@wp.kernel(module="unique")
+@kernel
 def precondition(
     # model
     blocks: Blocks,
@@ -114,7 +124,7 @@ def precondition(
     sum_over_block(preconditioned(share_of(blocks, block, lane, wp.block_dim()), state, memory), sums[block])
 
 
-@wp.kernel(module="unique")
+@kernel
 def recall(
     # model
     cells: Cells,
@@ -135,10 +145,18 @@ def recall(
             total[k] += sums[block, k]
     sum_over_block(total, memory.products[cell])
     if lane == 0:
-        recollect(cell, cells.point_count + cell, step_limit, strains, state, memory)
+        entry, numbers = cells.point_count + cell, memory.numbers[cell]
+        if strains.count > 0:
+            own = with_rise(Slots(), entry, numbers, memory.fall[cell], state, memory)
+            for k in range(7):
+                memory.products[cell, k] += own[k]
+        recollect(cell, memory)
+        if strains.count > 0:
+            propose(entry, step_limit, numbers, memory.rise[cell], state, memory)
+            take(entry, slot_on_trial(numbers), state, memory)
 
 
-@wp.kernel(module="unique")
+@kernel
 def propose_moves(
     # model
     blocks: Blocks,
@@ -152,7 +170,7 @@ def propose_moves(
     proposed(share_of(blocks, block, lane, wp.block_dim()), step_limit, state, memory)
 
 
-@wp.kernel(module="unique")
+@kernel
 def move_and_note(
     # model
     cells: Cells,

@@ -6,7 +6,7 @@ An entry is a control point, or the strains of a cell (``cell``). What a cell ke
 ``numbers``, ``curvature`` and so on; its control points are its own. A scene of one piece is one cell.
 
 An iteration is, with sums over the cell between its steps: ``compared`` by many threads, ``judge`` by one,
-``preconditioned`` by many, ``recollect`` by one, ``moved`` by many. The strains are looked after by the one.
+``preconditioned`` by many, ``recollect`` by one, ``proposed`` and ``moved`` by many.
 """
 
 from __future__ import annotations
@@ -16,12 +16,10 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.block import Products, Slots
-from stitchmesh.yarnrelax.cell import deformed, put_strain_force
+from stitchmesh.yarnrelax.cell import deformed
 from stitchmesh.yarnrelax.compliance import times_block
 from stitchmesh.yarnrelax.motion import room_left
 from stitchmesh.yarnrelax.step_limit import shortened
-
-wp.set_module_options({"enable_backward": False})
 
 # Loops over these numbers stand as literals below: Warp unrolls a loop only where its bound is one.
 MEMORY = 6
@@ -109,14 +107,18 @@ def compared(share: Share, state: Any, memory: Any) -> Products:
 
 
 @wp.func
-def judge(cell: int, entry: int, strains: Any, state: Any, memory: Any) -> None:
-    """With the sums over a cell's control points: find the force on its strains, and take its newest pair."""
+def with_strain_products(total: Any, entry: int, new: int, state: Any, memory: Any) -> Any:
+    """Add the strains of a cell; L's test knows of none."""
+    square = total[25]
+    whole = with_products(total, entry, new, state, memory)
+    whole[25] = square
+    return whole
+
+
+@wp.func
+def judge(cell: int, memory: Any) -> None:
+    """With the sums over a cell: take its newest pair."""
     products, numbers = memory.products[cell], memory.numbers[cell]
-    if strains.count > 0:
-        put_strain_force(cell, entry, strains, state)
-        own = with_products(Products(), entry, slot_on_trial(numbers), state, memory)
-        for k in range(25):
-            products[k] += own[k]
     take_pair(products, numbers, memory.curvature[cell], memory.fall[cell])
     note_leaf_test(products[25], numbers)
 
@@ -210,17 +212,11 @@ def preconditioned(share: Share, state: Any, memory: Any) -> Slots:
 
 
 @wp.func
-def recollect(cell: int, entry: int, step_limit: Any, strains: Any, state: Any, memory: Any) -> None:
-    """With the sums over a cell's control points: find the numbers a_j - b_j, and move its strains."""
-    products, numbers = memory.products[cell], memory.numbers[cell]
-    if strains.count > 0:
-        own = with_rise(Slots(), entry, numbers, memory.fall[cell], state, memory)
-        for k in range(7):
-            products[k] += own[k]
-    recall_pairs(products, numbers, memory.curvature[cell], memory.fall[cell], memory.rise[cell])
-    if strains.count > 0:
-        propose(entry, step_limit, numbers, memory.rise[cell], state, memory)
-        take(entry, slot_on_trial(numbers), state, memory)
+def recollect(cell: int, memory: Any) -> None:
+    """With the sums over a cell: find the numbers a_j - b_j."""
+    recall_pairs(
+        memory.products[cell], memory.numbers[cell], memory.curvature[cell], memory.fall[cell], memory.rise[cell]
+    )  # fmt: skip
 
 
 @wp.func

@@ -16,7 +16,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-wp.set_module_options({"enable_backward": False})
+from stitchmesh.kernel import kernel
 
 FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 """Threads of a reduction."""
@@ -34,7 +34,7 @@ def strands_for(count: int) -> int:
     return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_STRANDS))
 
 
-@wp.kernel(module="unique")
+@kernel
 def strand_sums(
     # state in
     values: wp.array[Any],
@@ -49,7 +49,7 @@ def strand_sums(
     sums[strand] = total
 
 
-@wp.kernel(module="unique")
+@kernel
 def strand_maxima(
     # state in
     sign: wp.float64,
@@ -67,7 +67,7 @@ def strand_maxima(
     maxima[strand] = most
 
 
-@wp.kernel(module="unique")
+@kernel
 def row_totals(
     # state in
     parts: wp.array2d[wp.float64],
@@ -120,7 +120,7 @@ def _parallel_strands(count: int) -> int:
     return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_PARALLEL))
 
 
-@wp.kernel(module="unique")
+@kernel
 def range_sums(
     # model
     strands: int,
@@ -139,7 +139,7 @@ def range_sums(
     sums[wp.tid()] = total
 
 
-@wp.kernel(module="unique")
+@kernel
 def range_minima(
     # model
     strands: int,

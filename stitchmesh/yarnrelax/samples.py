@@ -8,10 +8,9 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.aligned import write_whole
 from stitchmesh.yarnrelax.curve import segment_corners, weight_row
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -27,7 +26,7 @@ def put_samples(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, samples:
         write_whole(samples, first + k, type(samples[0])(place[0], place[1], place[2], radius))
 
 
-@wp.kernel(module="unique")
+@kernel
 def place_samples(
     # model
     model: Any,

@@ -35,6 +35,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
@@ -43,8 +44,6 @@ from stitchmesh.yarnrelax.precision import vector
 from stitchmesh.yarnrelax.reduction import ordered_sum
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Run, Term, TermChoice
-
-wp.set_module_options({"enable_backward": False})
 
 TANGENTIAL = 0.25
 """Restoring force along the fabric at a displacement of one radius, over F."""
@@ -74,7 +73,7 @@ def patch_slope(mean: Any, normal: Any, stiffness: Any, threshold: Any) -> Any:
     return (along * stiffness[0] + normal * push) * type(across)(2.0)
 
 
-@wp.kernel(module="unique")
+@kernel
 def displace_loops(
     # model
     loop_start: wp.array[wp.int32],
@@ -93,7 +92,7 @@ def displace_loops(
     displacement[loop] = total
 
 
-@wp.kernel(module="unique")
+@kernel
 def pull_patches(
     # model
     patch_start: wp.array[wp.int32],
@@ -119,7 +118,7 @@ def pull_patches(
     energy[patch] = patch_energy(mean, normal[patch], stiffness, threshold) * whole[patch]
 
 
-@wp.kernel(module="unique")
+@kernel
 def add_shape_forces(
     # model
     loop_start: wp.array[wp.int32],

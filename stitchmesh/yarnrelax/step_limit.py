@@ -46,6 +46,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.contact import from_entry
@@ -55,8 +56,6 @@ from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import minima_over
 from stitchmesh.yarnrelax.sampling import LARGEST_REACH
 from stitchmesh.yarnrelax.state import State
-
-wp.set_module_options({"enable_backward": False})
 
 SAFETY = 0.45
 """Part of the clearance that one control point may use up; below one half."""
@@ -85,7 +84,7 @@ def distance_of_pieces(centre: Any, half1: Any, half2: Any) -> Any:
     return wp.length(centre + half1 * s - half2 * t)
 
 
-@wp.kernel(module="unique")
+@kernel
 def measure_arcs(
     # model
     model: Any,
@@ -111,7 +110,7 @@ def measure_arcs(
         slack[first + k] = type(slack[0])(longest * half, turn * (half * half * type(half)(0.5)))
 
 
-@wp.kernel(module="unique")
+@kernel
 def arc_clearances(
     # model
     model: Any,
@@ -143,7 +142,7 @@ def arc_clearances(
     clearance[p] = least
 
 
-@wp.kernel(module="unique")
+@kernel
 def set_budgets(
     # model
     model: Any,
@@ -166,7 +165,7 @@ def set_budgets(
     budget[i] = wp.max(least, least - least)
 
 
-@wp.kernel(module="unique")
+@kernel
 def nearest_arcs(
     # model
     model: Any,
@@ -191,7 +190,7 @@ def nearest_arcs(
     nearest[p] = least * type(least)(2.0)
 
 
-@wp.kernel(module="unique")
+@kernel
 def nearest_entry(
     # model
     model: Any,
@@ -262,7 +261,7 @@ def strain_budget(clearance: wp.float64, margin: wp.float64, apart: wp.float64) 
     return wp.clamp(part, wp.float64(0.0), wp.float64(0.05)) * wp.float64(10.0)
 
 
-@wp.kernel(module="unique")
+@kernel
 def set_strain_budgets(
     # model
     point_count: int,

@@ -14,8 +14,6 @@ import warp as wp
 
 from stitchmesh.yarnrelax.images import cell_of_sample
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.func
 def with_share(total: Any, first: Any, second: Any, force1: Any, force2: Any, stiffness: Any, length2: Any) -> Any:

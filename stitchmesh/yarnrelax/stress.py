@@ -29,6 +29,7 @@ import warp as wp
 
 from stitchmesh.device import alone
 from stitchmesh.errors import ParameterError
+from stitchmesh.kernel import kernel
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
@@ -37,8 +38,6 @@ from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.material import YarnMaterial
-
-wp.set_module_options({"enable_backward": False})
 
 SUMS = 5
 """W_11, W_22, W_12, and Q along the courses and along the wales."""
@@ -72,7 +71,7 @@ def with_element(share: Any, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3
     return share + type(share)(force[0] * along[0], force[1] * along[1], force[0] * along[1], first, second)
 
 
-@wp.kernel(module="unique")
+@kernel
 def segment_shares(
     # model
     model: Any,
@@ -96,7 +95,7 @@ def segment_shares(
         shares[k, s] = share[k]
 
 
-@wp.kernel(module="unique")
+@kernel
 def contact_shares(
     # model
     model: Any,

@@ -15,8 +15,6 @@ from typing import Any
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
-
 
 @wp.func
 def stretch_energy(speed: Any, rest_length: Any, stiffness: Any) -> Any:

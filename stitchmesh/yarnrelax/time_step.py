@@ -29,10 +29,9 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.reduction import strand_maxima, strands_for
 from stitchmesh.yarnrelax.term import Run
-
-wp.set_module_options({"enable_backward": False})
 
 LONGEST_TIME_STEP = 4e-4
 """Time step [s] where nothing asks for a shorter one (L section 3.1)."""
@@ -57,7 +56,7 @@ def time_within(reach: Any, speed: Any, acceleration: Any) -> Any:
     return type(speed)(2.0) * reach / wp.max(fast, type(speed)(1.0e-30))
 
 
-@wp.kernel(module="unique")
+@kernel
 def set_time_step(
     # model
     longest: wp.float64,

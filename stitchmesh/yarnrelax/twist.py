@@ -33,6 +33,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import ordered_sum
@@ -41,13 +42,11 @@ from stitchmesh.yarnrelax.term import Run, Term, TermChoice
 from stitchmesh.yarnrelax.twist_holonomy import binormal, find_chords, multiply_strands, total_holonomy
 from stitchmesh.yarnrelax.twist_path import put_path
 
-wp.set_module_options({"enable_backward": False})
-
 CHORD_SHARES = np.array([1.0, 3.0, 3.0, 1.0]) / 6.0
 """How much of a chord's displacement each control point of its segment makes at the most."""
 
 
-@wp.kernel(module="unique")
+@kernel
 def add_twist_pulls(
     # model
     model: Any,
@@ -73,7 +72,7 @@ def add_twist_pulls(
     segment_pull[2, s] += pull
 
 
-@wp.kernel(module="unique")
+@kernel
 def twist_energies(
     # model
     untwisted: wp.array[wp.float64],

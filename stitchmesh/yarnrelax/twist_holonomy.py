@@ -28,9 +28,8 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.curve import segment_corners
-
-wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
@@ -55,7 +54,7 @@ def binormal(first: Any, second: Any) -> Any:
     return wp.cross(first, second) * (type(size)(2.0) / bottom)
 
 
-@wp.kernel(module="unique")
+@kernel
 def find_chords(
     # model
     model: Any,
@@ -71,7 +70,7 @@ def find_chords(
     chord[s] = (q3 - q0 + (q2 - q1) * third) / type(third)(6.0)
 
 
-@wp.kernel(module="unique")
+@kernel
 def multiply_strands(
     # model
     strand_start: wp.array[wp.int32],
@@ -93,7 +92,7 @@ def multiply_strands(
     strand_turn[strand] = wp.normalize(product)
 
 
-@wp.kernel(module="unique")
+@kernel
 def total_holonomy(
     # model
     yarn_strand: wp.array[wp.int32],

@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from stitchmesh.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io import read_mesh
+from stitchmesh.kernel import kernel
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import Quality, quality_named
@@ -94,7 +95,7 @@ def push(model: Model, term: Term, points: np.ndarray) -> tuple[float, np.ndarra
     return energy, state.point_force.numpy().astype(np.float64) / model.unit, state.sample_force.numpy()
 
 
-@wp.kernel
+@kernel
 def measure(surface: Any, limit: wp.float64, samples: wp.array[wp.vec4d], gap: wp.array[wp.vec4d]) -> None:
     p = wp.tid()
     gap[p] = gap_to(surface, samples[p], limit)
