@@ -16,7 +16,7 @@ THREADS = 256
 
 Parts = wp.types.vector(length=9, dtype=wp.float64)
 Slots = wp.types.vector(length=7, dtype=wp.float64)
-Products = wp.types.vector(length=26, dtype=wp.float64)
+Products = wp.types.vector(length=19, dtype=wp.float64)
 
 _BARRIER = """
 #if defined(__CUDA_ARCH__)

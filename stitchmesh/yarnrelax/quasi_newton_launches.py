@@ -96,7 +96,7 @@ def remember(
         sum_of_blocks(strains.parts[cell], lane, threads, strains.totals[cell])
     total = Products()
     for block in range(blocks.of_cell[cell] + lane, blocks.of_cell[cell + 1], threads):
-        for k in range(26):
+        for k in range(19):
             total[k] += sums[block, k]
     sum_over_block(total, memory.products[cell])
     if lane == 0:
@@ -104,7 +104,7 @@ def remember(
             entry = cells.point_count + cell
             put_strain_force(cell, entry, strains, state)
             own = with_strain_products(Products(), entry, slot_on_trial(memory.numbers[cell]), state, memory)
-            for k in range(26):
+            for k in range(19):
                 memory.products[cell, k] += own[k]
         judge(cell, memory)
 

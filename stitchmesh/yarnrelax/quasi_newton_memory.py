@@ -21,7 +21,7 @@ def _struct(scalar: Any) -> Any:
     Of each entry: ``moves``, what it did in the iteration of each slot, and ``losses``, what the force on it lost,
     shape (7, E, 3); ``last_force``, that of the last iteration, and ``step``, its next move, shape (E, 3); ``limit``,
     how far it may go, shape (E,). Of each cell: ``numbers``, (C, 12); ``curvature``, products of moves with losses,
-    (C, 7, 7); ``fall``, the numbers a_j, and ``rise``, a_j - b_j, (C, 7); ``products``, sums over its entries, (C, 26).
+    (C, 7, 7); ``fall``, the numbers a_j, and ``rise``, a_j - b_j, (C, 7); ``products``, sums over its entries, (C, 19).
     """
     threes, doubles = vector(3, scalar), wp.float64
     annotations = {

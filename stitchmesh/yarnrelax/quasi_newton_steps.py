@@ -33,14 +33,15 @@ SMOOTHING = wp.constant(4)
 LEAST_SCALE, LARGEST_SCALE = wp.constant(wp.float64(0.05)), wp.constant(wp.float64(4.0))
 """Bounds of g."""
 
-PRODUCTS = 26
-"""Products with the memory: three with each slot, and four of the newest pair; the square of the force."""
+PRODUCTS = 19
+"""Products with the memory: two with each slot, and four of the newest pair; the square of the force."""
 NUMBERS = 12
 """Numbers of the memory: newest slot, pairs, iterations so far, whether the last move was a plain one, scale of moves,
 g, whether all wait for new candidate lists or the next assessment, and the iterations done by then. Then L's test
 (``leaf_convergence``): norms of the first and of the last force, iterations in all, and that at which it first held."""
 
-Table = wp.types.matrix(shape=(7, 7), dtype=wp.float64)
+Ages = wp.types.vector(length=6, dtype=wp.float64)
+Table = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
 
 
 @wp.func
@@ -81,18 +82,17 @@ def with_products(total: Any, i: int, new: int, state: Any, memory: Any) -> Any:
     lost = memory.last_force[i] - now
     memory.last_force[i] = now
     memory.losses[new, i] = lost
-    move = memory.moves[new, i]
     for j in range(SLOTS):
         moved = memory.moves[j, i]
         total[j] += wp.float64(wp.dot(moved, now))
         total[j + SLOTS] += wp.float64(wp.dot(moved, lost))
-        total[j + 2 * SLOTS] += wp.float64(wp.dot(move, memory.losses[j, i]))
-    total[3 * SLOTS] += wp.float64(wp.dot(lost, times_block(state.compliance[i], lost)))
-    total[3 * SLOTS + 1] += wp.float64(wp.dot(move, move))
-    total[3 * SLOTS + 2] += wp.float64(wp.dot(lost, lost))
+    move = memory.moves[new, i]
+    total[2 * SLOTS] += wp.float64(wp.dot(lost, times_block(state.compliance[i], lost)))
+    total[2 * SLOTS + 1] += wp.float64(wp.dot(move, move))
+    total[2 * SLOTS + 2] += wp.float64(wp.dot(lost, lost))
     if room_left(state.points, state.listed_points, state.budget, i) < state.budget[i] * type(now[0])(1.0 - 0.7):
-        total[3 * SLOTS + 3] += wp.float64(1.0)
-    total[3 * SLOTS + 4] += wp.float64(wp.dot(now, now))
+        total[2 * SLOTS + 3] += wp.float64(1.0)
+    total[2 * SLOTS + 4] += wp.float64(wp.dot(now, now))
     return total
 
 
@@ -109,9 +109,9 @@ def compared(share: Share, state: Any, memory: Any) -> Products:
 @wp.func
 def with_strain_products(total: Any, entry: int, new: int, state: Any, memory: Any) -> Any:
     """Add the strains of a cell; L's test knows of none."""
-    square = total[25]
+    square = total[18]
     whole = with_products(total, entry, new, state, memory)
-    whole[25] = square
+    whole[18] = square
     return whole
 
 
@@ -120,7 +120,24 @@ def judge(cell: int, memory: Any) -> None:
     """With the sums over a cell: take its newest pair."""
     products, numbers = memory.products[cell], memory.numbers[cell]
     take_pair(products, numbers, memory.curvature[cell], memory.fall[cell])
-    note_leaf_test(products[25], numbers)
+    note_leaf_test(products[18], numbers)
+
+
+@wp.func
+def by_age(curvature: wp.array2d[wp.float64], head: int, count: int) -> Table:
+    """Products s_older . y_newer of the pairs, rows and columns by age.
+
+    The diagonal is 1 / s . y, and 0 where there is no pair. All is read before anything depends on it: one wait for
+    memory instead of dozens.
+    """
+    table = Table()
+    for older in range(6):
+        for newer in range(6):
+            if newer <= older:
+                table[older, newer] = curvature[slot_before(head, older), slot_before(head, newer)]
+    for age in range(6):
+        table[age, age] = wp.where(age < count, wp.float64(1.0) / table[age, age], wp.float64(0.0))
+    return table
 
 
 @wp.func
@@ -135,37 +152,32 @@ def take_pair(
     new = slot_on_trial(numbers)
     for j in range(7):
         curvature[j, new] = product[7 + j]
-        curvature[new, j] = product[14 + j]
     bend = product[7 + new]
-    sound = bend > wp.float64(1.0e-8) * wp.sqrt(product[22] * product[23]) and numbers[3] == zero
+    sound = bend > wp.float64(1.0e-8) * wp.sqrt(product[15] * product[16]) and numbers[3] == zero
     if sound:
         numbers[0] = wp.float64(new)
         numbers[1] = wp.min(numbers[1] + wp.float64(1.0), wp.float64(6.0))
-        numbers[5] = wp.clamp(bend / product[21], LEAST_SCALE, LARGEST_SCALE)
-    numbers[6] = wp.where(product[24] > zero or numbers[2] >= numbers[7], wp.float64(1.0), zero)
+        numbers[5] = wp.clamp(bend / product[14], LEAST_SCALE, LARGEST_SCALE)
+    numbers[6] = wp.where(product[17] > zero or numbers[2] >= numbers[7], wp.float64(1.0), zero)
     turn = int(numbers[2]) % 20
     numbers[2] = numbers[2] + wp.float64(1.0) - numbers[6]
     plain = turn >= PERIOD - SMOOTHING
     numbers[3] = wp.where(plain, wp.float64(1.0), zero)
-    head, count = int(numbers[0]), int(numbers[1])
-    # read everything before anything depends on it: one wait for memory instead of dozens
-    table = Table()
-    along = Slots()
-    for j in range(7):
-        along[j] = product[j]
-        for k in range(7):
-            table[j, k] = curvature[j, k]
-    part = Slots()
+    head, count = int(numbers[0]), wp.where(plain, 0, int(numbers[1]))
+    table = by_age(curvature, head, count)
+    along, part = Ages(), Ages()
     for age in range(6):
-        if age < count and not plain:
-            slot = slot_before(head, age)
-            value = along[slot]
-            for newer in range(age):
-                after = slot_before(head, newer)
-                value -= part[after] * table[slot, after]
-            part[slot] = value / table[slot, slot]
-    for j in range(7):
-        fall[j] = part[j]
+        along[age] = product[slot_before(head, age)]
+    for age in range(6):
+        value = along[age]
+        for newer in range(6):
+            if newer < age:
+                value -= part[newer] * table[age, newer]
+        part[age] = value * table[age, age]
+    for age in range(6):
+        fall[slot_before(head, age)] = part[age]
+    # the seventh slot is that of no pair
+    fall[slot_before(head, 6)] = zero
 
 
 @wp.func
@@ -228,28 +240,22 @@ def recall_pairs(
     rise: wp.array[wp.float64],
 ) -> None:
     """Find a cell's numbers a_j - b_j."""
-    head, count = int(numbers[0]), int(numbers[1])
-    plain = numbers[3] != wp.float64(0.0)
-    table = Table()
-    along, down = Slots(), Slots()
-    for j in range(7):
-        along[j] = product[j]
-        down[j] = fall[j]
-        for k in range(7):
-            table[j, k] = curvature[j, k]
-    part = Slots()
+    zero = wp.float64(0.0)
+    head, count = int(numbers[0]), wp.where(numbers[3] != zero, 0, int(numbers[1]))
+    table = by_age(curvature, head, count)
+    along, down, part = Ages(), Ages(), Ages()
+    for age in range(6):
+        along[age] = product[slot_before(head, age)]
+        down[age] = fall[slot_before(head, age)]
     for later in range(6):
-        age = 5 - later
-        if age < count and not plain:
-            slot = slot_before(head, age)
-            value = along[slot]
-            for older in range(age + 1, 6):
-                if older < count:
-                    before = slot_before(head, older)
-                    value += part[before] * table[before, slot]
-            part[slot] = down[slot] - value / table[slot, slot]
-    for j in range(7):
-        rise[j] = part[j]
+        value = along[5 - later]
+        for older in range(6):
+            if older > 5 - later:
+                value += part[older] * table[older, 5 - later]
+        part[5 - later] = wp.where(5 - later < count, down[5 - later] - value * table[5 - later, 5 - later], zero)
+    for age in range(6):
+        rise[slot_before(head, age)] = part[age]
+    rise[slot_before(head, 6)] = zero
 
 
 @wp.func
