@@ -9,7 +9,12 @@ On a CPU a block is one thread. A block of a GPU has a multiple of 32 threads, u
 # ruff: noqa: F811
 # mypy: disable-error-code="no-redef,no-untyped-def,empty-body,valid-type"
 
+import functools
+from typing import Any
+
 import warp as wp
+
+from stitchmesh.yarnrelax.precision import vector
 
 THREADS = 256
 """Threads of a block on a GPU that sums."""
@@ -60,6 +65,17 @@ _SUM = """
 """
 
 
+_SUM_OF_FOUR = """
+#if defined(__CUDA_ARCH__)
+    constexpr int count = sizeof(values) / sizeof(values[0]);
+    const unsigned four = 0xfu << (threadIdx.x & 28);
+    for (int k = 0; k < count; ++k) values[k] += __shfl_xor_sync(four, values[k], 1);
+    for (int k = 0; k < count; ++k) values[k] += __shfl_xor_sync(four, values[k], 2);
+#endif
+    return values;
+"""
+
+
 @wp.func_native(_BARRIER)
 def wait_for_block():
     """Go on when all threads of the block have come here and what they wrote can be read."""
@@ -82,3 +98,16 @@ def sum_over_block(values: Slots, totals: wp.array1d(dtype=wp.float64)):
 def sum_over_block(values: Products, totals: wp.array1d(dtype=wp.float64)):
     """Sum each of a thread's numbers over all threads of the block, always in the same order."""
     ...
+
+
+@functools.cache
+def summing_four(size: int, scalar: Any) -> Any:
+    """The function that sums vectors of so many numbers over four threads side by side, in which it leaves the sum."""
+    numbers = vector(size, scalar)
+
+    @wp.func_native(_SUM_OF_FOUR)
+    def sum_of_four(values: numbers) -> numbers:
+        """Sum of the vectors of four threads; on a CPU the vector of the only one."""
+        ...
+
+    return sum_of_four

@@ -219,8 +219,8 @@ class Assessor:
         with np.errstate(divide="ignore", invalid="ignore"):
             residual = np.maximum(np.where(still, 0.0, left / whole), in_cell)
             share = np.where(still, 0.0, noise / whole)
-        cells = range(self.model.cell_count)
-        energies = [{name: float(parts[cell]) for name, parts in found.items()} for cell in cells]
+        every = range(self.model.cell_count)
+        energies = [{name: float(parts[cell]) for name, parts in found.items()} for cell in every]
         return [Assessment(*each) for each in zip(residual.tolist(), energies, share.tolist(), strict=True)]
 
     def _launches(self, run: Run) -> list[Any]:

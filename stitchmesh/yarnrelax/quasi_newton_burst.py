@@ -16,10 +16,10 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.kernel import kernel
-from stitchmesh.yarnrelax.block import Parts, sum_over_block, wait_for_block
+from stitchmesh.yarnrelax.block import Parts, sum_over_block, summing_four, wait_for_block
 from stitchmesh.yarnrelax.cell import put_strain_force, with_strain_shares
 from stitchmesh.yarnrelax.compliance import compliance_at
-from stitchmesh.yarnrelax.contact import pushing
+from stitchmesh.yarnrelax.contact import pushing, put_push
 from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.gather import gather_at
 from stitchmesh.yarnrelax.internal import pulling
@@ -47,7 +47,7 @@ from stitchmesh.yarnrelax.term import Run
 
 MOST_POINTS = 256
 """Control points of the largest cell that one multiprocessor works on faster than all of them do."""
-FEWEST_THREADS, MOST_THREADS = 64, 256
+FEWEST_THREADS, MOST_THREADS = 128, 512
 """Threads of a block on a GPU."""
 
 
@@ -55,7 +55,8 @@ FEWEST_THREADS, MOST_THREADS = 64, 256
 def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) -> wp.Kernel:
     """The kernel for one precision and one accuracy, and for cells that relax or do not."""
     pull_at = pulling(quadrature_points, strained)
-    push_at = pushing(scalar, together, strained)
+    pushes_on = pushing(scalar, together, strained)
+    sum_of_push, sum_of_block, sum_of_share = (summing_four(size, scalar) for size in (4, 6, 9))
     ones = vector(3, scalar)
 
     @kernel
@@ -82,6 +83,7 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
         cell, lane = wp.tid()
         threads = wp.block_dim()
         from_end = threads - 1 - lane
+        sharers = wp.where(threads > 1, 4, 1)  # threads for the list of a sample
         share = Share()
         share.cell = cell
         share.threads = threads
@@ -95,11 +97,18 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
                 q0, q1, q2, q3 = segment_corners(model, state.points, s)
                 put_samples(model, s, q0, q1, q2, q3, state.samples)
             wait_for_block()
-            for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
-                push_at(
-                    model, p, state.samples, candidate_count, candidates, state.sample_force, state.sample_block,
+            for p in range(model.sample_start[first] + lane // sharers, model.sample_start[last], threads // sharers):
+                push, block, own = pushes_on(
+                    model, p, lane % sharers, sharers, state.samples, candidate_count, candidates, state.sample_block,
                     state.sample_strain,
                 )  # fmt: skip
+                push, block = sum_of_push(push), sum_of_block(block)
+                if wp.static(strained):
+                    own = sum_of_share(own)
+                if lane % sharers == 0:
+                    put_push(
+                        model, p, push, block, own, state.sample_force, state.sample_block, state.sample_strain
+                    )  # fmt: skip
             for s in range(first + from_end, last, threads):
                 p0, p1, p2, p3 = segment_corners(model, state.points, s)
                 pull_at(
@@ -166,11 +175,11 @@ class BurstLaunches:
     """The launch of a burst."""
 
     def __init__(self, model: Model, memory: Any) -> None:
-        """A thread for each contact sample of the largest cell, within bounds."""
+        """Four threads for each contact sample of the largest cell, within bounds."""
         self.memory, self.cells = memory, cells_of(model)
         self.threads = 1
         if model.device.is_cuda:
-            wanted = 1 << max(model.largest_cell - 1, 0).bit_length()
+            wanted = 1 << max(4 * model.largest_cell - 1, 0).bit_length()
             self.threads = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
 
     def launch(self, scene: Scene, bounds: Any, iterations: int, run: Run) -> Any:
