@@ -3,9 +3,10 @@
 """Two relaxed cells of another group (Sperl et al. 2021), relaxed here with their radius and rest lengths.
 
 Their yarns are rods of a natural curvature, which the files state, and of stiffnesses that the files do not state but
-that follow from the balance of their forces (``validation_rods``). So the cells are relaxed here with the published
-material and with theirs, each straight at rest and with their natural curvature. Splines are made of vertices spaced
-unevenly: what evens the parameter out along a segment, ``k_len``, is kept small beside the penalty of its length.
+that follow from the balance of their forces (``validation_rods``). So the cells are relaxed here straight at rest and
+with their natural curvature, of three materials: the published one; the same, but that ``k_len`` holds the length of a
+segment as a whole, since their vertices are spaced unevenly and a spline through them runs at an uneven speed, which is
+no strain of theirs; and one of their stiffnesses.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ REPEAT = {"stockinette": (2, 2), "basket": (4, 4)}
 """Wales and courses, or warps and wefts, of a cell."""
 QUALITY = replace(PRESETS["reference"], max_iterations=30_000)
 FREE = RelaxCell(shear=False)
+DYN = 1e5 * validation_rods.MODULUS
+"""In the unit of force of the rods."""
 DRIFT = 1e-3
 """Part of a segment's stiffness that evens its parameter out."""
 CONTACT = 7.3e-5
@@ -135,8 +138,9 @@ def cells_table(folder: Path) -> Iterable[list[object]]:
     for name in CELLS:
         cell = read_cell(folder / f"{name}.pyp")
         yield [name, "theirs, as the file has it", *_spacings(name, 100 * cell.rods.periods), "", "", "", ""]
-        rest = 100 * validation_rods.relaxed(cell.rods, cell.stiffness).periods
-        yield [name, "their rods, free", *_spacings(name, rest), *_changes(rest, cell), ""]
+        for said, stiff in (("their rods, free", cell.stiffness), ("the same, published material", as_rods(cell))):
+            rest = 100 * validation_rods.relaxed(cell.rods, stiff).periods
+            yield [name, said, *_spacings(name, rest), *_changes(rest, cell), ""]
         for said, yarns, material in variants(cell):
             rest = np.array(at_rest(yarns, material, FREE)[1])
             yield [name, said, *_spacings(name, rest), *_changes(rest, cell), f"{moved_by(yarns, material):.2f}"]
@@ -144,7 +148,9 @@ def cells_table(folder: Path) -> Iterable[list[object]]:
 
 def variants(cell: Cell) -> Iterable[tuple[str, YarnSet, YarnMaterial]]:
     """Yarns and materials with which a cell is relaxed."""
-    for said, material in (("published material", published_material(cell)), ("their stiffnesses", theirs(cell))):
+    materials = {"published material": published_material(cell), "the same, length held by the segment": held(cell),
+                 "their stiffnesses": theirs(cell)}  # fmt: skip
+    for said, material in materials.items():
         yield f"{said}, straight", cell.straight, material
         yield f"{said}, natural curvature", cell.yarns, material
 
@@ -160,12 +166,25 @@ def stress_table(folder: Path) -> Iterable[list[object]]:
 
 
 def theirs(cell: Cell) -> YarnMaterial:
-    """The material whose stiffnesses are those of their rods, per Young's modulus ``validation_rods.MODULUS``."""
+    """The material whose stiffnesses are those of their rods."""
     stiff = cell.stiffness
-    unit = validation_rods.MODULUS * 1e5  # dyn in N
-    along = unit * stiff.stretch * cell.yarns.rest_length.mean() / 2
-    bend, contact = unit * stiff.bend * 1e4 / 2, unit * stiff.contact * 1e-2  # cm in m
+    along = DYN * stiff.stretch * cell.yarns.rest_length.mean() / 2
+    bend, contact = DYN * stiff.bend * 1e4 / 2, DYN * stiff.contact * 1e-2  # cm in m
     return YarnMaterial(DRIFT * along, along, bend, contact, 0.0, 0.0, 0.0, 0.006)
+
+
+def as_rods(cell: Cell) -> validation_rods.Stiffness:
+    """The stiffnesses of rods of the published material, their torsion as theirs is to their bending."""
+    material, own = published_material(cell), cell.stiffness
+    stretch, bend = 2 * material.k_len / cell.yarns.rest_length.mean(), 2 * material.k_bend * 1e-4
+    bend /= DYN
+    return validation_rods.Stiffness(stretch / DYN, bend, bend * own.twist / own.bend, material.k_contact * 1e2 / DYN)
+
+
+def held(cell: Cell) -> YarnMaterial:
+    """The published material, the length of a segment held as a whole."""
+    material = published_material(cell)
+    return replace(material, k_len=DRIFT * material.k_len, k_length=material.k_len)
 
 
 def published_material(cell: Cell) -> YarnMaterial:
