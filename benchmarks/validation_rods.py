@@ -310,9 +310,7 @@ def _frames(rods: Rods) -> Frames:
 def transported(rods: Rods) -> Rods:
     """The same rods, directors and reference twists as they are now."""
     frames = _frames(rods)
-    return replace(
-        rods, tangents=frames.tangents, directors=frames.directors, reference_twist=frames.reference_twist
-    )
+    return replace(rods, tangents=frames.tangents, directors=frames.directors, reference_twist=frames.reference_twist)
 
 
 def _carried(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
