@@ -83,7 +83,9 @@ def _cells(folder: Path | None) -> None:
     if folder is None or not all((folder / f"{name}.pyp").is_file() for name in validation_cells.CELLS):
         print("\n(cells: left out, give --cells the folder of stockinette.pyp and basket.pyp)")
         return
-    print_table("Cells of Sperl et al. 2021, relaxed here", validation_cells.cells_table(folder))
+    print_table("Periods of the cells of Sperl et al. 2021", validation_cells.periods_table(folder))
+    print_table("Their yarn, from the balance of its forces", validation_cells.constants_table(folder))
+    print_table("Cells relaxed here", validation_cells.cells_table(folder))
     print_table("Stress in their periods", validation_cells.stress_table(folder))
 
 

@@ -2,24 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two relaxed cells of another group (Sperl et al. 2021), relaxed here with their radius and rest lengths.
 
-Their yarns are rods of a natural curvature, which the files state; ours are straight at rest. By how much of their
-curvature they are bent at rest is read from the files: of the bending forces that straight yarns would exert in their
-cell, theirs exert what is left. Relaxed here in their periods with bending weakened so, their cells should be free of
-stress; how far a cell would go from there follows from its stiffness, to first order. Only sizes of curvatures are
-compared: which way a rod is bent at rest would need its frames.
+Their yarns are rods of a natural curvature, which the files state, and of stiffnesses that the files do not state but
+that follow from the balance of their forces (``validation_rods``). So the cells are relaxed here straight at rest and
+with their natural curvature, of three materials: the published one; the same, but that ``k_len`` holds the length of a
+segment as a whole, since their vertices are spaced unevenly and a spline through them runs at an uneven speed, which is
+no strain of theirs; and one of their stiffnesses.
 """
 
 from __future__ import annotations
 
 import logging
+import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import validation_rods
 
 from stitchmesh.io.pyp import read_pyp
-from stitchmesh.periodic.growing import size_of, stretched
+from stitchmesh.periodic.growing import size_of
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
@@ -28,36 +30,65 @@ from stitchmesh.yarnrelax.stress import cell_stress
 CELLS = ("stockinette", "basket")
 REPEAT = {"stockinette": (2, 2), "basket": (4, 4)}
 """Wales and courses, or warps and wefts, of a cell."""
-STEP = 0.005
-"""Strain by which stiffness is measured."""
 QUALITY = replace(PRESETS["reference"], max_iterations=30_000)
 FREE = RelaxCell(shear=False)
+DYN = 1e5 * validation_rods.MODULUS
+"""In the unit of force of the rods."""
+DRIFT = 1e-3
+"""Part of a segment's stiffness that evens its parameter out."""
+CONTACT = 7.3e-5
+"""Contact stiffness over Young's modulus [m] of the stockinette; the basket weave, which hardly touches, tells none."""
 
 
 @dataclass(frozen=True)
-class Rods:
+class Cell:
     """A cell of the files."""
 
+    rods: validation_rods.Rods
+    """As they state it, and with the periods of its yarns."""
+    stated: np.ndarray
+    """Periods that the file states [cm], shape (2,)."""
     yarns: YarnSet
-    """As splines; rest lengths are those of arcs, in the proportion in which the file's are those of chords."""
-    set_curvature: float
-    """Natural curvature of the rods over the curvature that they have, by size, a fit through all vertices."""
+    """As splines in those of the yarns; at rest as long against their arcs as the file's edges against their chords."""
+
+    @property
+    def straight(self) -> YarnSet:
+        """The same yarns, straight at rest."""
+        return replace(self.yarns, natural_curvature=np.zeros(len(self.yarns.points)))
+
+    @property
+    def stiffness(self) -> validation_rods.Stiffness:
+        """Of the rods: what follows from the balance of their forces."""
+        return replace(validation_rods.constants_of(self.rods), contact=CONTACT).stiffness(self.rods.radius)
 
 
-def read_rods(path: Path) -> Rods:
+def read_cell(path: Path) -> Cell:
     """A cell with its natural curvature."""
-    says = logging.getLogger("stitchmesh.io.pyp")
-    level = says.level
-    says.setLevel(logging.ERROR)  # that twists and curvatures are dropped is known here
-    try:
-        yarns = read_pyp(path)
-    finally:
-        says.setLevel(level)
+    rods = validation_rods.read_rods(path)
+    yarns = _read_with_periods(path, rods.periods)
     chords = []
     for knots, end in zip(yarns.sampled(1), _ends(yarns), strict=True):
         chords.append(np.linalg.norm(np.diff(np.concatenate([knots, end[None]]), axis=0), axis=1))
     at_rest = yarns.rest_length * yarns.lengths / np.concatenate(chords)
-    return Rods(replace(yarns, rest_length=at_rest), set_curvature(path))
+    natural = yarns.natural_curvature * yarns.rest_length.sum() / at_rest.sum()  # the same angle on a longer arc
+    stated = np.array([float(word) for word in path.read_text().splitlines()[1].split()[:2]])
+    return Cell(rods, 100 * stated, replace(yarns, rest_length=at_rest, natural_curvature=natural))
+
+
+def _read_with_periods(path: Path, periods: np.ndarray) -> YarnSet:
+    """Yarns of a file as if it stated these periods [m]."""
+    lines = path.read_text().splitlines()
+    lines[1] = " ".join([*map(repr, periods.tolist()), *lines[1].split()[2:]])
+    says = logging.getLogger("stitchmesh.io.pyp")
+    level = says.level
+    says.setLevel(logging.ERROR)  # that twists are dropped is known here
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            copy = Path(folder) / path.name
+            copy.write_text("\n".join(lines))
+            return read_pyp(copy)
+    finally:
+        says.setLevel(level)
 
 
 def _ends(yarns: YarnSet) -> np.ndarray:
@@ -66,102 +97,135 @@ def _ends(yarns: YarnSet) -> np.ndarray:
     return np.array([knots[0] for knots in yarns.sampled(1)]) + yarns.lattice.shift(yarns.lattice_step)
 
 
-def set_curvature(path: Path) -> float:
-    """Natural curvature over curvature, by least squares through the vertices of the file's polylines."""
-    blocks = _blocks(path)
-    place, (width, height) = blocks["Q"][:, :3], blocks["pattern"][0, :2]
-    edges = blocks["E"].astype(int)
-    leaving = np.zeros_like(place)
-    before = np.zeros(len(place), dtype=int)
-    leaving[edges[:, 0]] = place[edges[:, 1]] + edges[:, 2:] * [width, height] @ np.eye(2, 3) - place[edges[:, 0]]
-    before[edges[:, 1]] = edges[:, 0]
-    out = leaving / np.linalg.norm(leaving, axis=1)[:, None]
-    into = out[before]
-    bent = 2 * np.linalg.norm(np.cross(into, out), axis=1) / (1 + (into * out).sum(axis=1))
-    natural = np.linalg.norm(blocks["RK"], axis=1)
-    return float((natural * bent).sum() / (bent * bent).sum())
+def periods_table(folder: Path) -> Iterable[list[object]]:
+    """The periods that the files state, and those of their yarns."""
+    yield ["cell", "periods stated [cm]", "periods of the yarns [cm]", "edges to directors at the border, stated",
+           "strain of edges at the border, stated", "with the yarns' periods", "strain of the others"]  # fmt: skip
+    for name in CELLS:
+        cell = read_cell(folder / f"{name}.pyp")
+        rods, across = cell.rods, cell.rods.shift.any(axis=1)
+        as_stated = replace(rods, periods=cell.stated / 100)
+        lean = np.degrees(np.arcsin(np.abs(_cosines(as_stated)[across]).max()))
+        strains = [100 * (np.linalg.norm(of.edges, axis=1) / rods.rest_length - 1) for of in (as_stated, rods)]
+        yield [name, _pair(cell.stated, "{:.4f}"), _pair(100 * rods.periods, "{:.4f}"), f"{90 - lean:.1f} degrees",
+               f"{strains[0][across].mean():+.2f} %", f"{strains[1][across].mean():+.2f} %",
+               f"{strains[1][~across].mean():+.2f} %"]  # fmt: skip
 
 
-def _blocks(path: Path) -> dict[str, np.ndarray]:
-    """The numbers of each block of a file."""
-    found: dict[str, list[list[float]]] = {}
-    name = ""
-    for line in path.read_text().splitlines():
-        words = line.partition("#")[0].split()
-        if words and words[0].startswith("*"):
-            name = words[0][1:]
-            found[name] = []
-        elif words:
-            found[name].append([float(word) for word in words])
-    return {name: np.array(rows) for name, rows in found.items()}
+def _cosines(rods: validation_rods.Rods) -> np.ndarray:
+    edges = rods.edges
+    return (edges * rods.directors).sum(axis=1) / np.linalg.norm(edges, axis=1)
+
+
+def constants_table(folder: Path) -> Iterable[list[object]]:
+    """What the balance of their forces says of their yarn, beside the published material."""
+    yield ["cell", "G / E", "torques left", "bending against a solid rod's", "contact / E [m]", "forces left",
+           "bending / (contact d^3)", "published material"]  # fmt: skip
+    for name in CELLS:
+        cell = read_cell(folder / f"{name}.pyp")
+        found = validation_rods.constants_of(cell.rods)
+        own, published = theirs(cell), published_material(cell)
+        ratios = [2 * of.k_bend / (of.k_contact * (2 * cell.yarns.radius[0]) ** 3) for of in (own, published)]
+        touch = f"{found.contact:.1e}" if name == "stockinette" else "no contact to tell"
+        yield [name, f"{found.shear:.4f}", f"{100 * found.turning_left:.1f} %", f"{found.weakening:.4f}", touch,
+               f"{100 * found.force_left:.0f} %", *(f"{ratio:.1e}" for ratio in ratios)]  # fmt: skip
 
 
 def cells_table(folder: Path) -> Iterable[list[object]]:
-    """Their spacings, and ours of free cells of straight yarns."""
-    yield ["cell", "yarn of a loop or crossing / d", "wale or warp spacing [cm]", "course or weft spacing [cm]",
-           "here", "here", "change", "change"]  # fmt: skip
+    """Spacings of free cells of several yarns against theirs, and how far yarns move in their periods."""
+    yield ["cell", "yarn", "wale or warp spacing [cm]", "course or weft spacing [cm]", "change", "change",
+           "from the periods stated", "yarns moved in their periods [radii]"]  # fmt: skip
     for name in CELLS:
-        rods = read_rods(folder / f"{name}.pyp")
-        assert rods.yarns.lattice is not None
-        theirs = np.array(size_of(rods.yarns.lattice))
-        ours = np.array(_rest(rods.yarns, material_of(rods.yarns), FREE)[1])
-        length = rods.yarns.lengths.sum() / np.prod(REPEAT[name]) / (2 * rods.yarns.radius[0])
-        sizes = [f"{value:.4f}" for value in (*theirs / REPEAT[name], *ours / REPEAT[name])]
-        yield [name, f"{length:.2f}", *sizes, *(f"{100 * change:+.1f} %" for change in ours / theirs - 1)]
+        cell = read_cell(folder / f"{name}.pyp")
+        yield [name, "theirs, as the file has it", *_spacings(name, 100 * cell.rods.periods), "", "", "", ""]
+        for said, stiff in (("their rods, free", cell.stiffness), ("the same, published material", as_rods(cell))):
+            rest = 100 * validation_rods.relaxed(cell.rods, stiff).periods
+            yield [name, said, *_spacings(name, rest), *_changes(rest, cell), ""]
+        for said, yarns, material in variants(cell):
+            rest = np.array(at_rest(yarns, material, FREE)[1])
+            yield [name, said, *_spacings(name, rest), *_changes(rest, cell), f"{moved_by(yarns, material):.2f}"]
+
+
+def variants(cell: Cell) -> Iterable[tuple[str, YarnSet, YarnMaterial]]:
+    """Yarns and materials with which a cell is relaxed."""
+    materials = {"published material": published_material(cell), "the same, length held by the segment": held(cell),
+                 "their stiffnesses": theirs(cell)}  # fmt: skip
+    for said, material in materials.items():
+        yield f"{said}, straight", cell.straight, material
+        yield f"{said}, natural curvature", cell.yarns, material
 
 
 def stress_table(folder: Path) -> Iterable[list[object]]:
-    """Stress in their periods with the whole of bending and with what natural curvature leaves, and what follows."""
-    yield ["cell", "natural over actual curvature", "tension, straight yarns [dyn/cm]", "tension, bending weakened",
-           "change that follows by the stiffness of the free cell", "by that in their periods",
-           "yarns moved [radii], straight", "weakened"]  # fmt: skip
+    """Tensions in their periods, with their stiffnesses."""
+    yield ["cell", "tensions of their rods [dyn/cm]", "here, straight", "here, natural curvature"]
     for name in CELLS:
-        rods = read_rods(folder / f"{name}.pyp")
-        material = material_of(rods.yarns)
-        weak = replace(material, k_bend=material.k_bend * (1.0 - rods.set_curvature))
-        straight, bent = (tension(rods.yarns, of) for of in (material, weak))
-        bases = (_rest(rods.yarns, material, cell)[0] for cell in (FREE, None))
-        changes = [-np.linalg.solve(stiffness(base, material), bent) for base in bases]
-        numbers = [", ".join(f"{value:.0f}" for value in pair) for pair in (straight, bent)]
-        moved = [f"{moved_by(rods.yarns, of):.1f}" for of in (material, weak)]
-        follows = [", ".join(f"{100 * value:+.1f} %" for value in change) for change in changes]
-        yield [name, f"{rods.set_curvature:.3f}", *numbers, *follows, *moved]
+        cell = read_cell(folder / f"{name}.pyp")
+        rods = validation_rods.tension(cell.rods, cell.stiffness)
+        ours = [tension(yarns, theirs(cell)) for yarns in (cell.straight, cell.yarns)]
+        yield [name, *(_pair(each, "{:.0f}") for each in (rods, *ours))]
+
+
+def theirs(cell: Cell) -> YarnMaterial:
+    """The material whose stiffnesses are those of their rods."""
+    stiff = cell.stiffness
+    along = DYN * stiff.stretch * cell.yarns.rest_length.mean() / 2
+    bend, contact = DYN * stiff.bend * 1e4 / 2, DYN * stiff.contact * 1e-2  # cm in m
+    return YarnMaterial(DRIFT * along, along, bend, contact, 0.0, 0.0, 0.0, 0.006)
+
+
+def as_rods(cell: Cell) -> validation_rods.Stiffness:
+    """The stiffnesses of rods of the published material, their torsion as theirs is to their bending."""
+    material, own = published_material(cell), cell.stiffness
+    stretch, bend = 2 * material.k_len / cell.yarns.rest_length.mean(), 2 * material.k_bend * 1e-4
+    bend /= DYN
+    return validation_rods.Stiffness(stretch / DYN, bend, bend * own.twist / own.bend, material.k_contact * 1e2 / DYN)
+
+
+def held(cell: Cell) -> YarnMaterial:
+    """The published material, the length of a segment held as a whole."""
+    material = published_material(cell)
+    return replace(material, k_len=DRIFT * material.k_len, k_length=material.k_len)
+
+
+def published_material(cell: Cell) -> YarnMaterial:
+    """The published simulation material, scaled to the yarns' radius."""
+    return YarnMaterial.named("kaldor-simulation").scaled(float(cell.yarns.radius[0]) / REFERENCE_RADIUS)
 
 
 def tension(yarns: YarnSet, material: YarnMaterial, quality: Quality = QUALITY) -> np.ndarray:
     """Tensions along the periods of yarns at rest in their cell [dyn/cm], shape (2,)."""
-    rest = _rest(yarns, material, None, quality)[0]
+    rest = at_rest(yarns, material, None, quality)[0]
     counts = {"quadrature_points": quality.quadrature_points, "contact_samples": quality.contact_samples}
     stress = cell_stress(rest, material, **counts)
     return np.array([stress.course, stress.wale])
 
 
-def moved_by(yarns: YarnSet, material: YarnMaterial) -> float:
+def moved_by(yarns: YarnSet, material: YarnMaterial, quality: Quality = QUALITY) -> float:
     """Distance of places of yarns at rest in their cell from where they were [radii], root mean square."""
-    before, after = (np.concatenate(state.sampled(4)) for state in (yarns, _rest(yarns, material, None)[0]))
+    before, after = (np.concatenate(of.sampled(4)) for of in (yarns, at_rest(yarns, material, None, quality)[0]))
     way = after - before
     way -= way.mean(axis=0)
     return float(np.sqrt((way**2).sum(axis=1).mean()) / yarns.radius[0])
 
 
-def stiffness(yarns: YarnSet, material: YarnMaterial) -> np.ndarray:
-    """Change of the tensions by strains of yarns at rest [dyn/cm], shape (2, 2)."""
-    columns = []
-    for factors in ((STEP, 0.0), (0.0, STEP)):
-        ends = [tension(stretched(yarns, 1 + side * factors[0], 1 + side * factors[1]), material) for side in (1, -1)]
-        columns.append((ends[0] - ends[1]) / (2 * STEP))
-    return np.stack(columns, axis=1)
-
-
-def material_of(yarns: YarnSet) -> YarnMaterial:
-    """The published simulation material, scaled to the yarns' radius."""
-    return YarnMaterial.named("kaldor-simulation").scaled(float(yarns.radius[0]) / REFERENCE_RADIUS)
-
-
-def _rest(
+def at_rest(
     yarns: YarnSet, material: YarnMaterial, cell: RelaxCell | None, quality: Quality = QUALITY
 ) -> tuple[YarnSet, tuple[float, float]]:
     """Yarns at rest, and the size of their cell."""
     rest = relax_yarns(yarns, material=material, quality=quality, device="cpu", cell=cell).yarns
     assert rest.lattice is not None
     return rest, size_of(rest.lattice)
+
+
+def _spacings(name: str, size: np.ndarray) -> list[str]:
+    return [f"{value:.4f}" for value in size / REPEAT[name]]
+
+
+def _changes(size: np.ndarray, cell: Cell) -> list[str]:
+    """From the periods of the yarns, one by one, and from those stated."""
+    own = [f"{100 * change:+.1f} %" for change in size / (100 * cell.rods.periods) - 1]
+    return [*own, _pair(100 * (size / cell.stated - 1), "{:+.1f} %")]
+
+
+def _pair(values: np.ndarray, form: str) -> str:
+    return ", ".join(form.format(value) for value in values)

@@ -43,7 +43,7 @@ class _Strand:
 
 
 def tiled(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = False) -> YarnSet:
-    """A cell written out tile by tile; curves, rest lengths and labels as the module says.
+    """A cell written out tile by tile; curves, yarn at rest and labels as the module says.
 
     Args:
         yarns: a set on a lattice.
@@ -81,6 +81,7 @@ def tiled(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = False) ->
         face=face,
         part=yarns.part[source],
         colour=yarns.colour[owner],
+        natural_curvature=yarns.natural_curvature[source],
     )
     if not periodic:
         return plain

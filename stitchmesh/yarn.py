@@ -6,7 +6,9 @@ Segment ``i`` of a yarn with control points q runs over s in [0, 1] and is
 
     y(s) = [(1-s)^3 q_i + (3s^3-6s^2+4) q_(i+1) + (-3s^3+3s^2+3s+1) q_(i+2) + s^3 q_(i+3)] / 6
 
-A closed yarn of n control points has n segments, an open one n - 3.
+A closed yarn of n control points has n segments, an open one n - 3. Segment ``i`` begins near control point i + 1, and
+ends near the next: what is said of control points, such as a natural curvature, holds at these two and is linear in
+between.
 """
 
 from __future__ import annotations
@@ -43,6 +45,11 @@ def basis_derivative(parameter: ArrayLike) -> FloatArray:
     return np.stack([-(t**2), 3 * s**2 - 4 * s, -3 * s**2 + 2 * s + 1, s**2], axis=1) / 2
 
 
+def _straight() -> FloatArray:
+    """Natural curvatures that are all zero; they get their length when yarns are made."""
+    return np.zeros(0)
+
+
 def _undyed() -> IntArray:
     """Colours that are all zero; they get their length when yarns are made."""
     return np.zeros(0, dtype=np.int64)
@@ -75,6 +82,12 @@ class YarnSet:
     """Which part of that stitch, counted along its template, shape (N,)."""
     colour: IntArray = field(default_factory=_undyed)
     """Colour number of each yarn, ``StitchMesh.yarn`` of its stitches; all 0 where not given, shape (Y,)."""
+    natural_curvature: FloatArray = field(default_factory=_straight)
+    """Curvature at rest where segments meet [1/cm], its sign the side; all 0, straight, where not given, shape (N,).
+
+    Its size is what counts, for yarns turn about their own axis at no cost (``yarnrelax.bend``); where the sign changes
+    from one control point to the next it goes through 0. That of the first and last point of an open yarn is not used.
+    """
     lattice: Lattice | None = None
     """Periods of a set that repeats."""
     lattice_step: IntArray | None = None
@@ -89,6 +102,9 @@ class YarnSet:
             object.__setattr__(self, "lattice_step", frozen_array(self.lattice_step, np.int64))
         colour = np.asarray(self.colour)
         object.__setattr__(self, "colour", frozen_array(colour if colour.size else np.zeros(self.yarn_count), np.int64))
+        natural = np.asarray(self.natural_curvature)
+        natural = frozen_array(natural if natural.size else np.zeros(len(self.points)), np.float64)
+        object.__setattr__(self, "natural_curvature", natural)
         self._check_shapes()
         self._check_values()
 
@@ -170,6 +186,11 @@ class YarnSet:
         return self.lengths / self.rest_length - 1.0
 
     @cached_property
+    def natural_ends(self) -> FloatArray:
+        """Natural curvature [1/cm] at both ends of each segment, linear in between, shape (S, 2)."""
+        return self.natural_curvature[self.segment_points[:, 1:3]]
+
+    @cached_property
     def point_shift(self) -> FloatArray | None:
         """Lattice shift of each of a segment's four points [cm], shape (S, 4, 3); None without a lattice."""
         if self.lattice is None or self.lattice_step is None:
@@ -201,7 +222,7 @@ class YarnSet:
         _check_counts(self.start, self.closed)
         expected = {"radius": self.yarn_count, "row": len(self.points), "face": len(self.points),
                     "part": len(self.points), "rest_length": int(self.segment_start[-1]),
-                    "colour": self.yarn_count}  # fmt: skip
+                    "colour": self.yarn_count, "natural_curvature": len(self.points)}  # fmt: skip
         for name, count in expected.items():
             if getattr(self, name).shape != (count,):
                 raise YarnError(f"{name}: got shape {getattr(self, name).shape}; expected ({count},)")
@@ -220,6 +241,10 @@ class YarnSet:
             bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
             if len(bad):
                 raise YarnError(f"{name} {first_few(bad)}: got {values[bad[0]]}; expected a positive number of cm")
+        bad = np.flatnonzero(~np.isfinite(self.natural_curvature))
+        if len(bad):
+            found = self.natural_curvature[bad[0]]
+            raise YarnError(f"natural_curvature {first_few(bad)}: got {found}; expected finite numbers in 1/cm")
         bad = np.flatnonzero(self.colour < 0)
         if len(bad):
             raise YarnError(f"yarn {first_few(bad)}: got colour {self.colour[bad[0]]}; colours are numbered from 0")

@@ -6,15 +6,25 @@
     *Q          x y z t         each vertex of the yarns' polylines and its twist; z is the right side
     *E          v0 v1 di dj     each edge goes from v0 to the image of v1 that is (di px, dj py) away
     *RL         l               rest length of the edge that leaves each vertex, in the order of the vertices
-    *RK, *RT    rest curvatures k1 k2 and rest twist, in the same order
+    *RK         natural curvature k1 k2 at each vertex, 2 tan of half the angle of its edges at rest (Bergou 2008)
+    *RT         rest twist, in the same order
+    *RefD1      a unit vector across the edge that leaves each vertex, to which twist and curvature refer
 
 ``#`` begins a comment, a line without numbers ends a block, blocks of other names are passed over. The edges form
 closed chains, the yarns; their shifts add up to the lattice step. Vertices may lie in any image of the cell.
 
 A yarn is the spline through its vertices, one segment to an edge, and the segment takes the edge's rest length: an
-arc is a little longer than its chord, so that strains are higher than those of the polyline by that much. Twist, rest
-curvature and rest twist have no place in a spline yarn and are dropped. Vertices are written into the box from 0 to
-the periods, in the order of the yarns, with no twist and as yarns that are straight at rest.
+arc is a little longer than its chord, so that strains are higher than those of the polyline by that much.
+
+Angle over length is the mean curvature (c_(i-1) + 4 c_i + c_(i+1)) / 6 about a vertex of a spline with curvatures c at
+its knots, since between them these are linear. So the natural curvature of a yarn comes from that of the vertices by
+the same solution as its control points from their places. Two that lie within a right angle of each other, across the
+yarn, get one sign. Directions and twists are dropped, a spline yarn turns about its axis as it likes; of neighbours'
+directions the rest twist between them is left out.
+
+Vertices are written into the box from 0 to the periods, in the order of the yarns, with no twist, and their natural
+curvature as k1. Files exist whose periods are not those of their yarns (that group's basket weave states them 1.5 %
+smaller): edges across the border are then not square to their directors, and a warning says so.
 """
 
 from __future__ import annotations
@@ -23,6 +33,7 @@ import dataclasses
 import logging
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from os import fspath
 
 import numpy as np
@@ -37,12 +48,16 @@ from stitchmesh.yarn import YarnSet, basis
 
 CENTIMETRES = 100.0
 """In a metre."""
-COLUMNS = {"pattern": 4, "Q": 4, "E": 4, "RL": 1}
+COLUMNS = {"pattern": 4, "Q": 4, "E": 4, "RL": 1, "RK": 2, "RefD1": 3}
 """Numbers to a line in the blocks that are read."""
+OPTIONAL = ("RK", "RefD1")
+"""Those that a file may lack; without ``RK`` yarns are straight at rest."""
 FARTHEST = 2**31
 """Vertices and shifts of edges stay below."""
 FEWEST_VERTICES = 3
 """Of a closed spline."""
+UPRIGHT = 0.01
+"""Largest cosine between an edge and its director that is square to it but for the digits of a file."""
 RIGHT_ANGLE = 1e-9
 """Largest cosine between periods that are at right angles but for rounding."""
 
@@ -64,7 +79,7 @@ class _Block:
 def read_pyp(path: FilePath) -> YarnSet:
     """A cell of yarns; they are in the order of their first vertices and begin there.
 
-    A warning says where twists of vertices were dropped.
+    A warning says where twists of vertices were dropped, and where the periods do not fit the yarns.
 
     Raises:
         FileError: the file cannot be read, lacks a block, has wrong counts or numbers, an edge to a vertex that does
@@ -77,7 +92,7 @@ def read_pyp(path: FilePath) -> YarnSet:
         _check_positive(name, blocks[title], columns)
     vertices = np.array(blocks["Q"].numbers)
     if vertices[:, 3].any():
-        logger.warning("%s: twists of vertices and rest curvatures are dropped, a spline yarn has none", name)
+        logger.warning("%s: twists are dropped, a spline yarn turns about its own axis as it likes", name)
     following, shift = _following(name, blocks["E"], len(vertices))
     chains = _chains(following)
     short = [chain for chain in chains if len(chain) < FEWEST_VERTICES]
@@ -86,23 +101,29 @@ def read_pyp(path: FilePath) -> YarnSet:
         raise FileError(f"{name}: line {line}: the yarn of this vertex has {found} vertices; expected at least 3")
     width, height, radius, _ = blocks["pattern"].numbers[0]
     lattice = Lattice(CENTIMETRES * np.array([[width, 0.0, 0.0], [0.0, height, 0.0]]))
+    if "RefD1" in blocks:
+        edges = CENTIMETRES * (vertices[following] - vertices)[:, :3] + lattice.shift(shift)
+        _check_directors(name, edges, np.array(blocks["RefD1"].numbers))
+    rest_length = CENTIMETRES * np.array(blocks["RL"].numbers)[:, 0]
+    natural = np.array(blocks["RK"].numbers) if "RK" in blocks else np.zeros((len(vertices), 2))
     curves = [_control_points(CENTIMETRES * vertices[chain, :3], shift[chain], lattice) for chain in chains]
     bare = YarnSet.from_curves(
         curves,
         closed=[True] * len(chains),
         radius=CENTIMETRES * radius,
-        rest_lengths=[CENTIMETRES * np.array(blocks["RL"].numbers)[chain] for chain in chains],
+        rest_lengths=[rest_length[chain] for chain in chains],
     )
+    curvatures = np.concatenate([_natural_curvatures(natural[chain], rest_length[chain]) for chain in chains])
     steps = np.stack([shift[chain].sum(axis=0) for chain in chains])
-    return dataclasses.replace(bare, lattice=lattice, lattice_step=steps)
+    return dataclasses.replace(bare, natural_curvature=curvatures, lattice=lattice, lattice_step=steps)
 
 
 def write_pyp(path: FilePath, yarns: YarnSet) -> None:
     """Write a cell: its vertices are the spline at its knots, x and y run along the periods.
 
     Raises:
-        FileError: the yarns do not repeat, end, are of several radii, their periods are not at right angles, or the
-            file cannot be written.
+        FileError: the yarns do not repeat, end, are of several radii, are so curved at rest that an edge turns half
+            round, their periods are not at right angles, or the file cannot be written.
     """
     lattice, steps = check_pyp(path, yarns)
     sides = np.linalg.norm(lattice.periods, axis=1) / CENTIMETRES
@@ -112,7 +133,7 @@ def write_pyp(path: FilePath, yarns: YarnSet) -> None:
         "Q # dofs: x y z t": [[*knot, 0.0] for knot in knots.tolist()],
         "E # edges [v0, v1, dx, dy]": edges.tolist(),
         "RL # rest lengths": (yarns.rest_length[:, None] / CENTIMETRES).tolist(),
-        "RK # rest kappas": [[0.0, 0.0]] * len(knots),
+        "RK # rest kappas": [[2.0 * math.tan(angle / 2), 0.0] for angle in _natural_angles(yarns).tolist()],
         "RT # rest twists": [[0.0]] * len(knots),
     }
     text = [f"*{title}\n" + "\n".join(map(_line, rows)) + "\n" for title, rows in blocks.items()]
@@ -134,6 +155,10 @@ def check_pyp(path: FilePath, yarns: YarnSet) -> tuple[Lattice, IntArray]:
     if np.ptp(yarns.radius) > 0.0:
         found = f"yarns of radius {yarns.radius.min():.4g} to {yarns.radius.max():.4g} cm"
         raise FileError(f"{name}: got {found}; the format holds one radius, write .h5")
+    round_about = np.flatnonzero(np.abs(_natural_angles(yarns)) >= math.pi)
+    if len(round_about):
+        found = f"natural curvature turns the yarn by half a turn or more at knot {first_few(round_about)}"
+        raise FileError(f"{name}: {found}; the format holds less, write .h5")
     cosine = float(np.dot(*_axes(yarns.lattice)[:2]))
     if abs(cosine) > RIGHT_ANGLE:
         angle = math.degrees(math.acos(cosine))
@@ -154,6 +179,17 @@ def _wrapped(yarns: YarnSet, lattice: Lattice, steps: IntArray, sides: FloatArra
     shift = image[following] - image
     shift[last] += steps
     return knots, np.column_stack([number, following, shift])
+
+
+def _natural_angles(yarns: YarnSet) -> FloatArray:
+    """Angle at rest between the edges that meet at the first knot of each segment, signed, shape (S,)."""
+    angles = []
+    for first, last in pairwise(yarns.segment_start.tolist()):
+        length = yarns.rest_length[first:last]
+        knots = yarns.natural_ends[first:last, 0]
+        mean = (np.roll(knots, 1) + 4 * knots + np.roll(knots, -1)) / 6
+        angles.append(mean * (length + np.roll(length, 1)) / 2)
+    return np.concatenate(angles)
 
 
 def _line(numbers: list[float]) -> str:
@@ -184,7 +220,7 @@ def _blocks(name: str, lines: list[str]) -> dict[str, _Block]:
             block.lines.append(number)
         else:
             block = None
-    missing = [title for title in COLUMNS if not blocks.get(title, _Block(0)).numbers]
+    missing = [title for title in COLUMNS if title not in OPTIONAL and not blocks.get(title, _Block(0)).numbers]
     if missing:
         raise FileError(f"{name}: block *{missing[0]} is missing or empty; expected a periodic yarn pattern")
     return blocks
@@ -208,8 +244,9 @@ def _check_sizes(name: str, blocks: dict[str, _Block]) -> None:
     if len(blocks["pattern"].lines) > 1:
         raise FileError(f"{name}: line {line + 1}: a second line of *pattern; expected one")
     count = blocks["pattern"].numbers[0][3]
-    for title in ("Q", "E", "RL"):
-        block = blocks[title]
+    for title, block in blocks.items():
+        if title not in COLUMNS or title == "pattern":
+            continue
         if len(block.lines) != count:
             found = f"block *{title} has {len(block.lines)} lines and line {line} says {count:g}"
             raise FileError(f"{name}: line {block.line}: {found}; it was cut short or altered")
@@ -219,6 +256,30 @@ def _check_positive(name: str, block: _Block, columns: slice) -> None:
     for line, numbers in zip(block.lines, block.numbers, strict=True):
         if min(numbers[columns]) <= 0.0:
             raise FileError(f"{name}: line {line}: got {min(numbers[columns]):g}; expected positive lengths in metres")
+
+
+def _check_directors(name: str, edges: FloatArray, directors: FloatArray) -> None:
+    """Warn where edges are not square to their directors."""
+    cosine = np.abs((edges * directors).sum(axis=1)) / np.linalg.norm(edges, axis=1)
+    leaning = np.flatnonzero(cosine > UPRIGHT * np.linalg.norm(directors, axis=1))
+    if len(leaning):
+        found = f"the edge that leaves vertex {first_few(leaning)} is not square to its director"
+        logger.warning("%s: %s; the periods may not be those of the yarns", name, found)
+
+
+def _natural_curvatures(at_vertices: FloatArray, rest: FloatArray) -> FloatArray:
+    """Natural curvature [1/cm] of a yarn's control points, from that of its vertices in chain order, shape (n,)."""
+    size = np.linalg.norm(at_vertices, axis=1)
+    curvature = 2 * np.arctan(size / 2) / ((rest + np.roll(rest, 1)) / 2)
+    vectors = at_vertices * (curvature / np.where(size > 0.0, size, 1.0))[:, None]
+    knots = polyline_to_bspline(vectors, closed=True)
+    found = np.linalg.norm(knots, axis=1)
+    bent = np.flatnonzero(found > 0.0)
+    if len(bent):
+        turns = (knots[bent[1:]] * knots[bent[:-1]]).sum(axis=1) < 0.0
+        sides = np.cumprod(np.concatenate([[1 if knots[bent[0], 0] >= 0.0 else -1], np.where(turns, -1, 1)]))
+        found[bent] *= sides
+    return found
 
 
 def _following(name: str, block: _Block, count: int) -> tuple[IntArray, IntArray]:

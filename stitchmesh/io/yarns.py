@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarns from and to files, by suffix.
 
-Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them, USD all but the rest lengths, to float32; the
-other formats keep the curves, VTP with the colours. A BCC file usually holds Catmull-Rom curves, which pass through the
-same knots and differ in between: the largest distance is logged. BCC and OBJ state no radius: reading estimates one,
-and a warning says so.
+Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them, USD all but rest lengths and natural
+curvatures, to float32; the other formats keep the curves, VTP with the colours. A BCC file usually holds Catmull-Rom
+curves, which pass through the same knots and differ in between: the largest distance is logged. BCC and OBJ state no
+radius: reading estimates one, and a warning says so.
 
 Yarns that repeat stay so in HDF5 and in ``.pyp``. The other formats hold a finite piece of them, one period or as many
 tiles as are asked for: its yarns are open and cut where the cell's go on (``tiling``). USD draws tiles as instances.

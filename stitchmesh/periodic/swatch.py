@@ -238,7 +238,7 @@ def scaled(yarns: YarnSet, factor: float) -> YarnSet:
     assert yarns.lattice is not None
     return replace(
         yarns, points=yarns.points * factor, radius=yarns.radius * factor, rest_length=yarns.rest_length * factor,
-        lattice=Lattice(yarns.lattice.periods * factor),
+        natural_curvature=yarns.natural_curvature / factor, lattice=Lattice(yarns.lattice.periods * factor),
     )  # fmt: skip
 
 

@@ -51,8 +51,8 @@ def regenerate_yarns(
         how: what else ``generate_yarns`` was told then.
 
     Returns:
-        The yarns of ``after`` as generated, with the rest lengths of ``relaxed`` where they are its own, and the same
-        yarns with all untouched stitches as relaxed.
+        The yarns of ``after`` as generated, with the rest lengths and natural curvatures of ``relaxed`` where they are
+        its own, and the same yarns with all untouched stitches as relaxed.
 
     Raises:
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
@@ -77,7 +77,8 @@ def regenerate_yarns(
     points[touched] = new.points[touched] + _carried(
         new.points[known], shift, new.points[touched], mean_stitch_width(after)
     )
-    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, own))
+    natural = np.where(own >= 0, relaxed.natural_curvature[own], 0.0)  # yarn is drawn straight at rest
+    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, own), natural_curvature=natural)
     return new, replace(new, points=points)
 
 

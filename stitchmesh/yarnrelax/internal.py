@@ -33,9 +33,10 @@ def segment_pulls(quadrature_points: int) -> Any:
 
     @wp.func
     def pulls(
-        model: Any, k_len: Any, k_length: Any, k_bend: Any, rest_length: Any, leg0: Any, leg1: Any, leg2: Any
+        model: Any, k: Any, rest_length: Any, natural: Any, leg0: Any, leg1: Any, leg2: Any
     ) -> tuple[Any, Any, Any]:
         """Force on the end of each leg; the start of the leg feels its opposite."""
+        k_len, k_length, k_bend = k[0], k[1], k[2] * rest_length
         turn0, turn1 = leg1 - leg0, leg2 - leg1
         pull0, pull1, pull2 = type(leg0)(), type(leg0)(), type(leg0)()
         along0, along1, along2 = type(leg0)(), type(leg0)(), type(leg0)()
@@ -49,7 +50,8 @@ def segment_pulls(quadrature_points: int) -> Any:
             inverse = type(speed)(1.0) / speed
             direction = tangent * inverse
             length += speed * rule[5]
-            by_tangent, by_turn = bend_slopes(tangent, turn, inverse * inverse, k_bend * rest_length * rule[5])
+            curvature = wp.abs(natural[0] * rule[3] + natural[1] * rule[4])
+            by_tangent, by_turn = bend_slopes(tangent, turn, inverse * inverse, k_bend * rule[5], curvature)
             by_tangent += direction * stretch_slope(speed, per_length, k_len * rule[5])
             first, last = by_turn * rule[3], by_turn * rule[4]
             pull0 += by_tangent * rule[0] - first
@@ -63,6 +65,15 @@ def segment_pulls(quadrature_points: int) -> Any:
         return -(pull0 + along0 * slope), -(pull1 + along1 * slope), -(pull2 + along2 * slope)
 
     return pulls
+
+
+@wp.func
+def natural_ends(model: Any, s: int) -> Any:
+    """Natural curvature at both ends of a segment [1 / unit]; none is stored where all yarns are straight."""
+    ends = type(model.segment_natural[0])()
+    if model.segment_natural.shape[0] > 0:
+        ends = model.segment_natural[s]
+    return ends
 
 
 @wp.func
@@ -118,7 +129,8 @@ def pulling(quadrature_points: int, strained: bool) -> Any:
         """
         rest_length = model.segment_rest_length[s]
         k = wp.cw_mul(model.segment_stiffness[s], terms)
-        pull0, pull1, pull2 = pulls(model, k[0], k[1], k[2], rest_length, q1 - q0, q2 - q1, q3 - q2)
+        natural = natural_ends(model, s)
+        pull0, pull1, pull2 = pulls(model, k, rest_length, natural, q1 - q0, q2 - q1, q3 - q2)
         segment_pull[0, s] = pull0
         segment_pull[1, s] = pull1
         segment_pull[2, s] = pull2
@@ -179,6 +191,7 @@ def internal_energies(
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
     rest_length = model.segment_rest_length[s]
     k = model.segment_stiffness[s]
+    natural = natural_ends(model, s)
     in_stretch, in_bend, long = rest_length - rest_length, rest_length - rest_length, rest_length - rest_length
     for g in range(model.quadrature_points):
         rule = model.rule[g]
@@ -187,7 +200,8 @@ def internal_energies(
         speed = wp.length(tangent)
         long += speed * rule[5]
         in_stretch += stretch_energy(speed, rest_length, k[0] * rule[5])
-        in_bend += bend_energy(tangent, turn, k[2] * rest_length * rule[5])
+        curvature = wp.abs(natural[0] * rule[3] + natural[1] * rule[4])
+        in_bend += bend_energy(tangent, turn, k[2] * rest_length * rule[5], curvature)
     stretch[s] = in_stretch
     length[s] = length_energy(long, rest_length, k[1])
     bend[s] = in_bend

@@ -173,6 +173,12 @@ class Model:
         return np.concatenate([member.yarns.rest_length / member.unit for member in self.members])
 
     @cached_property
+    def natural_ends(self) -> NDArray[np.float64]:
+        """Natural curvature at both ends of each segment in 1 / units, shape (S, 2), or (0, 2) if all are straight."""
+        ends = np.concatenate([member.yarns.natural_ends * member.unit for member in self.members])
+        return ends if ends.any() else ends[:0]
+
+    @cached_property
     def lattice_step(self) -> NDArray[np.int64]:
         """Image from each yarn's last control point to its first, shape (Y, 2)."""
         steps = [member.yarns.lattice_step for member in self.members]
@@ -264,6 +270,7 @@ def _constants_type(scalar: Any, images: Any) -> Any:
         "segment_rest_length": scalars,
         "segment_yarn": integers,
         "segment_stiffness": wp.array(dtype=vector(3, scalar)),
+        "segment_natural": wp.array(dtype=vector(2, scalar)),
         "segment_skip": integers,
         "segment_cycle": integers,
         "yarn_step": wp.array(dtype=wp.vec2i),
@@ -344,7 +351,7 @@ def put_cells(
 
 def together(sets: Sequence[YarnSet]) -> YarnSet:
     """Yarns of several sets one after the other, their lattices left out."""
-    names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour")
+    names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature")
     joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
     return YarnSet(**joined, start=_starts(np.concatenate([np.diff(yarns.start) for yarns in sets]).tolist()))
 
@@ -362,6 +369,7 @@ def _put_segments(model: Model) -> None:
     constants.segment_points = wp.array(yarns.segment_points.astype(np.int32), dtype=wp.vec4i, device=model.device)
     constants.segment_rest_length = model.upload(model.rest_length)
     constants.segment_stiffness = model.upload(model.segment_stiffness, 3)
+    constants.segment_natural = model.upload(model.natural_ends, 2)
     constants.segment_yarn = model.integers(yarns.segment_yarn)
     constants.segment_skip = model.integers(neighbour_reach(yarns))
     constants.segment_cycle = model.integers(np.where(returns, counts, UNENDING)[yarns.segment_yarn])

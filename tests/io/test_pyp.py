@@ -95,7 +95,55 @@ def test_dropped_twists_are_announced(tmp_path, caplog):
         read_yarns(written(tmp_path / "y.pyp", CELL.replace(" 0.5\n", " 0\n")))
         assert not caplog.text
         read_yarns(written(tmp_path / "y.pyp", CELL))
-    assert "twists of vertices and rest curvatures are dropped" in caplog.text
+    assert "twists are dropped" in caplog.text
+
+
+def zigzag(curvatures: NDArray[np.float64]) -> str:
+    """A file of one yarn along x with edges of 1 cm at rest and these numbers for RK."""
+    count = len(curvatures)
+    vertices = "\n".join(f"{0.01 * i} 0.002 {0.002 * (-1) ** i} 0" for i in range(count))
+    edges = "\n".join(f"{i} {(i + 1) % count} {int(i + 1 == count)} 0" for i in range(count))
+    lengths = "\n".join(["0.01"] * count)
+    bends = "\n".join(f"{a!r} {b!r}" for a, b in curvatures.tolist())
+    blocks = {"pattern": f"{0.01 * count} 0.01 0.001 {count}", "Q": vertices, "E": edges, "RL": lengths, "RK": bends}
+    return "\n".join(f"*{name}\n{lines}\n" for name, lines in blocks.items())
+
+
+@pytest.mark.parametrize("direction", [0.0, 1.0, 4.0])
+def test_equal_angles_at_rest_are_a_circle(tmp_path, direction):
+    """2 tan (phi / 2) at every vertex, edges of 1 cm: at rest a circle of curvature phi, to whichever side."""
+    angle = 0.7
+    size = 2 * np.tan(angle / 2)
+    bends = np.tile([size * np.cos(direction), size * np.sin(direction)], (6, 1))
+    yarns = read_yarns(written(tmp_path / "y.pyp", zigzag(bends)))
+    np.testing.assert_allclose(np.abs(yarns.natural_curvature), angle, rtol=1e-12)  # rounding of a linear solve
+    assert len(set(np.sign(yarns.natural_curvature))) == 1
+
+
+def test_angles_at_rest_are_the_means_of_the_natural_curvature_about_vertices(tmp_path):
+    angles = np.random.default_rng(4).normal(scale=0.8, size=9)
+    bends = np.stack([2 * np.tan(angles / 2), np.zeros(9)], axis=1)
+    yarns = read_yarns(written(tmp_path / "y.pyp", zigzag(bends)))
+    knots = yarns.natural_ends[:, 0]
+    # sides included: no direction, no sign, is lost where k2 is zero
+    np.testing.assert_allclose((np.roll(knots, 1) + 4 * knots + np.roll(knots, -1)) / 6, angles, rtol=1e-12)
+    write_yarns(tmp_path / "again.pyp", yarns)
+    np.testing.assert_allclose(numbers_of(tmp_path / "again.pyp", "RK"), bends, atol=1e-14)
+    again = read_yarns(tmp_path / "again.pyp")
+    np.testing.assert_allclose(again.natural_curvature, yarns.natural_curvature, rtol=1e-12)
+
+
+def test_without_rest_curvatures_yarns_are_straight_at_rest(tmp_path):
+    bare = CELL.replace("*RK", "*NONE")
+    assert not read_yarns(written(tmp_path / "y.pyp", bare)).natural_curvature.any()
+
+
+def test_periods_that_are_not_those_of_the_yarns_are_doubted(caplog):
+    with caplog.at_level(logging.WARNING, "stitchmesh"):
+        read_yarns(shared("periodic/stockinette.pyp"))
+        assert "director" not in caplog.text
+        read_yarns(shared("periodic/basket.pyp"))
+    assert "the periods may not be those of the yarns" in caplog.text
 
 
 @pytest.mark.parametrize(
@@ -123,6 +171,8 @@ def test_real_patterns_are_cells_at_rest(tmp_path, name, steps, periods):
     for field in ("lattice_step", "start", "row"):
         np.testing.assert_array_equal(getattr(again, field), getattr(yarns, field))
     np.testing.assert_allclose(again.rest_length, yarns.rest_length, rtol=1e-15)
+    assert np.abs(yarns.natural_curvature).min() > 0.0
+    np.testing.assert_allclose(again.natural_curvature, yarns.natural_curvature, rtol=1e-10)  # tangents and a solve
 
 
 @pytest.mark.parametrize("cell", [periodic_patch(1, 1), periodic_patch(2, 3), woven_cell()])
@@ -174,6 +224,7 @@ def test_what_the_format_cannot_hold_is_refused(tmp_path):
         (sheared, "the periods are 82.41 degrees apart; the format holds right angles"),
         (mixed, "yarns of radius 0.1 to 0.2 cm; the format holds one radius"),
         (ending, "yarn 3 ends; the format holds only yarns that go on"),
+        (replace(cell, natural_curvature=np.full(len(cell.points), 90.0)), "turns the yarn by half a turn or more"),
     ]
     for yarns, message in bad:
         for refuse in (check_writable, write_yarns):
@@ -207,6 +258,8 @@ def test_what_the_format_cannot_hold_is_refused(tmp_path):
         ("0.006\n", "-0.006\n", "line 16: got -0.006; expected positive lengths in metres"),
         ("0.001 3\n", "0.001 3\n1 1 1 3\n", "line 3: a second line of *pattern"),
         ("*RK", "*RL", "line 19: a second block *RL; expected one"),
+        ("*RK\n0 0\n", "*RK\n", "line 19: block *RK has 2 lines and line 2 says 3"),
+        ("*RK\n0 0", "*RK\n0 0 0", "line 20: got '0 0 0'; expected 2 finite numbers"),
         ("*pattern", "pattern", "line 1: got 'pattern' outside of any block; expected '*pattern'"),
         ("*RL", "*LR", "block *RL is missing or empty"),
         ("*Q\n", "*Q\n\n", "line 6: got '0.001' outside of any block"),

@@ -25,6 +25,7 @@ def awkward_yarns() -> YarnSet:
         row=np.arange(count) // 4,
         face=np.arange(count) - 1,
         part=np.arange(count) % 5,
+        natural_curvature=rng.standard_normal(count),
     )
 
 

@@ -18,7 +18,7 @@ from stitchmesh.periodic.weave import Thread, Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
 from stitchmesh.stitch import Stitch
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns, yarn_energies
 
 RADIUS = 0.125
 DRAFT = {"quality": "draft", "device": "cpu"}
@@ -157,6 +157,16 @@ def test_gamma_is_the_exact_similarity(name, gamma, tolerance):
     np.testing.assert_allclose(made.yarns.points, direct.yarns.points, rtol=0, atol=tolerance * RADIUS)
     assert made.report["energy"] == pytest.approx(direct.report["energy"], rel=1e-6)  # second order in the points
     np.testing.assert_allclose(made.yarns.rest_length, direct.yarns.rest_length, rtol=1e-12)  # three roundings
+
+
+def test_a_scaled_cell_of_curved_yarn_bends_alike():
+    made = swatch("plain", **DRAFT).yarns
+    made = replace(made, natural_curvature=np.linspace(-2.0, 2.0, len(made.points)))
+    material = YarnMaterial.named("stitchmesh")
+    one, three = yarn_energies(made, material), yarn_energies(scaled(made, 3.0), material.scaled(3.0))
+    straight = replace(made, natural_curvature=0.0 * made.natural_curvature)
+    assert one["bend"] != pytest.approx(yarn_energies(straight, material)["bend"], rel=0.01)
+    assert three["bend"] == pytest.approx(one["bend"], rel=1e-9)  # rounding: the similarity is exact
 
 
 @pytest.mark.parametrize("gamma", [0.2, 5.0])

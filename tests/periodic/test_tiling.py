@@ -26,15 +26,20 @@ def yarn_of_step(step: tuple[int, int], count: int = 5) -> YarnSet:
     points = np.random.default_rng(2).normal(size=(count, 3))
     yarns = YarnSet.from_curves([points], closed=[True], radius=0.1, rest_lengths=[1.0 + np.arange(count)])
     labels = {"face": np.arange(count), "part": np.arange(count), "row": np.arange(count) // 3}
-    return replace(yarns, **labels, colour=[3], lattice=LATTICE, lattice_step=np.array([step]))
+    natural = np.random.default_rng(8).normal(size=count)
+    return replace(
+        yarns, **labels, colour=[3], natural_curvature=natural, lattice=LATTICE, lattice_step=np.array([step])
+    )
 
 
 def numbered(cell: YarnSet) -> YarnSet:
     """The cell shaken out of balance; the faces of its control points are their numbers, so that copies tell them."""
-    noise = np.random.default_rng(7).normal(scale=0.01, size=cell.points.shape)
+    rng = np.random.default_rng(7)
+    noise, natural = rng.normal(scale=0.01, size=cell.points.shape), rng.normal(size=len(cell.points))
     return replace(
-        cell, points=cell.points + noise, rest_length=0.95 * cell.rest_length, face=np.arange(len(cell.points))
-    )
+        cell, points=cell.points + noise, rest_length=0.95 * cell.rest_length, face=np.arange(len(cell.points)),
+        natural_curvature=natural,
+    )  # fmt: skip
 
 
 def corners_of_segments(yarns: YarnSet) -> NDArray[np.float64]:
@@ -60,6 +65,7 @@ def test_a_finite_piece_is_the_tiles_segments_and_no_others(step):
     # each segment keeps its own rest length: the second control point says which it copies
     source = piece.part[piece.segment_points[:, 0]]
     np.testing.assert_array_equal(piece.rest_length, cell.rest_length[source])
+    np.testing.assert_array_equal(piece.natural_curvature, cell.natural_curvature[piece.part])
 
 
 @pytest.mark.parametrize(

@@ -89,6 +89,16 @@ def test_rest_lengths_that_were_changed_stay_changed():
     np.testing.assert_allclose(yarns.rest_length, 0.9 * generated.rest_length, rtol=1e-12)  # rounding of a product
 
 
+def test_untouched_yarn_keeps_its_natural_curvature_and_new_yarn_is_straight():
+    after, _ = edited(Stitch.PURL)
+    curved = replace(relaxed(), natural_curvature=1.0 + np.arange(len(relaxed().points)))
+    yarns, start = regenerate_yarns(curved, fabric(), after, quality=QUALITY)
+    own = untouched_points(generate_yarns(fabric(), quality=QUALITY), yarns, 0.02 * yarns.radius[0])
+    assert 0 < (own < 0).sum() < len(own)
+    for made in (yarns, start):
+        np.testing.assert_array_equal(made.natural_curvature, np.where(own >= 0, 1.0 + own, 0.0))
+
+
 def test_yarns_of_another_quality_are_refused():
     with pytest.raises(ParameterError, match="give those that the yarns were generated with"):
         regenerate_yarns(relaxed(), fabric(), fabric(), quality="reference")

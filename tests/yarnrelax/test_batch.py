@@ -32,11 +32,16 @@ def larger(yarns: YarnSet, factor: float) -> YarnSet:
     assert yarns.lattice is not None
     return replace(
         yarns, points=yarns.points * factor, radius=yarns.radius * factor, rest_length=yarns.rest_length * factor,
-        lattice=Lattice(yarns.lattice.periods * factor),
+        lattice=Lattice(yarns.lattice.periods * factor), natural_curvature=yarns.natural_curvature / factor,
     )  # fmt: skip
 
 
-CELLS = [periodic_patch(1, 1), woven_cell(), periodic_patch(2, 3), larger(periodic_patch(1, 2), 0.3)]
+def crimped(yarns: YarnSet) -> YarnSet:
+    """The same cell of yarns that are bent at rest."""
+    return replace(yarns, natural_curvature=np.full(len(yarns.points), 0.5))
+
+
+CELLS = [periodic_patch(1, 1), crimped(woven_cell()), periodic_patch(2, 3), larger(periodic_patch(1, 2), 0.3)]
 MATERIALS = [KALDOR, LEAF, LEAF, KALDOR.scaled(0.3)]
 
 

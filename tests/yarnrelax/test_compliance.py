@@ -35,6 +35,8 @@ STATES = {
     "strongly strained": shaken(0.03),
     "taut": replace(PATCH, rest_length=0.8 * PATCH.rest_length),
     "slack": replace(PATCH, rest_length=1.2 * PATCH.rest_length),
+    "bent at rest": replace(PATCH, natural_curvature=np.full(len(PATCH.points), 3.0)),
+    "bent far more at rest": replace(PATCH, natural_curvature=np.full(len(PATCH.points), 12.0)),
 }
 
 

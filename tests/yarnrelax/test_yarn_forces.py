@@ -82,9 +82,11 @@ def test_a_rigid_motion_changes_no_energy_and_turns_the_forces() -> None:
 @pytest.mark.parametrize("gamma", [1e-3, 8.0, 1e3])
 def test_radius_similarity_keeps_every_energy(gamma: float) -> None:
     yarns, material = shaken_patch(), YarnMaterial.named("leaf")
+    yarns = replace(yarns, natural_curvature=np.random.default_rng(8).normal(size=len(yarns.points)))
     scaled = replace(
-        yarns, points=gamma * yarns.points, rest_length=gamma * yarns.rest_length, radius=gamma * yarns.radius
-    )
+        yarns, points=gamma * yarns.points, rest_length=gamma * yarns.rest_length, radius=gamma * yarns.radius,
+        natural_curvature=yarns.natural_curvature / gamma,
+    )  # fmt: skip
     before, after = yarn_energies(yarns, material), yarn_energies(scaled, material.scaled(gamma))
     for term, energy in before.items():
         assert after[term] == pytest.approx(energy, rel=1e-11)  # rounding only: the similarity is exact

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarn that is curved at rest: its energy, the gradient of that, and the arcs on which it rests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import YarnError
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet, basis_derivative
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies, yarn_forces
+
+K_BEND = 5.0
+BENDING = YarnMaterial(0.0, 0.0, K_BEND, 0.0, 0.0, 0.0, 0.0, 0.006)
+LEAF = YarnMaterial.named("leaf")
+COARSE = {"quadrature_points": 3, "contact_samples": 3}
+
+
+def ring(radius: float, points: int, curvature: float) -> YarnSet:
+    """A ring whose curve, not its control points, has that radius, within (2 pi / points)^4."""
+    angle = np.arange(points) / points * 2 * np.pi
+    outside = radius * 3 / (2 + np.cos(2 * np.pi / points))
+    circle = outside * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    yarns = YarnSet.from_curves([circle], closed=[True], radius=0.125)
+    return replace(yarns, natural_curvature=np.full(points, curvature))
+
+
+def shaken() -> YarnSet:
+    """An open and a closed yarn, bent at random, of natural curvatures smaller, larger and of both signs."""
+    rng = np.random.default_rng(5)
+    line = np.stack([np.arange(14.0), np.zeros(14), np.zeros(14)], axis=1) * 0.3
+    curves = [line, line[:9] + np.array([0.0, 5.0, 0.0])]
+    yarns = YarnSet.from_curves(curves, closed=[False, True], radius=0.05)
+    points = yarns.points + rng.normal(scale=0.06, size=yarns.points.shape)
+    return replace(yarns, points=points, natural_curvature=rng.normal(scale=4.0, size=len(points)))
+
+
+def curvatures(yarns: YarnSet) -> np.ndarray:
+    """Curvature [1/cm] at the first knot of each segment."""
+    corners = yarns.points[yarns.segment_points]
+    along = np.einsum("j,sjd->sd", basis_derivative(0.0)[0], corners)
+    turn = corners[:, 0] - 2 * corners[:, 1] + corners[:, 2]
+    return np.linalg.norm(np.cross(along, turn), axis=1) / np.linalg.norm(along, axis=1) ** 3
+
+
+def bend_energy(yarns: YarnSet) -> float:
+    return yarn_energies(yarns, BENDING, **COARSE)["bend"]
+
+
+def test_the_force_is_minus_the_gradient() -> None:
+    yarns = shaken()
+    size = np.abs(yarns.natural_curvature[1:-1]).mean() / curvatures(yarns).mean()
+    assert 0.25 < size < 4.0  # so that points are next to straight and well bent
+    force, step = yarn_forces(yarns, BENDING, **COARSE), 1e-6
+    direction = np.random.default_rng(3).normal(size=yarns.points.shape)
+    ends = [bend_energy(replace(yarns, points=yarns.points + side * step * direction)) for side in (1, -1)]
+    # central differences: truncation 1e-12 and rounding 1e-10 relative to second derivatives of order one
+    assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-(force * direction).sum(), rel=1e-6)
+
+
+@pytest.mark.parametrize("natural", [0.2, 0.5, 1.0, 1.9])
+def test_a_ring_holds_the_square_of_what_it_lacks(natural: float) -> None:
+    """E = 2 pi R k_bend (1 / R - k)^2, and k and -k are the same bend."""
+    radius = 2.0
+    expected = 2 * np.pi * radius * K_BEND * (1 / radius - natural) ** 2
+    # the spline departs from the circle by (2 pi / 60)^2 / 12 = 0.1 % in curvature, at most 2 % of what a ring lacks
+    for side in (1, -1):
+        energy = bend_energy(ring(radius, 60, side * natural))
+        assert energy == pytest.approx(expected, rel=0.02, abs=1e-5 * K_BEND)
+
+
+def test_a_ring_of_its_natural_curvature_feels_nothing() -> None:
+    straight, curved = (yarn_forces(ring(2.0, 60, natural), BENDING) for natural in (0.0, 0.5))
+    assert np.abs(curved).max() < 0.005 * np.abs(straight).max()  # 0.1 % of its curvature is the spline's
+
+
+@pytest.mark.parametrize("part", [0.05, 0.2, 0.249])
+def test_next_to_straight_the_energy_is_the_parabola(part: float) -> None:
+    """(1 - q) k^2 - (1 / q - 1) kappa^2 with q = 1/4, in rings of a part of their natural curvature."""
+    radius = 2.0
+    natural = 1 / (part * radius)
+    expected = 2 * np.pi * radius * K_BEND * (0.75 * natural**2 - 3 / radius**2)
+    assert bend_energy(ring(radius, 60, natural)) == pytest.approx(expected, rel=0.002)  # 0.1 % in curvature
+
+
+def test_energy_and_force_meet_at_a_quarter() -> None:
+    """On both sides of it, a part in a million apart, they are alike."""
+    near = [ring(2.0, 60, 2.0 * (1 + side * 1e-6)) for side in (-1, 1)]
+    bends = [yarn_forces(yarns, BENDING) for yarns in near]
+    # where one curvature is a quarter, what is next to straight in one is not in the other
+    assert bend_energy(near[0]) == pytest.approx(bend_energy(near[1]), rel=1e-5)
+    np.testing.assert_allclose(bends[0], bends[1], atol=1e-4 * np.abs(bends[0]).max())
+
+
+def test_an_open_yarn_rests_on_an_arc_of_its_curvature() -> None:
+    count, natural = 20, 0.6
+    angle = 0.12 * np.arange(count)  # half as curved: from next to straight it would bend to either side here and there
+    arc = np.stack([np.sin(angle), 1 - np.cos(angle), 0 * angle], axis=1) * (0.4 / 0.12)
+    yarns = YarnSet.from_curves([arc], closed=[False], radius=0.05)
+    yarns = replace(yarns, natural_curvature=np.full(count, natural))
+    quality = replace(PRESETS["reference"], tolerance=1e-6)
+    rest = relax_yarns(yarns, material=LEAF, quality=quality, device="cpu")
+    assert rest.report["converged"]
+    # a spline of segments of 0.4 cm departs from the circle by (0.6 * 0.4)^2 / 12 = 0.5 % in curvature
+    np.testing.assert_allclose(curvatures(rest.yarns), natural, rtol=0.01)
+    np.testing.assert_allclose(rest.yarns.strain, 0.0, atol=1e-4)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_sides_do_not_matter(precision: str) -> None:
+    yarns = shaken()
+    other = replace(yarns, natural_curvature=-yarns.natural_curvature)
+    forces = [yarn_forces(of, LEAF, precision=precision) for of in (yarns, other)]
+    np.testing.assert_array_equal(*forces)
+
+
+def test_straight_yarn_is_of_no_natural_curvature_to_the_bit() -> None:
+    yarns = shaken()
+    bare = YarnSet.from_curves(
+        [yarns.points[:14], yarns.points[14:]], closed=yarns.closed.tolist(), radius=0.05,
+        rest_lengths=[yarns.rest_length],
+    )  # fmt: skip
+    set_straight = replace(yarns, natural_curvature=np.zeros(len(yarns.points)))
+    np.testing.assert_array_equal(yarn_forces(bare, LEAF), yarn_forces(set_straight, LEAF))
+
+
+def test_single_precision_agrees_with_double() -> None:
+    yarns = shaken()
+    double, single = yarn_forces(yarns, BENDING), yarn_forces(yarns, BENDING, precision="float32")
+    # coordinates of 5 cm are known to 3e-7 cm, second differences of 0.1 cm to 1e-5, a difference of curvatures to 1e-4
+    np.testing.assert_allclose(single, double, atol=1e-4 * np.abs(double).max())
+
+
+def test_what_is_not_one_number_for_each_control_point_is_refused() -> None:
+    yarns = shaken()
+    with pytest.raises(YarnError, match=r"natural_curvature: got shape \(3,\); expected \(23,\)"):
+        replace(yarns, natural_curvature=np.ones(3))
+    bad = yarns.natural_curvature.copy()
+    bad[7] = np.nan
+    with pytest.raises(YarnError, match="natural_curvature 7: got nan; expected finite numbers in 1/cm"):
+        replace(yarns, natural_curvature=bad)
