@@ -23,7 +23,6 @@ from typing import Any
 
 import warp as wp
 
-
 NEARLY_STRAIGHT = wp.constant(0.25)
 """Part of the natural curvature below which a yarn is next to straight."""
 

@@ -18,6 +18,8 @@ from stitchmesh.yarnrelax.precision import vector
 
 THREADS = 256
 """Threads of a block on a GPU that sums."""
+MOST_THREADS = 1024
+"""Threads of the largest block."""
 
 Parts = wp.types.vector(length=9, dtype=wp.float64)
 Slots = wp.types.vector(length=7, dtype=wp.float64)

@@ -39,7 +39,7 @@ from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.cell import CellStrain
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.recording import Recording, Zeroing
+from stitchmesh.yarnrelax.recording import Copying, Recording, Zeroing
 from stitchmesh.yarnrelax.reduction import Sums
 from stitchmesh.yarnrelax.state import State
 from stitchmesh.yarnrelax.term import Constraint, Run, Term
@@ -193,7 +193,9 @@ class Assessor:
         self.rounding = rounding
         self.net, self.effort, self.contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
         self.sums = Sums(forces.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
+        self.noise = Sums(1, model.largest_cell, model.cell_count, model.device)
         self.recording = Recording(self._launches(model.record), model.device)
+        self.nudging: Recording | None = None
 
     def assess(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
         """Residual and energies of each cell as it is; its forces are overwritten.
@@ -249,20 +251,25 @@ class Assessor:
 
     def _noise(self) -> NDArray[np.float64]:
         """Force that the rounding of coordinates makes [erg / unit], root mean square, shape (C,)."""
+        if self.nudging is None:
+            self.nudging = Recording(self._noise_launches(self.model.record), self.model.device)
+        self.nudging.launch()
+        return np.sqrt(self.noise.totals()["noise"] / (12.0 * np.diff(self.model.point_start)))
+
+    def _noise_launches(self, run: Run) -> list[Any]:
+        """What forces change by if coordinates are nudged; the coordinates are as before."""
         model, state = self.model, self.state
         n = model.point_count
-        kept = wp.clone(state.points)
-        model.launch(nudge, n, [model.number(_precision(model))], [state.points])
+        kept, change2 = wp.clone(state.points), model.empty(n)
         evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
-        forces.all_forces(*evaluation, model.launch)
-        wp.copy(state.points, kept)
+        launches = [Copying(state.points, kept), run(nudge, n, [model.number(_precision(model))], [state.points])]
+        launches += forces.all_forces(*evaluation, run)
+        launches.append(Copying(kept, state.points))
         for constraint in self.constraints:
-            constraint.filter_forces(state.point_force, model.launch)
-        change2 = model.empty(n)
-        model.launch(square_change, n, [self.net, state.point_force], [change2])
-        sums = Sums(1, model.largest_cell, model.cell_count, model.device)
-        sums.add("noise", change2, model.cell_points, model.launch)
-        return np.sqrt(sums.read()["noise"] / (12.0 * np.diff(model.point_start)))
+            launches += constraint.filter_forces(state.point_force, run)
+        launches.append(run(square_change, n, [self.net, state.point_force], [change2]))
+        launches.append(self.noise.add("noise", change2, model.cell_points, run))
+        return [*launches, self.noise.total_launch(run)]
 
 
 def _precision(model: Model) -> float:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax import forces
-from stitchmesh.yarnrelax.block import THREADS
+from stitchmesh.yarnrelax.block import MOST_THREADS, THREADS
 from stitchmesh.yarnrelax.candidates import Candidates, list_samples
 from stitchmesh.yarnrelax.image_table import SHRINKAGE, SPREAD
 from stitchmesh.yarnrelax.model import Model
@@ -40,7 +40,7 @@ from stitchmesh.yarnrelax.step_limit import (
 
 ROOM_TO_GROW = 1.1
 """How much longer than now segments may become before the search must be made wider."""
-BLOCKS = 32
+BLOCKS = 128
 """Blocks of threads that collect what is looked at."""
 LARGEST_STRAIN = 0.2
 """Largest strain of a cell since its table of images was made, for which its ``SHRINKAGE`` leaves room."""
@@ -133,6 +133,8 @@ class Listing:
         self.whole = Recording(self._launches(self._search()), device)
         self.now = self.searched = self._periods()
         self.box, self.clearance = self._box(), np.zeros(cells)
+        self.left, self.taken = self.reach, 0.0
+        """How far the lists of near segments still reached when it was last looked at, and what the last move took."""
 
     def _search(self) -> list[Any]:
         """List the segments near each segment anew."""
@@ -159,7 +161,7 @@ class Listing:
         launches += [
             *of_clearance,
             budget_launch(model, state, candidates, clearance),
-            run(smallest_of_cells, model.cell_count, [model.cell_samples, clearance], [self.least], tile=THREADS),
+            run(smallest_of_cells, model.cell_count, [model.cell_samples, clearance], [self.least], tile=MOST_THREADS),
             *strain_budget_launches(model, state, candidates, self.least),
         ]
         images = model.constants.images
@@ -172,13 +174,10 @@ class Listing:
 
     def launch(self) -> bool:
         """Make the lists; whether it went well, or they must be made the careful way."""
-        self.quick.launch()
-        found = self._read()
-        if self._reach_left(found) < self.margin:
-            self.whole.launch()
-            self.candidates.near.reach = self.reach
-            found = self._read()
-            self.searched = self.now
+        due = self.candidates.near.reach != self.reach or self.left - self.taken < self.margin
+        found = self._listed(search=due)
+        if self.left < self.margin:
+            found = self._listed(search=True)
         near, listed, longest = found[:3]
         near_lists = self.candidates.near.lists
         if near > near_lists.shape[1] or listed > self.candidates.lists.shape[1] or not longest <= self.longest:
@@ -186,6 +185,21 @@ class Listing:
         self.holds = self._table_holds()
         # cells that are too close to go on are named there
         return self.holds and bool((self.clearance >= SMALLEST_CLEARANCE).all())
+
+    def _listed(self, *, search: bool) -> NDArray[np.float64]:
+        """Make the lists, with a search if it is due; what was read."""
+        before = self.left
+        if search:
+            self.whole.launch()
+            self.candidates.near.reach = self.reach
+            found = self._read()
+            self.searched, self.left = self.now, self.reach
+        else:
+            self.quick.launch()
+            found = self._read()
+            self.left = self._reach_left(found)
+            self.taken = before - self.left
+        return found
 
     def _read(self) -> NDArray[np.float64]:
         """Longest lists, longest segment, largest drift; periods, boxes and smallest clearances are kept."""

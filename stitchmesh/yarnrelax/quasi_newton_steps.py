@@ -124,7 +124,7 @@ def judge(cell: int, memory: Any) -> None:
 
 
 @wp.func
-def by_age(curvature: wp.array2d[wp.float64], head: int, count: int) -> Any:
+def by_age(curvature: wp.array2d[wp.float64], head: int, count: int) -> Table:  # type: ignore[valid-type]
     """Products s_older . y_newer of the pairs, rows and columns by age.
 
     The diagonal is 1 / s . y, and 0 where there is no pair. All is read before anything depends on it: one wait for
