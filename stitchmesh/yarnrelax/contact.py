@@ -65,7 +65,7 @@ def outer_product(apart: Any, size: Any, zero: Any) -> Any:
 
 @functools.cache
 def pushing(scalar: Any, together: int, strained: bool) -> Any:
-    """The function that sums the pushes on a sample, in one precision and so many entries of its list at a time.
+    """The function of a sample's contact force in one precision that takes so many entries of its list at a time.
 
     Where cells are ``strained``, it finds the sample's share of the forces on their strains too.
 
@@ -74,25 +74,24 @@ def pushing(scalar: Any, together: int, strained: bool) -> Any:
     vectors, scalars = wp.types.matrix(shape=(together, 4), dtype=scalar), vector(together, scalar)
 
     @wp.func
-    def pushes_on(
+    def push_at(
         model: Any,
         p: int,
-        part: int,
-        parts: int,
         samples: wp.array[Any],
         candidate_count: wp.array[wp.int32],
         candidates: wp.array2d[wp.int32],
+        sample_force: wp.array[Any],
         sample_block: wp.array[Any],
         sample_strain: wp.array[Any],
-    ) -> tuple[Any, Any, Any]:
-        """Force and row sum of stiffness, block of stiffness, and share, of one of the parts of a sample's list."""
+    ) -> None:
+        """Contact force on a sample and the row sum of its stiffness; its block of stiffness where there is room."""
         here = read_whole(samples, p)
         push = type(here)()
         block = type(sample_block[0])()
         share = type(sample_strain[0])()
         count = candidate_count[p]
         apart, weight = vectors(), scalars()
-        for c in range(part * together, count, parts * together):
+        for c in range(0, count, together):
             for k in range(together):
                 entry = candidates[p, wp.min(c + k, count - 1)]
                 apart[k] = from_entry(model.images, samples, p, here, entry)
@@ -107,35 +106,20 @@ def pushing(scalar: Any, together: int, strained: bool) -> Any:
                     block += outer_product(gap, stiff * inverse, block)
                     if wp.static(strained):
                         share = with_gap(share, model.images, p, gap, size, stiff, distance2)
-        return push, block, share
+        scale = model.sample_stiffness[p]
+        write_whole(sample_force, p, push * scale)
+        if sample_block.shape[0] > 0:
+            sample_block[p] = block * scale
+        if wp.static(strained):
+            sample_strain[p] = share * scale
 
-    return pushes_on
-
-
-@wp.func
-def put_push(
-    model: Any,
-    p: int,
-    push: Any,
-    block: Any,
-    share: Any,
-    sample_force: wp.array[Any],
-    sample_block: wp.array[Any],
-    sample_strain: wp.array[Any],
-) -> None:
-    """Write the sums over all of a sample's list; block and share where there is room."""
-    scale = model.sample_stiffness[p]
-    write_whole(sample_force, p, push * scale)
-    if sample_block.shape[0] > 0:
-        sample_block[p] = block * scale
-    if sample_strain.shape[0] > 0:
-        sample_strain[p] = share * scale
+    return push_at
 
 
 @functools.cache
 def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
     """The kernel of ``pushing``, for all samples."""
-    pushes_on = pushing(scalar, together, strained)
+    push_at = pushing(scalar, together, strained)
 
     @kernel
     def contact_forces(
@@ -151,11 +135,7 @@ def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
         sample_strain: wp.array[Any],
     ) -> None:
         """Contact force on each sample and the row sum of its stiffness; its block of stiffness where there is room."""
-        p = wp.tid()
-        push, block, share = pushes_on(
-            model, p, 0, 1, samples, candidate_count, candidates, sample_block, sample_strain
-        )  # fmt: skip
-        put_push(model, p, push, block, share, sample_force, sample_block, sample_strain)
+        push_at(model, wp.tid(), samples, candidate_count, candidates, sample_force, sample_block, sample_strain)
 
     return contact_forces
 

@@ -120,10 +120,9 @@ def pulling(quadrature_points: int, strained: bool) -> Any:
         q2: Any,
         q3: Any,
         segment_pull: wp.array2d[Any],
-        segment_block: wp.array[Any],
         segment_strain: wp.array[Any],
     ) -> None:
-        """Pulls on the legs of a segment [erg / unit], ``mean_direction`` where there is room.
+        """Pulls on the legs of a segment [erg / unit].
 
         ``terms`` is 1 for each of stretch, length and bending that counts, else 0.
         """
@@ -134,8 +133,6 @@ def pulling(quadrature_points: int, strained: bool) -> Any:
         segment_pull[0, s] = pull0
         segment_pull[1, s] = pull1
         segment_pull[2, s] = pull2
-        if segment_block.shape[0] > 0:
-            segment_block[s] = mean_direction(rest_length, q1 - q0, q2 - q1, q3 - q2, segment_block[0])
         if wp.static(strained):
             cell = cell_of(model.images, s)
             e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
@@ -165,11 +162,15 @@ def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
         segment_block: wp.array[Any],
         segment_strain: wp.array[Any],
     ) -> None:
-        """Contact samples and pulls of each segment."""
+        """Contact samples and pulls of each segment; ``mean_direction`` where there is room."""
         s = wp.tid()
         q0, q1, q2, q3 = segment_corners(model, points, s)
         put_samples(model, s, q0, q1, q2, q3, samples)
-        pull_at(model, s, terms, q0, q1, q2, q3, segment_pull, segment_block, segment_strain)
+        pull_at(model, s, terms, q0, q1, q2, q3, segment_pull, segment_strain)
+        if segment_block.shape[0] > 0:
+            segment_block[s] = mean_direction(
+                model.segment_rest_length[s], q1 - q0, q2 - q1, q3 - q2, segment_block[0]
+            )  # fmt: skip
 
     return place_and_pull
 

@@ -16,13 +16,13 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.kernel import kernel
-from stitchmesh.yarnrelax.block import Parts, sum_over_block, summing_four, wait_for_block
+from stitchmesh.yarnrelax.block import Parts, sum_over_block, wait_for_block
 from stitchmesh.yarnrelax.cell import put_strain_force, with_strain_shares
 from stitchmesh.yarnrelax.compliance import compliance_at
-from stitchmesh.yarnrelax.contact import pushing, put_push
+from stitchmesh.yarnrelax.contact import pushing
 from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.gather import gather_at
-from stitchmesh.yarnrelax.internal import pulling
+from stitchmesh.yarnrelax.internal import mean_direction, pulling
 from stitchmesh.yarnrelax.method import Scene
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.precision import vector
@@ -51,15 +51,20 @@ FEWEST_THREADS, MOST_THREADS = 128, 512
 """Threads of a block on a GPU."""
 
 
+@wp.func
+def in_warps(count: int) -> int:
+    """So many threads rounded up to warps."""
+    return (count + 31) // 32 * 32
+
+
 @functools.cache
 def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) -> wp.Kernel:
     """The kernel for one precision and one accuracy, and for cells that relax or do not."""
     pull_at = pulling(quadrature_points, strained)
-    pushes_on = pushing(scalar, together, strained)
-    sum_of_push, sum_of_block, sum_of_share = (summing_four(size, scalar) for size in (4, 6, 9))
+    push_at = pushing(scalar, together, strained)
     ones = vector(3, scalar)
 
-    @kernel
+    @kernel(launch_bounds=MOST_THREADS)
     def burst(
         # model
         model: Any,
@@ -77,19 +82,19 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
     ) -> None:
         """Iterate each cell until it waits; a block a cell.
 
-        Where two things can be done at once, the first threads begin with one and the last ones with the other. The
-        last thread looks after the strains.
+        Where things can be done at once, the first threads begin with one, the last ones with another, and those
+        before them with a third. The last thread looks after the strains.
         """
         cell, lane = wp.tid()
         threads = wp.block_dim()
+        first, last = cells.segments[cell], cells.segments[cell + 1]
         from_end = threads - 1 - lane
-        sharers = wp.where(threads > 1, 4, 1)  # threads for the list of a sample
+        beside = (from_end + threads - in_warps(last - first) % threads) % threads
         share = Share()
         share.cell = cell
         share.threads = threads
         share.first = cells.points[cell] + lane
         share.last = cells.points[cell + 1]
-        first, last = cells.segments[cell], cells.segments[cell + 1]
         terms = ones(type(step_limit)(1.0))
         entry, numbers = cells.point_count + cell, memory.numbers[cell]
         for _iteration in range(iterations):
@@ -97,22 +102,18 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
                 q0, q1, q2, q3 = segment_corners(model, state.points, s)
                 put_samples(model, s, q0, q1, q2, q3, state.samples)
             wait_for_block()
-            for p in range(model.sample_start[first] + lane // sharers, model.sample_start[last], threads // sharers):
-                push, block, own = pushes_on(
-                    model, p, lane % sharers, sharers, state.samples, candidate_count, candidates, state.sample_block,
+            for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
+                push_at(
+                    model, p, state.samples, candidate_count, candidates, state.sample_force, state.sample_block,
                     state.sample_strain,
                 )  # fmt: skip
-                push, block = sum_of_push(push), sum_of_block(block)
-                if wp.static(strained):
-                    own = sum_of_share(own)
-                if lane % sharers == 0:
-                    put_push(
-                        model, p, push, block, own, state.sample_force, state.sample_block, state.sample_strain
-                    )  # fmt: skip
             for s in range(first + from_end, last, threads):
                 p0, p1, p2, p3 = segment_corners(model, state.points, s)
-                pull_at(
-                    model, s, terms, p0, p1, p2, p3, state.segment_pull, state.segment_block, state.segment_strain
+                pull_at(model, s, terms, p0, p1, p2, p3, state.segment_pull, state.segment_strain)
+            for s in range(first + beside, last, threads):
+                r0, r1, r2, r3 = segment_corners(model, state.points, s)
+                state.segment_block[s] = mean_direction(
+                    model.segment_rest_length[s], r1 - r0, r2 - r1, r3 - r2, state.segment_block[0]
                 )  # fmt: skip
             wait_for_block()
             if wp.static(strained):
@@ -175,11 +176,12 @@ class BurstLaunches:
     """The launch of a burst."""
 
     def __init__(self, model: Model, memory: Any) -> None:
-        """Four threads for each contact sample of the largest cell, within bounds."""
+        """Threads for each contact sample and twice for each segment of the largest cell, within bounds."""
         self.memory, self.cells = memory, cells_of(model)
         self.threads = 1
         if model.device.is_cuda:
-            wanted = 1 << max(4 * model.largest_cell - 1, 0).bit_length()
+            largest = int(np.diff(model.segment_start).max())
+            wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32))
             self.threads = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
 
     def launch(self, scene: Scene, bounds: Any, iterations: int, run: Run) -> Any:
