@@ -31,7 +31,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.growing import size_of, stretched_to
-from stitchmesh.periodic.swatch import YARN_RADIUS, Swatch, swatch
+from stitchmesh.periodic.swatch import YARN_RADIUS, Swatch, SwatchOptions, close_contacts, swatch
 from stitchmesh.periodic.weave import Weave
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
@@ -168,6 +168,7 @@ def stretch(
     )  # fmt: skip
     if material is None:
         material = YarnMaterial.named("stitchmesh").scaled(options.get("yarn_radius", YARN_RADIUS) / REFERENCE_RADIUS)
+    quality = close_contacts(quality, SwatchOptions(**options))
     cell = held_cell(direction, other)
     yarns, points, states = free.yarns, [], []
     for strain in strains:

@@ -10,6 +10,7 @@ of stitches and parts of them is taken up by factors of rest lengths, in steps t
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -46,6 +47,11 @@ LOOP_OVER_WIDTH = 4.07
 """Yarn of a plain loop as it is drawn over the stitch's width, for yarn of an eighth of the width."""
 THICKEST = 0.16
 """Largest radius over the stitch width at which yarn is drawn; thicker yarn grows from there."""
+CLOSER = 1.5
+"""Power of the looseness by which contacts are sampled more closely: what spheres that catch hold back is less the
+further apart the bends of the yarn are, and so is what straightens them (docs/validation.md)."""
+LOOSEST = 4.0
+"""Looseness from which on contacts are sampled no more closely."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
 TAKE_UP = (0.1, 2.0)
@@ -148,6 +154,7 @@ def swatch(
     began = time.perf_counter()
     source = pattern_or_weave(pattern)
     fabric, first = drawn(source, chosen, quality)
+    quality = close_contacts(quality, chosen)
     # by the similarity the fabric is relaxed gamma times as large as it will be
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
@@ -189,6 +196,18 @@ def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[Sti
     if not plain_stitches(fabric).any():  # none to measure; as wide as they are drawn, plain ones would be so long
         return fabric, evened(yarns)
     return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric))
+
+
+def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
+    """The quality with more contact samples where loops are looser than compact ones.
+
+    Control points of a stitch are as many in long loops as in short ones, and so the spheres of a segment further
+    apart; they catch on one another, and loops stay narrower than they are at rest.
+    """
+    loop = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
+    looseness = loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
+    closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
+    return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 
 
 def taken_up(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:

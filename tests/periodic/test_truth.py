@@ -16,7 +16,7 @@ import pytest
 from stitchmesh.patterns import parse_pattern
 from stitchmesh.periodic.growing import size_of
 from stitchmesh.periodic.jamming import jam_report
-from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.periodic.swatch import Swatch, SwatchOptions, close_contacts, swatch
 from stitchmesh.periodic.weave_library import read_weave
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.tiling import tiled
@@ -59,6 +59,25 @@ def test_stockinette_has_the_gauge_of_relaxed_plain_knit(quality: str) -> None:
     assert 1.25 <= report["wale_spacing"] / report["course_spacing"] <= 1.40
     # yarn is as long as it was given, but for the strain that the bending of loops makes
     assert report["loop_length"] == pytest.approx(16.67 * 0.25, rel=0.01)
+
+
+def test_loose_loops_open_at_standard_quality_as_they_do_at_reference() -> None:
+    """Loops of 24 yarn diameters, whose contacts are further apart than a compact loop's unless there are more."""
+    sizes = []
+    for quality in ("standard", "reference"):
+        report = swatch(
+            "stockinette", material=KALDOR, quality=quality, device="cpu", relax_cell=True, loop_length=24 * 0.25
+        ).report
+        sizes.append([report["wale_spacing"], report["course_spacing"]])
+    np.testing.assert_allclose(*sizes, rtol=0.01)  # its control points and residual; 17 % without more contacts
+
+
+def test_contacts_of_compact_loops_are_those_of_the_quality() -> None:
+    standard = PRESETS["standard"]
+    assert close_contacts(standard, SwatchOptions()) == standard
+    assert close_contacts(standard, SwatchOptions(loop_length=12 * 0.25)) == standard
+    twice = close_contacts(standard, SwatchOptions(loop_length=2 * 16.67 * 0.25))
+    assert twice == close_contacts(standard, SwatchOptions(gamma=0.5)) == replace(standard, contact_samples=9)
 
 
 def test_stockinette_curls_towards_the_right_side_along_the_wales_and_to_the_wrong_side_along_the_courses() -> None:
