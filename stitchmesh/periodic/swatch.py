@@ -34,8 +34,8 @@ from stitchmesh.periodic.weave_yarns import weave_yarns
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
-from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns, in_heads
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.solver import refuse_pull_through
 
@@ -194,8 +194,8 @@ def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[Sti
     check_loops_begin(fabric)
     yarns = generate_yarns(fabric, yarn_radius=min(options.yarn_radius, THICKEST * width), quality=quality)
     if not plain_stitches(fabric).any():  # none to measure; as wide as they are drawn, plain ones would be so long
-        return fabric, evened(yarns)
-    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric))
+        return fabric, evened(yarns, fabric)
+    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric), fabric)
 
 
 def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
@@ -242,13 +242,21 @@ def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None
     return [None if size is None else size * options.gamma for size in options.period]
 
 
-def evened(yarns: YarnSet) -> YarnSet:
-    """Yarns whose segments are equally long at rest within each stitch.
+def evened(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
+    """Yarns whose segments are equally long at rest within each stitch, its own apart from the loop's below.
 
-    A spline whose segments differ in length stretches here and there while its length is right, which costs energy.
+    Where all stitches are plain and alike, segments are equally long within each loop: by symmetry, and yarn can slide
+    through its loops. A spline whose segments differ in length stretches here and there while its length is right,
+    which costs energy.
     """
-    stitch = yarns.segment_yarn * (yarns.face.max() + 2) + segment_faces(yarns) - UNKNOWN_FACE
-    _, run, count = np.unique(stitch, return_inverse=True, return_counts=True)
+    below = fabric.side_face[fabric.twin[fabric.face_start[:-1]]]
+    alike = plain_stitches(fabric).all() and len(np.unique([fabric.stitch, fabric.yarn], axis=1).T) == 1
+    head_of = below if alike else fabric.face_count + np.arange(fabric.face_count)
+    face = segment_faces(yarns)
+    stitch = np.where(in_heads(yarns, fabric)[yarns.segment_points[:, 1]], head_of[face], face)
+    _, run, count = np.unique(
+        2 * fabric.face_count * yarns.segment_yarn + stitch, return_inverse=True, return_counts=True
+    )
     return replace(yarns, rest_length=(np.bincount(run, yarns.rest_length) / count)[run])
 
 
