@@ -15,11 +15,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import validation_knits
+import validation_loads
 import validation_plots
 import validation_stretch
 import validation_weaves
 
-SECTIONS = ("loops", "tiling", "knits", "stretch", "weave", "cells")
+SECTIONS = ("loops", "tiling", "knits", "stretch", "loads", "weave", "cells")
 
 
 def main() -> None:
@@ -35,9 +36,8 @@ def main() -> None:
         if section == "cells":
             _cells(given.cells)
         else:
-            {"loops": _loops, "tiling": _tiling, "knits": _knits, "stretch": _stretch, "weave": _weave}[section](
-                given.pictures
-            )
+            draw = {"loops": _loops, "tiling": _tiling, "knits": _knits, "stretch": _stretch, "loads": _loads}
+            draw.get(section, _weave)(given.pictures)
 
 
 def _loops(pictures: Path | None) -> None:
@@ -67,6 +67,13 @@ def _stretch(pictures: Path | None) -> None:
     print_table("Stockinette by quality [dyn/cm]", validation_stretch.accuracy_table())
     if pictures is not None:
         validation_plots.draw_curves(made, pictures / "validation-stretch.png")
+
+
+def _loads(_pictures: Path | None) -> None:
+    print_table("Modulus at rest by loop length", validation_loads.modulus_table())
+    made = validation_loads.curves()
+    print_table("Extension under one load, in %", validation_loads.loads_table(made))
+    print_table("Slope along the wales under one load", validation_loads.slopes_table(made))
 
 
 def _weave(pictures: Path | None) -> None:

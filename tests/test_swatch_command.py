@@ -179,7 +179,7 @@ def test_a_bad_pattern_is_one_line(files, capsys, monkeypatch, pattern, message)
         (["stockinette", "--gamma", "0"], "gamma: got 0.0; expected 0.1 to 10"),
         (["stockinette", "--gamma", "-1"], "gamma: got -1.0"),
         (["stockinette", "--gamma", "nan"], "gamma: got nan"),
-        (["stockinette", "--gamma", "10"], "there is no room for yarn so thick"),
+        (["garter", "--gamma", "10"], "there is no room for yarn so thick"),
         (["stockinette", "--period", "0", "1"], "period width: got 0.0 cm; expected a positive number"),
         (["stockinette", "--period", "1", "-3"], "period height: got -3.0 cm"),
         (["stockinette", "--period", "free", "1e9"], "period height: got 1e+09 cm; expected 0.158 to 15.8"),

@@ -15,6 +15,7 @@ from stitchmesh.periodic.session_changes import Moving, stepped, steps_left
 from stitchmesh.periodic.session_descent import Descent
 from stitchmesh.periodic.session_target import Drawing, Target, drawing_of, target_of
 from stitchmesh.periodic.session_wishes import Wishes
+from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax.solver import CHECK, refuse_pull_through
 
@@ -31,6 +32,8 @@ class LiveSwatch:
     """What is wished for, as it is drawn."""
     target: Target
     """And as it is to be."""
+    close: Quality
+    """With contacts as close as its loops ask for."""
     first: Drawing
     """From which the yarns began."""
     moving: Moving
@@ -56,7 +59,7 @@ class LiveSwatch:
         """
         self.quality, self.device = quality, device
         self.drawing = drawing_of(wishes, quality)
-        self.target = target_of(wishes, self.drawing)
+        self.target, self.close = target_of(wishes, self.drawing), close_contacts(quality, wishes.options)
         self.error: Exception | None = None
         self.iteration, self.asked, self.number = 0, asked, 0
         self._draw_anew()
@@ -84,6 +87,7 @@ class LiveSwatch:
         before, larger = self.target, drawing.width / self.drawing.width
         looks_other = self.error is not None or (goes_on and (target.colour != before.colour).any())
         self.drawing, self.target, self.error = drawing, target, None
+        self.close = close_contacts(self.quality, wishes.options)
         if not goes_on:
             return self._draw_anew()
         if larger != 1.0:
@@ -126,7 +130,7 @@ class LiveSwatch:
     def _begun(self, moving: Moving) -> Descent:
         """The relaxation from a state."""
         target, self.arrived = self.target, False
-        return Descent(moving.yarns, target.material, self.quality, self.device, target.cell)
+        return Descent(moving.yarns, target.material, self.close, self.device, target.cell)
 
     def _has_settled(self) -> bool:
         """Whether the yarns have had the time that they need between two steps."""

@@ -31,7 +31,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.growing import size_of, stretched_to
-from stitchmesh.periodic.swatch import YARN_RADIUS, Swatch, swatch
+from stitchmesh.periodic.swatch import YARN_RADIUS, Swatch, SwatchOptions, close_contacts, swatch
 from stitchmesh.periodic.weave import Weave
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
@@ -46,6 +46,11 @@ STEPS = 9
 """States of a curve where no number is given."""
 TOLERANCE = 1e-3
 """Residual of each state, if the quality asks for no less: ribs hardly resist, and need it."""
+CONTROL_POINTS = 24
+"""Of a plain stitch, if the quality has no more, those of reference: loops of 12 resist by up to 80 % too much. Yarn
+of fewer is softer along itself, for a material states that by segments (``stretch``), which counts in weaves."""
+CONTACT_SAMPLES = 5
+"""Of a segment, if the quality has no more: three catch on one another, and tension wavers by some dyn/cm."""
 SMALLEST_SNAP = 1e-3
 """Change of energy over the energy that counts; states come to rest to a tenth of ``TOLERANCE``."""
 LEAST_STRAIN, MOST_STRAIN = -0.9, 9.0
@@ -141,7 +146,7 @@ def stretch(
         other: whether the size across the direction is free to follow, or held as it is in the free cell.
         steps: how many strains, the first and the last among them.
         material: as for ``swatch``.
-        quality: a preset or a ``Quality``; states come to rest to ``TOLERANCE`` at least.
+        quality: a preset or a ``Quality``, made as fine as tension needs (``fine_enough``).
         device: as for ``swatch``.
         progress: called with each point.
         on_entry: called every half second or so while a state comes to rest.
@@ -156,14 +161,14 @@ def stretch(
         raise ParameterError(f"other: got {other!r}; expected free or held")
     if "period" in options:
         raise ParameterError("period: got one for a stretch, which begins at the free cell; leave it out")
-    quality = quality_named(quality)
-    quality = replace(quality, tolerance=min(quality.tolerance, TOLERANCE))
+    quality = fine_enough(quality_named(quality))
     free = swatch(
         pattern, material=material, quality=quality, device=device, relax_cell=RelaxCell(shear=False),
         progress=on_entry, **options,
     )  # fmt: skip
     if material is None:
         material = YarnMaterial.named("stitchmesh").scaled(options.get("yarn_radius", YARN_RADIUS) / REFERENCE_RADIUS)
+    quality = close_contacts(quality, SwatchOptions(**options))
     cell = held_cell(direction, other)
     yarns, points, states = free.yarns, [], []
     for strain in strains:
@@ -210,6 +215,15 @@ def chosen_strains(
     if steps < 2:
         raise ParameterError(f"steps: got {steps}; expected at least 2")
     return direction, np.linspace(first, last, steps)
+
+
+def fine_enough(quality: Quality) -> Quality:
+    """The quality with ``TOLERANCE``, ``CONTROL_POINTS`` and ``CONTACT_SAMPLES`` where its own are coarser."""
+    return replace(
+        quality, tolerance=min(quality.tolerance, TOLERANCE),
+        control_points_per_stitch=max(quality.control_points_per_stitch, CONTROL_POINTS),
+        contact_samples=max(quality.contact_samples, CONTACT_SAMPLES),
+    )  # fmt: skip
 
 
 def held_cell(direction: Direction, other: Other) -> RelaxCell:

@@ -10,6 +10,7 @@ of stitches and parts of them is taken up by factors of rest lengths, in steps t
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -33,8 +34,8 @@ from stitchmesh.periodic.weave_yarns import weave_yarns
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
-from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns, in_heads
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.solver import refuse_pull_through
 
@@ -46,6 +47,11 @@ LOOP_OVER_WIDTH = 4.07
 """Yarn of a plain loop as it is drawn over the stitch's width, for yarn of an eighth of the width."""
 THICKEST = 0.16
 """Largest radius over the stitch width at which yarn is drawn; thicker yarn grows from there."""
+CLOSER = 1.5
+"""Power of the looseness by which contacts are sampled more closely: what spheres that catch hold back is less the
+further apart the bends of the yarn are, and so is what straightens them (docs/validation.md)."""
+LOOSEST = 4.0
+"""Looseness from which on contacts are sampled no more closely."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
 TAKE_UP = (0.1, 2.0)
@@ -148,6 +154,7 @@ def swatch(
     began = time.perf_counter()
     source = pattern_or_weave(pattern)
     fabric, first = drawn(source, chosen, quality)
+    quality = close_contacts(quality, chosen)
     # by the similarity the fabric is relaxed gamma times as large as it will be
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
@@ -187,8 +194,20 @@ def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[Sti
     check_loops_begin(fabric)
     yarns = generate_yarns(fabric, yarn_radius=min(options.yarn_radius, THICKEST * width), quality=quality)
     if not plain_stitches(fabric).any():  # none to measure; as wide as they are drawn, plain ones would be so long
-        return fabric, evened(yarns)
-    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric))
+        return fabric, evened(yarns, fabric)
+    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric), fabric)
+
+
+def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
+    """The quality with more contact samples where loops are looser than compact ones.
+
+    Control points of a stitch are as many in long loops as in short ones, and so the spheres of a segment further
+    apart; they catch on one another, and loops stay narrower than they are at rest.
+    """
+    loop = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
+    looseness = loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
+    closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
+    return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 
 
 def taken_up(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:
@@ -223,13 +242,21 @@ def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None
     return [None if size is None else size * options.gamma for size in options.period]
 
 
-def evened(yarns: YarnSet) -> YarnSet:
-    """Yarns whose segments are equally long at rest within each stitch.
+def evened(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
+    """Yarns whose segments are equally long at rest within each stitch, its own apart from the loop's below.
 
-    A spline whose segments differ in length stretches here and there while its length is right, which costs energy.
+    Where all stitches are plain and alike, segments are equally long within each loop: by symmetry, and yarn can slide
+    through its loops. A spline whose segments differ in length stretches here and there while its length is right,
+    which costs energy.
     """
-    stitch = yarns.segment_yarn * (yarns.face.max() + 2) + segment_faces(yarns) - UNKNOWN_FACE
-    _, run, count = np.unique(stitch, return_inverse=True, return_counts=True)
+    below = fabric.side_face[fabric.twin[fabric.face_start[:-1]]]
+    alike = plain_stitches(fabric).all() and len(np.unique([fabric.stitch, fabric.yarn], axis=1).T) == 1
+    head_of = below if alike else fabric.face_count + np.arange(fabric.face_count)
+    face = segment_faces(yarns)
+    stitch = np.where(in_heads(yarns, fabric)[yarns.segment_points[:, 1]], head_of[face], face)
+    _, run, count = np.unique(
+        2 * fabric.face_count * yarns.segment_yarn + stitch, return_inverse=True, return_counts=True
+    )
     return replace(yarns, rest_length=(np.bincount(run, yarns.rest_length) / count)[run])
 
 

@@ -179,7 +179,7 @@ def test_a_fifth_and_five_times_gamma_are_valid(name, gamma):
 
 def test_gamma_that_leaves_no_room_is_refused():
     with pytest.raises(SolverError, match=r"yarn 0 .*: there is no room for yarn so thick; take thinner"):
-        swatch("stockinette", gamma=10.0, **DRAFT)
+        swatch("garter", gamma=10.0, **DRAFT)
 
 
 @pytest.mark.parametrize("gamma", [0.0, -1.0, 0.01, 100.0, np.nan, np.inf])
