@@ -24,13 +24,14 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.descent import CHECK
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.leaf_convergence import GradientNorms, first_converged
 from stitchmesh.yarnrelax.linking import doubled_linking
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.recording import Recording
 from stitchmesh.yarnrelax.shape import KeepShape
-from stitchmesh.yarnrelax.solver import CHECK, Relaxation, relax_yarns
+from stitchmesh.yarnrelax.solver import Relaxation, relax_yarns
 
 YARN_SUFFIXES = (".bcc", ".h5")
 

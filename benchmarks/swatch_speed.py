@@ -33,8 +33,8 @@ from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.batch import relax_cells
+from stitchmesh.yarnrelax.descent import CHECK
 from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.solver import CHECK
 
 QUALITY = PRESETS["standard"]
 MATERIAL = YarnMaterial.named("leaf")

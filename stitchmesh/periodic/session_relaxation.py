@@ -12,12 +12,13 @@ from stitchmesh.errors import SolverError
 from stitchmesh.periodic.frames import Frame
 from stitchmesh.periodic.growing import ITERATIONS
 from stitchmesh.periodic.session_changes import Moving, stepped, steps_left
-from stitchmesh.periodic.session_descent import Descent
+from stitchmesh.periodic.session_descent import SwatchDescent
 from stitchmesh.periodic.session_target import Drawing, Target, drawing_of, target_of
 from stitchmesh.periodic.session_wishes import Wishes
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
-from stitchmesh.yarnrelax.solver import CHECK, refuse_pull_through
+from stitchmesh.yarnrelax.descent import CHECK
+from stitchmesh.yarnrelax.solver import refuse_pull_through
 
 NO_ROOM = "yarns cannot be parted on the way to these sizes; take thinner or longer yarn, or a larger repeat"
 """What keeps yarns that were drawn well from a rest."""
@@ -40,7 +41,7 @@ class LiveSwatch:
     """The yarns as they lie."""
     before: Moving | None
     """As they lay before the last step."""
-    descent: Descent | None
+    descent: SwatchDescent | None
     """The relaxation that is under way."""
     settled: int
     """Iterations since the last step."""
@@ -127,10 +128,10 @@ class LiveSwatch:
         self.error, self.descent, self.arrived = error, None, False
         self.frame = self._framed()
 
-    def _begun(self, moving: Moving) -> Descent:
+    def _begun(self, moving: Moving) -> SwatchDescent:
         """The relaxation from a state."""
         target, self.arrived = self.target, False
-        return Descent(moving.yarns, target.material, self.close, self.device, target.cell)
+        return SwatchDescent(moving.yarns, target.material, self.close, self.device, target.cell)
 
     def _has_settled(self) -> bool:
         """Whether the yarns have had the time that they need between two steps."""

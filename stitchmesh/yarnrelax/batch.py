@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,11 +21,10 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.cell import RelaxCell
-from stitchmesh.yarnrelax.convergence import Assessment, has_converged
-from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
+from stitchmesh.yarnrelax.descent import CHECK, Descent
+from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.quasi_newton import QuasiNewton
-from stitchmesh.yarnrelax.solver import CHECK
 
 FEW = 0.25
 """Part of all contact samples below which the cells that are not at rest go on by themselves."""
@@ -38,8 +37,9 @@ class RelaxedCell:
     yarns: YarnSet
     """Its yarns at rest, or in their last good state."""
     report: dict[str, Any]
-    """iterations, leaf_iterations (those to L's test, None where it did not hold), converged, residual, energy [erg],
-    energies [erg], max_strain, min_distance_over_radius, and error, None or why it could not go on."""
+    """iterations, tenth_iterations (those to a tenth of the first gradient, None where there was more throughout),
+    gradient (the last over the first), converged, residual, energy [erg], energies [erg], max_strain,
+    min_distance_over_radius, and error, None or why it could not go on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,48 +121,22 @@ def _check(
         raise ParameterError(f"cells: got the solver {quality.solver!r}; only the quasistatic one relaxes several")
 
 
-@dataclass(eq=False)
 class _Run:
     """Cells on their way to rest."""
 
-    solver: Iteration
-    quality: Quality
-    launched: int
-    """Iterations of those that go on, before and so far."""
-    last: list[Assessment] = field(init=False)
-    iterations: NDArray[np.int64] = field(init=False)
-    active: NDArray[np.bool_] = field(init=False)
-    at_rest: NDArray[np.bool_] = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Assess the cells as they were given."""
-        count = self.solver.model.cell_count
-        self.last = self.solver.assess_cells()
-        self.iterations = np.full(count, self.launched)
-        self.at_rest = np.zeros(count, dtype=bool)
-        for cell, now in enumerate(self.last):
-            if not now.finite:
-                self.solver.stuck[cell] = f"{self.solver.blame(cell)}: not finite at the start; {PART_THEM}"
-        self.active = np.array([cell not in self.solver.stuck for cell in range(count)])
+    def __init__(self, solver: Iteration, quality: Quality, launched: int) -> None:
+        """Assess the cells as they were given; ``launched`` counts the iterations that they have done before."""
+        self.solver, self.launched = solver, launched
+        self.descent = Descent.start(solver, quality.tolerance)
+        self.iterations = np.full(solver.model.cell_count, launched)
+        self.active = ~self.descent.stuck
 
     def advance(self) -> None:
         """Iterate the cells that are not at rest, and judge them."""
-        self.solver.run(CHECK, self.active)
+        self.descent.advance(self.active)
         self.launched += CHECK
         self.iterations[self.active] += CHECK
-        now = self.solver.assess_cells(self.active)
-        good = np.array([self._is_good(cell, now[cell]) for cell in range(len(now))]) & self.active
-        for cell in np.flatnonzero(good).tolist():
-            size = sum(abs(energy) for energy in now[cell].energies.values())
-            fall = (self.last[cell].energy - now[cell].energy) / size if size > 0.0 else 0.0
-            self.at_rest[cell] = has_converged(now[cell].residual, fall, self.quality.tolerance)
-            self.last[cell] = now[cell]
-        self.solver.keep(good | self.at_rest)  # those at rest stand still; all of them are quicker to copy
-        bad = self.active & ~good
-        if bad.any():
-            self.solver.back_off(bad)
-        stuck = np.isin(np.arange(len(now)), list(self.solver.stuck))
-        self.active &= ~self.at_rest & ~stuck
+        self.active &= ~self.descent.at_rest & ~self.descent.stuck
 
     @property
     def is_mostly_done(self) -> bool:
@@ -170,26 +144,22 @@ class _Run:
         samples = np.diff(self.solver.model.sample_start[self.solver.model.segment_start])
         return bool(samples[self.active].sum() < FEW * samples.sum())
 
-    def _is_good(self, cell: int, now: Assessment) -> bool:
-        """Whether a cell's energy is finite and has not risen too far."""
-        last = self.last[cell]
-        size = sum(abs(energy) for energy in last.energies.values())
-        allowed = self.solver.method.allowed_rise * size + float(self.solver.noise[cell])
-        return now.finite and now.energy <= last.energy + allowed
-
     def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
         """Some of the cells, whose yarns are given, and their reports."""
         method = self.solver.method
         assert isinstance(method, QuasiNewton)
-        leaf, distance, strain = method.leaf_iterations(), self.solver.smallest_distances(), self._largest_strains()
+        tenth, gradient = method.gradients()
+        last, at_rest = self.descent.last, self.descent.at_rest
+        distance, strain = self.solver.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
                 "iterations": int(self.iterations[cell]),
-                "leaf_iterations": leaf[cell],
-                "converged": bool(self.at_rest[cell]),
-                "residual": self.last[cell].residual,
-                "energy": self.last[cell].energy,
-                "energies": self.last[cell].energies,
+                "tenth_iterations": tenth[cell],
+                "gradient": gradient[cell],
+                "converged": bool(at_rest[cell]),
+                "residual": last[cell].residual,
+                "energy": last[cell].energy,
+                "energies": last[cell].energies,
                 "max_strain": float(strain[cell]),
                 "min_distance_over_radius": float(distance[cell]),
                 "error": self.solver.stuck.get(cell),

@@ -21,6 +21,7 @@ from os import fspath
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from stitchmesh import __version__
@@ -81,6 +82,8 @@ class Moment:
     """Iterations since they were made."""
     caution: float
     """Scale of steps."""
+    fall: float
+    """Part of itself by which the energy fell in the last burst (``descent``)."""
     arrays: Mapping[str, Any]
     """``Iteration.arrays`` by name: copies on the device, or as read from a file."""
 
@@ -126,6 +129,7 @@ def write_moment(path: FilePath, given: Mapping[str, str], moment: Moment) -> No
         "margin": moment.margin,
         "age": moment.age,
         "caution": moment.caution,
+        "fall": moment.fall if np.isfinite(moment.fall) else None,
     }
     write_checkpoint(path, CheckpointFile(header, {name: array.numpy() for name, array in moment.arrays.items()}))
 
@@ -140,7 +144,8 @@ def read_moment(path: FilePath, given: Mapping[str, str]) -> Moment:
     content = read_checkpoint(path)
     header: dict[str, Any] = dict(content.header)
     _refuse_other(fspath(path), header.pop("given"), given)
-    return Moment(**header | {"last": Assessment(**header["last"]), "arrays": content.arrays})
+    fall = np.inf if header["fall"] is None else header["fall"]
+    return Moment(**header | {"last": Assessment(**header["last"]), "fall": fall, "arrays": content.arrays})
 
 
 def _refuse_other(name: str, written: Mapping[str, str], given: Mapping[str, str]) -> None:

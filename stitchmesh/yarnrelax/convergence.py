@@ -137,6 +137,11 @@ class Assessment:
         return sum(self.energies.values())
 
     @property
+    def size(self) -> float:
+        """Sum of the sizes of the energies [erg]."""
+        return sum(abs(energy) for energy in self.energies.values())
+
+    @property
     def remedy(self) -> str:
         """What brings yarns to rest that are not: more digits where the rest of the force is noise, else patience."""
         if self.residual <= ABOVE_NOISE * self.rounding:

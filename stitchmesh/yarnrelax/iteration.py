@@ -221,7 +221,7 @@ class Iteration:
         back = self._chosen(cells)
         for cell in np.flatnonzero(back & (self.caution < SMALLEST_CAUTION)).tolist():
             self.stuck[cell] = f"{self.blame(cell)}: its energy grows at the smallest steps; {PART_THEM}"
-        self._raise_if_alone()
+        self.raise_if_alone()
         self._go_back(back)
         self.caution[back] /= 2
         self.method.restart(self.caution, back)
@@ -231,7 +231,8 @@ class Iteration:
     def _chosen(self, cells: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
         return np.ones(self.model.cell_count, dtype=bool) if cells is None else cells
 
-    def _raise_if_alone(self) -> None:
+    def raise_if_alone(self) -> None:
+        """Raise a ``SolverError`` that says what is stuck, if no other cell could go on."""
         if self.stuck and self.model.cell_count == 1:
             raise SolverError(self.stuck[0])
 
@@ -347,7 +348,7 @@ class Iteration:
         wp.copy(self.state.listed_points, self.state.points)
         grown = find_candidates(self.model, self.state.samples, self.candidates)
         self.stuck |= limit_steps(self.model, self.state, self.candidates)
-        self._raise_if_alone()
+        self.raise_if_alone()
         if self.model.on_lattice and not self.stuck:
             self.listing = Listing(self.model, self.state, self.candidates, None if renewed else known)
         return grown or renewed

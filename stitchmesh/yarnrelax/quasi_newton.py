@@ -43,8 +43,8 @@ from stitchmesh.yarnrelax.term import Run
 
 CAUTION, DONE, WAITING, WANTED = 4, 2, 6, 7
 """Columns of ``Memory.numbers``."""
-LEAF_TEST = 11
-"""Column of the iteration at which L's test first held."""
+FIRST_GRADIENT, LAST_GRADIENT, TENTH = 8, 9, 11
+"""Columns of the norms of gradients, and of the iteration at which a tenth was first left."""
 FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The first numbers of a memory without pairs."""
 PATIENCE = 5
@@ -128,10 +128,12 @@ class QuasiNewton(Method):
             self.since = 0
         return worn
 
-    def leaf_iterations(self) -> list[int | None]:
-        """Iterations of each cell after which L's test first held; None where it has not, or was not looked at."""
-        found = self.memory.numbers.numpy()[:, LEAF_TEST].astype(int).tolist()
-        return [count or None for count in found]
+    def gradients(self) -> tuple[list[int | None], list[float]]:
+        """Of each cell, its strains left out: iterations to a tenth of the first gradient; the last over the first."""
+        numbers = self.memory.numbers.numpy()
+        first, last, tenth = (numbers[:, column] for column in (FIRST_GRADIENT, LAST_GRADIENT, TENTH))
+        part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
+        return [count or None for count in tenth.astype(int).tolist()], part.tolist()
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The memory."""

@@ -37,8 +37,9 @@ PRODUCTS = 19
 """Products with the memory: two with each slot, and four of the newest pair; the square of the force."""
 NUMBERS = 12
 """Numbers of the memory: newest slot, pairs, iterations so far, whether the last move was a plain one, scale of moves,
-g, whether all wait for new candidate lists or the next assessment, and the iterations done by then. Then L's test
-(``leaf_convergence``): norms of the first and of the last force, iterations in all, and that at which it first held."""
+g, whether all wait for new candidate lists or the next assessment, and the iterations done by then. Then for L's test
+(``leaf_convergence``): norms of the first and of the last force, iterations in all, and that at which the norm had
+first fallen to a tenth."""
 
 Ages = wp.types.vector(length=6, dtype=wp.float64)
 Table = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
@@ -108,7 +109,7 @@ def compared(share: Share, state: Any, memory: Any) -> Products:
 
 @wp.func
 def with_strain_products(total: Any, entry: int, new: int, state: Any, memory: Any) -> Any:
-    """Add the strains of a cell; L's test knows of none."""
+    """Add the strains of a cell; L's gradient knows of none."""
     square = total[18]
     whole = with_products(total, entry, new, state, memory)
     whole[18] = square
@@ -120,7 +121,7 @@ def judge(cell: int, memory: Any) -> None:
     """With the sums over a cell: take its newest pair."""
     products, numbers = memory.products[cell], memory.numbers[cell]
     take_pair(products, numbers, memory.curvature[cell], memory.fall[cell])
-    note_leaf_test(products[18], numbers)
+    note_gradient(products[18], numbers)
 
 
 @wp.func
@@ -181,17 +182,16 @@ def take_pair(
 
 
 @wp.func
-def note_leaf_test(square: wp.float64, numbers: wp.array[wp.float64]) -> None:
-    """Look whether L's eq 5 holds in this iteration of a cell, if it moves."""
+def note_gradient(square: wp.float64, numbers: wp.array[wp.float64]) -> None:
+    """Note the gradient of this iteration of a cell, if it moves, and whether the first line of L's eq 5 holds."""
     zero = wp.float64(0.0)
     if numbers[6] != zero:
         return
-    norm, last = wp.sqrt(square), numbers[9]
+    norm = wp.sqrt(square)
     if numbers[10] == zero:
         numbers[8] = norm
     elif numbers[11] == zero and norm <= wp.float64(0.1) * numbers[8]:
-        if wp.abs(norm - last) <= wp.float64(1.0e-5) * last:
-            numbers[11] = numbers[10]
+        numbers[11] = numbers[10]
     numbers[9] = norm
     numbers[10] = numbers[10] + wp.float64(1.0)
 

@@ -23,15 +23,14 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.borders import KeepBorders
 from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, Moment, origin, read_moment, write_moment
-from stitchmesh.yarnrelax.convergence import FALL, Assessment, has_converged
-from stitchmesh.yarnrelax.iteration import PART_THEM, Iteration
+from stitchmesh.yarnrelax.convergence import FALL, Assessment
+from stitchmesh.yarnrelax.descent import CHECK, Descent
+from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
 from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.shape import KeepShape
 from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
 
-CHECK = 20
-"""Iterations between two assessments."""
 ON_STATE_SECONDS = 5.0
 """Time between two good states handed out for saving."""
 PROGRESS_SECONDS = 0.5
@@ -202,29 +201,30 @@ class _Run:
     checkpoint: Checkpoints | None
     given: Mapping[str, str]
     iteration: int = 0
-    last: Assessment = field(init=False)
+    descent: Descent | None = None
+    """From the first assessment on."""
     history: list[HistoryEntry] = field(default_factory=list)
     moment: Moment | None = None
     """The last assessment's, until it is written down."""
-    moving: float = 0.0
-    """Kinetic energy at the last assessment [erg]."""
     reported: float = 0.0
     saved: float = 0.0
 
     def resume(self, moment: Moment) -> None:
         """Go on from a moment of the same relaxation."""
-        caution = np.array([moment.caution])
-        self.solver.resume(moment.arrays, margin=moment.margin, age=moment.age, caution=caution)
-        self.iteration, self.last, self.history = moment.iteration, moment.last, list(moment.history)
+        solver, caution = self.solver, np.array([moment.caution])
+        solver.resume(moment.arrays, margin=moment.margin, age=moment.age, caution=caution)
+        self.iteration, self.history = moment.iteration, list(moment.history)
         self.began -= moment.seconds
-        self.moving = self.solver.method.kinetic_energy()
+        self.descent = Descent(solver, self.quality.tolerance, [moment.last], np.array([moment.fall]))
+        self.descent.moving = solver.method.kinetic_energy()
 
     def to_rest(self) -> None:
         """Iterate until the yarns are at rest; the last state is a good one."""
         self.descend()
         # what lags behind, such as the normal forces of friction, follows until that changes nothing any more
         while self.at_rest and self.solver.renew():
-            self.last = self.solver.assess()
+            assert self.descent is not None
+            self.descent.last[0] = self.solver.assess()
             if self.last.residual < self.quality.tolerance:
                 break
             self.descend()
@@ -244,20 +244,21 @@ class _Run:
         self.write_down()
 
     @property
+    def last(self) -> Assessment:
+        """What is known of the last good state."""
+        assert self.descent is not None
+        return self.descent.last[0]
+
+    @property
     def fall(self) -> float:
-        """By how much of itself the energy fell between the last two assessments; infinite where there are none."""
-        if len(self.history) < 2 or self.history[-1]["iteration"] == self.history[-2]["iteration"]:
-            return float("inf")
-        before, after = (sum(entry["energies"].values()) for entry in self.history[-2:])
-        size = sum(abs(energy) for energy in self.last.energies.values())
-        if before == after and self.solver.caution[0] < 1.0:  # it went back to where it had been
-            return float("inf")
-        return (before - after) / size if size > 0.0 else 0.0
+        """Part of itself by which the energy fell in the last burst."""
+        assert self.descent is not None
+        return float(self.descent.fall[0])
 
     @property
     def at_rest(self) -> bool:
         """Whether both conditions of ``convergence`` hold."""
-        return has_converged(self.last.residual, self.fall, self.quality.tolerance)
+        return self.descent is not None and bool(self.descent.at_rest[0])
 
     def descend(self) -> None:
         """Iterate until the yarns are at rest, or the iterations are used up.
@@ -265,15 +266,12 @@ class _Run:
         Raises:
             SolverError: the energy is not finite, or the relaxation cannot go on.
         """
-        if not self.history:
-            self.last = self.solver.assess()
-            if not self.last.finite:
-                raise SolverError(f"{self.solver.blame()}: not finite at the start; {PART_THEM}")
+        if self.descent is None:
+            self.descent = Descent.start(self.solver, self.quality.tolerance)
             self._note()
         while not self.at_rest and self.iteration < self.quality.max_iterations:
-            self.solver.run(CHECK)
+            self.descent.advance()
             self.iteration += CHECK
-            self.last = self._judged(self.solver.assess())
             self._note()
 
     def write_down(self) -> None:
@@ -281,20 +279,6 @@ class _Run:
         if self.checkpoint is not None and self.moment is not None:
             write_moment(self.checkpoint.path, self.given, self.moment)
             self.moment = None
-
-    def _judged(self, now: Assessment) -> Assessment:
-        """Keep a good state; go back to the one before where the energy is not finite or rose too far."""
-        solver, last = self.solver, self.last
-        total, moving = now.energy, solver.method.kinetic_energy()
-        size = sum(abs(energy) for energy in last.energies.values()) + self.moving
-        allowed = solver.method.allowed_rise * size + float(solver.noise[0])
-        if now.finite and total + moving <= last.energy + self.moving + allowed:
-            self.moving = moving
-            solver.keep()
-            return now
-        solver.back_off()
-        self.moving = 0.0
-        return last
 
     def _note(self) -> None:
         """Add to the history; report after half a second, hand out the state after a few, write checkpoints."""
@@ -328,5 +312,6 @@ class _Run:
             margin=solver.candidates.margin,
             age=solver.age,
             caution=float(solver.caution[0]),
+            fall=self.fall,
             arrays={name: wp.clone(array) for name, array in solver.arrays().items()},
         )

@@ -16,7 +16,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.precision import vector
 
-STRAIN_UNIT = 10.0
+STRAIN_UNIT = wp.constant(10.0)
 """Length of the entry of the strains over a strain, in mean radii: a limit on moves of 0.1 radii is one of 1 %."""
 
 

@@ -55,7 +55,7 @@ from stitchmesh.yarnrelax.images import sample_number
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import minima_over
 from stitchmesh.yarnrelax.sampling import LARGEST_REACH
-from stitchmesh.yarnrelax.state import State
+from stitchmesh.yarnrelax.state import STRAIN_UNIT, State
 
 SAFETY = 0.45
 """Part of the clearance that one control point may use up; below one half."""
@@ -258,7 +258,7 @@ def budget_launch(model: Model, state: State, candidates: Candidates, clearance:
 def strain_budget(clearance: wp.float64, margin: wp.float64, apart: wp.float64) -> wp.float64:
     """How far the strains of a cell may go, as their entry counts them."""
     part = wp.min(clearance * wp.float64(0.35), margin * wp.float64(0.3)) / apart
-    return wp.clamp(part, wp.float64(0.0), wp.float64(0.05)) * wp.float64(10.0)
+    return wp.clamp(part, wp.float64(0.0), wp.float64(0.05)) * wp.float64(STRAIN_UNIT)
 
 
 @kernel

@@ -186,7 +186,7 @@ def test_a_yarn_pulled_through_by_hand_is_caught_and_named(monkeypatch: pytest.M
     rings = hopf_link(1.0)
     rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
 
-    def pull_apart(iteration: Iteration, count: int) -> None:
+    def pull_apart(iteration: Iteration, count: int, cells: np.ndarray) -> None:
         points = iteration.state.points.numpy()
         points[rings.start[1] :] += 40.0  # radii: the second ring is somewhere else
         iteration.state.points.assign(points)
