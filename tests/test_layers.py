@@ -19,7 +19,7 @@ LAYERS = [
     {"lattice", "stitch", "connectivity", "numbering"},
     {"mesh"},
     {"courses"},
-    {"mean_value", "standing_rows", "cables", "patch", "yarn", "quality", "device", "tube", "dyes"},
+    {"mean_value", "standing_rows", "cables", "patch", "yarn", "quality", "device", "kernel", "tube", "dyes"},
     {"curves", "draft", "rest_length", "yarn_radius", "tiling", "instructions", "description"},
     {"knitting_machine"},
     {"io"},
@@ -37,7 +37,7 @@ LAYERS = [
 """From the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 HEAVY = {
-    "warp": {"meshrelax", "yarnrelax", "device"},
+    "warp": {"meshrelax", "yarnrelax", "device", "kernel"},
     "pyvista": {"viewer", "io"},
     "vtkmodules": {"viewer", "io"},
     "vtk": {"viewer"},
