@@ -105,7 +105,7 @@ def pushing(scalar: Any, together: int, strained: bool) -> Any:
                     push += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
                     block += outer_product(gap, stiff * inverse, block)
                     if wp.static(strained):
-                        share = with_gap(share, model.images, p, gap, size, stiff, distance2)
+                        share = with_gap(share, model.images, p, gap, size, stiff, distance2, inverse)
         scale = model.sample_stiffness[p]
         write_whole(sample_force, p, push * scale)
         if sample_block.shape[0] > 0:
