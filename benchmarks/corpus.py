@@ -67,8 +67,8 @@ def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> Non
     cells = {name: cell(name, quality) for name in [*LEAF, *others]}
     leaf = sm.YarnMaterial.named("leaf")
     gradients = together([cells[name] for name in LEAF], leaf, quality, device)
-    print("\n| pattern | points | iterations | s | us an iteration | ns a point | residual | nearest [r] | gradient at rest "
-          "| to a tenth | L: points | s | ms a step |")  # fmt: skip
+    print("\n| pattern | points | iterations | s | us an iteration | ns a point | residual | nearest [r] "
+          "| gradient at rest | to a tenth | L: points | s | ms a step |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|---|---|---|---|---|")
     total = 0.0
     for name, yarns in cells.items():
@@ -89,8 +89,10 @@ def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> Non
 
 
 def together(cells: list[YarnSet], material: sm.YarnMaterial, name: str, device: str | None) -> list[str]:
-    """Relax all in one batch, to rest and to the first line of L's test; of each the gradient, over the first, at rest
-    and the iterations to a tenth of it."""
+    """Relax all in one batch, to rest and to the first line of L's test.
+
+    Of each comes back the gradient at rest, over the first, and the iterations to a tenth of it.
+    """
     quality = quality_named(name)
     materials = [material] * len(cells)
     for _ in range(2):
@@ -102,7 +104,8 @@ def together(cells: list[YarnSet], material: sm.YarnMaterial, name: str, device:
     longest = max(tenth or cell.report["iterations"] for tenth, cell in zip(tenths, batch.cells, strict=True))
     rough = replace(quality, max_iterations=-(-longest // CHECK) * CHECK)
     seconds = relax_cells(cells, materials=materials, quality=rough, device=device).report["seconds"]
-    print(f"to a tenth of the first gradient (L's eq 5, first line): {seconds:.2f} s, {longest} iterations of the slowest")
+    print(f"to a tenth of the first gradient (L's eq 5, first line): {seconds:.2f} s, {longest} iterations of the "
+          "slowest")  # fmt: skip
     parts = [cell.report["gradient"] for cell in batch.cells]
     return [f"{part:.1e} | {tenth}" for part, tenth in zip(parts, tenths, strict=True)]
 

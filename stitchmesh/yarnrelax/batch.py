@@ -99,7 +99,9 @@ def relax_cells(
         if len(numbers):
             rest = [(yarns[k], materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(go_on).tolist())]
             own = None if free is None else [free[number] for number in numbers.tolist()]
-            solver = Iteration.start_cells(rest, quality, solver.model.device, cells=own)
+            before, solver = solver, Iteration.start_cells(rest, quality, solver.model.device, cells=own)
+            assert isinstance(solver.method, QuasiNewton) and isinstance(before.method, QuasiNewton)
+            solver.method.go_on_from(before.method, go_on)
     report = {"seconds": time.perf_counter() - began, "launched": launched,
               "converged": sum(cell.report["converged"] for cell in found.values()),
               "device": str(solver.model.device)}  # fmt: skip

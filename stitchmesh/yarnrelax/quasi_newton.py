@@ -135,6 +135,12 @@ class QuasiNewton(Method):
         part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
         return [count or None for count in tenth.astype(int).tolist()], part.tolist()
 
+    def go_on_from(self, other: QuasiNewton, cells: NDArray[np.bool_]) -> None:
+        """Note gradients as the next iterations of some cells of another, of which these are the only ones left."""
+        numbers = self.memory.numbers.numpy()
+        numbers[:, FIRST_GRADIENT:] = other.memory.numbers.numpy()[cells, FIRST_GRADIENT:]
+        self.memory.numbers.assign(numbers)
+
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The memory."""
         names = ("moves", "losses", "last_force", "numbers", "curvature")
