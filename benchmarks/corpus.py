@@ -3,6 +3,7 @@
 """The corpus of Leaf et al. 2018, table 3, as periodic cells: relaxed, timed and drawn.
 
     python benchmarks/corpus.py relax FOLDER [--device cuda:0]    # the tables, FOLDER/NAME.h5 and a .json each
+    python benchmarks/corpus.py leaf FOLDER [NAME ...]            # L's test with time steps, from the start and at rest
     python benchmarks/corpus.py draw FOLDER [NAME ...]            # docs/gallery/NAME.jpg
 
 29 knits and 8 weaves, their periods as they are drawn (L's users set them by hand), come to rest one by one and all in
@@ -19,7 +20,11 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from solvers import NotingIteration
+
 import stitchmesh as sm
+from stitchmesh.device import device_named
 from stitchmesh.periodic.source import pattern_or_weave
 from stitchmesh.periodic.swatch import SwatchOptions, drawn
 from stitchmesh.periodic.weave import Weave
@@ -28,6 +33,7 @@ from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.batch import relax_cells
 from stitchmesh.yarnrelax.descent import CHECK
+from stitchmesh.yarnrelax.leaf_convergence import LARGEST_PART, GradientNorms, first_converged
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "gallery"
 LEAF: dict[str, tuple[float, float, int]] = {
@@ -49,6 +55,10 @@ LEAF: dict[str, tuple[float, float, int]] = {
     "twill-3x2": (0.12, 0.51, 238), "twill-4x1": (0.38, 0.45, 238),
 }  # fmt: skip
 """Seconds to converge, milliseconds a step and control points of L's table 3."""
+SMALL = ["plain", "slip-stitch-rib", "seersucker", "left-diagonal"]
+"""Patterns that are put to L's test in time steps, if no others are named."""
+MOST_STEPS, STEPS_AT_REST = 3000, 200
+"""Time steps from the start, and from rest."""
 SIZE, JPEG_QUALITY = 420, 84
 """Pixels of the longer side of a picture."""
 STITCHES_SEEN, CROSSINGS_SEEN = 20, 12
@@ -66,7 +76,7 @@ def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> Non
     others = [name for name in weave_names() if name not in LEAF]
     cells = {name: cell(name, quality) for name in [*LEAF, *others]}
     leaf = sm.YarnMaterial.named("leaf")
-    gradients = together([cells[name] for name in LEAF], leaf, quality, device)
+    gradients = together([cells[name] for name in LEAF], leaf, quality, device, runs=2 if alone else 1)
     print("\n| pattern | points | iterations | s | us an iteration | ns a point | residual | nearest [r] "
           "| gradient at rest | to a tenth | L: points | s | ms a step |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|---|---|---|---|---|")
@@ -88,14 +98,16 @@ def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> Non
     print(f"\none after another, 37 patterns: {total:.2f} s (L: {sum(s for s, _, _ in LEAF.values()):.0f} s)")
 
 
-def together(cells: list[YarnSet], material: sm.YarnMaterial, name: str, device: str | None) -> list[str]:
+def together(
+    cells: list[YarnSet], material: sm.YarnMaterial, name: str, device: str | None, *, runs: int
+) -> list[str]:
     """Relax all in one batch, to rest and to the first line of L's test.
 
     Of each comes back the gradient at rest, over the first, and the iterations to a tenth of it.
     """
     quality = quality_named(name)
     materials = [material] * len(cells)
-    for _ in range(2):
+    for _ in range(runs):
         batch = relax_cells(cells, materials=materials, quality=quality, device=device)
     told = batch.report
     print(f"in one batch: {told['seconds']:.2f} s, {told['converged']} at rest, {told['launched']} iterations of the "
@@ -108,6 +120,32 @@ def together(cells: list[YarnSet], material: sm.YarnMaterial, name: str, device:
           "slowest")  # fmt: skip
     parts = [cell.report["gradient"] for cell in batch.cells]
     return [f"{part:.1e} | {tenth}" for part, tenth in zip(parts, tenths, strict=True)]
+
+
+def stepped(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.ndarray:
+    """Norms of the gradient in so many time steps."""
+    moving = replace(quality_named(quality), solver="dynamics")
+    solver = NotingIteration.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
+    solver.norms = GradientNorms(solver.model, 2 * CHECK)
+    solver._record()
+    norms = []
+    for _ in range(0, steps, CHECK):
+        solver.run(CHECK)
+        norms.append(solver.norms.new())
+    return np.concatenate(norms)
+
+
+def leaf_test(folder: Path, names: list[str], quality: str, device: str | None) -> None:
+    """L's test in time steps, from the drawn cell and from the rest that was found before."""
+    print("| pattern | first line holds after | whole test after | gradient at rest | changes a step by |")
+    print("|---|---|---|---|---|")
+    for name in names:
+        drawn_on = stepped(cell(name, quality), quality, device, MOST_STEPS)
+        rested_on = stepped(sm.read_yarns(folder / f"{name}.h5"), quality, device, STEPS_AT_REST)
+        first = np.flatnonzero(drawn_on <= LARGEST_PART * drawn_on[0])
+        change = np.abs(np.diff(rested_on) / rested_on[:-1])
+        print(f"| {name} | {first[0] if len(first) else 'none'} | {first_converged(drawn_on)} | "
+              f"{rested_on[0] / drawn_on[0]:.1e} | {np.median(change):.1e} |", flush=True)  # fmt: skip
 
 
 def draw(folder: Path, name: str) -> None:
@@ -129,7 +167,7 @@ def draw(folder: Path, name: str) -> None:
 def main() -> None:
     """Relax or draw."""
     told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("step", choices=("relax", "draw"))
+    told.add_argument("step", choices=("relax", "leaf", "draw"))
     told.add_argument("folder", type=Path)
     told.add_argument("names", nargs="*", help="to draw; the whole corpus and all other weaves if none")
     told.add_argument("--quality", default="standard")
@@ -139,6 +177,8 @@ def main() -> None:
     began = time.perf_counter()
     if given.step == "relax":
         relax(given.folder, given.quality, given.device, alone=not given.once)
+    elif given.step == "leaf":
+        leaf_test(given.folder, given.names or SMALL, given.quality, given.device)
     else:
         for name in given.names or [*LEAF, *(name for name in weave_names() if name not in LEAF)]:
             draw(given.folder, name)

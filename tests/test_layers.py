@@ -93,6 +93,13 @@ def test_heavy_packages_stay_in_their_place(path):
         assert root not in HEAVY or part_of(path) in HEAVY[root], f"{part_of(path)} imports {root}"
 
 
+@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_kernels_are_declared_by_the_one_decorator(path):
+    # a kernel that is declared otherwise compiles its derivative too, for ten times as long
+    names = {ast.unparse(node) for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Attribute)}
+    assert part_of(path) == "kernel" or "wp.kernel" not in names
+
+
 def test_every_module_has_its_layer_and_a_telling_name():
     names = {part_of(path) for path in modules()} - {"__init__"}
     assert names == set(LEVEL)
