@@ -66,7 +66,7 @@ def traffic(iteration: Iteration) -> dict[str, float]:
         "contact_forces": p * (4 * real + 4 + real) + 4 * entries + p * 10 * real,
         "gather_forces": s * 3 * vectors + p * 4 * real + n * (16 + 4 + real) + n * 4 * real,
         "find_compliance": s * (7 + 8) * real + p * 6 * real + n * (16 + 4 + real) + n * 6 * real,
-        "compare": n * (2 * vectors + 6 * real + 14 * vectors + 2 * vectors + real + 2 * vectors),
+        "compare": n * (2 * vectors + 6 * real + 7 * vectors + 2 * vectors + real + 2 * vectors),
         "precondition": n * (vectors + 7 * real + 7 * vectors + vectors),
         "propose_moves": n * (3 * vectors + 7 * vectors + real + vectors + real),
         "move_and_note": n * 4 * vectors,
