@@ -93,7 +93,7 @@ def generate_yarns(
         )
     finish = Finish(bind_off, cast_on, longest_float)
     course = yarn_course(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
-    result = _assemble(course, radius)
+    result = drawn_yarns(course, radius)
     _check_clearance(result, radius)
     return result
 
@@ -143,7 +143,8 @@ def _face_below(fabric: StitchMesh, whole: StitchMesh) -> IntArray:
     return np.concatenate([np.arange(fabric.face_count), below])
 
 
-def _assemble(course: YarnCourse, radius: float) -> YarnSet:
+def drawn_yarns(course: YarnCourse, radius: float) -> YarnSet:
+    """The yarns of a course, of a radius [cm]."""
     parts = course.parts
     yarns, steps = _yarns_in_pieces(course)
     pieces = [piece for yarn in yarns for piece in yarn]
@@ -168,6 +169,12 @@ def _assemble(course: YarnCourse, radius: float) -> YarnSet:
         lattice_step=None if lattice is None else steps,
     )
     return replace(drawn, rest_length=drawn.lengths * ease[drawn.segment_points[:, 1:3]].mean(axis=1))
+
+
+def images_of_points(course: YarnCourse) -> IntArray:
+    """The lattice image of its stitch in which each control point of the drawn yarns stands, shape (N, 2)."""
+    pieces = [piece for yarn in _yarns_in_pieces(course)[0] for piece in yarn]
+    return np.repeat([piece.image for piece in pieces], [len(piece.points) for piece in pieces], axis=0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,7 +103,7 @@ def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     )  # fmt: skip
     assert result.report["converged"]
     assert height(fabric, result.yarns) > 1.1 * height(fabric, yarns)
-    check_loops(fabric, result.yarns, relaxed=True)
+    check_loops(fabric, result.yarns)
 
 
 def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before() -> None:
@@ -114,7 +114,7 @@ def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before() -> None:
     """
     fabric = many_stitches([CODES[code] for code in ("p", "y", "d12k", "kp", "d21p", "sk", "d213k", "x", "kyk")])
     rest = relax_yarns(generate_yarns(fabric, quality="draft"), quality="draft", device="cpu", keep_shape=fabric)
-    check_loops(fabric, rest.yarns, relaxed=True)
+    check_loops(fabric, rest.yarns)
     last = np.flatnonzero(fabric.row == fabric.row.max())
     pulled = relax_yarns(
         rest.yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
@@ -122,7 +122,7 @@ def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before() -> None:
     )  # fmt: skip
     assert rest.report["converged"] and pulled.report["converged"]
     assert height(fabric, pulled.yarns) > 1.05 * height(fabric, rest.yarns)
-    check_loops(fabric, pulled.yarns, relaxed=True)
+    check_loops(fabric, pulled.yarns)
 
 
 def test_twisted_loops_are_linked_like_others() -> None:
