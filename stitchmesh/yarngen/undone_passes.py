@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarngen.crossing_yarn import Journey, Pass
-from stitchmesh.yarngen.strands import Ends
+from stitchmesh.yarngen.strands import Ends, Strands
 
 LONGEST_RING = 64.0
 """In yarn radii: two loops of ordinary tightness."""
@@ -63,11 +63,34 @@ def lasting_passes(journey: Journey) -> list[Pass]:
     alone = [rings.curl_cost(found) for found in passes]
     pairs = {
         (row, column): rings.pair_cost(passes[right[row]], passes[left[column]])
-        for row, column in rings.near_pairs([passes[k] for k in right], [passes[k] for k in left])
+        for row, column in near_passes(
+            journey.strands, [passes[k] for k in right], [passes[k] for k in left], LONGEST_RING * rings.radius
+        )
     }
     pairs = {which: cost for which, cost in pairs.items() if cost < NEVER}
     lasting = _matched(pairs, [alone[k] for k in right], [alone[k] for k in left])
     return [passes[k] for k in sorted([right[k] for k in lasting[0]] + [left[k] for k in lasting[1]])]
+
+
+def near_passes(strands: Strands, one: list[Pass], two: list[Pass], reach: float) -> list[tuple[int, int]]:
+    """Pairs of passes that lie near one another along their yarns, up to a reach [cm]."""
+    others = np.array([(found.first, found.second) for found in two], dtype=np.int64).reshape(-1, 2)
+    pairs = []
+    for number, found in enumerate(one):
+        same = _apart(strands, found.first, others[:, 0]) + _apart(strands, found.second, others[:, 1])
+        crosswise = _apart(strands, found.first, others[:, 1]) + _apart(strands, found.second, others[:, 0])
+        pairs += [(number, int(k)) for k in np.flatnonzero(np.minimum(same, crosswise) < reach)]
+    return pairs
+
+
+def _apart(strands: Strands, point: int, others: IntArray) -> FloatArray:
+    """Length of yarn between a point and others, the shorter way around [cm]; infinite to other yarns."""
+    apart = np.abs(strands.along[others] - strands.along[point])
+    yarn = int(strands.yarn[point])
+    if strands.yarns.closed[yarn]:
+        begin, end = strands.along[strands.start[yarn : yarn + 2]]
+        apart = np.minimum(apart, end - begin - apart)
+    return np.where(strands.yarn[others] == yarn, apart, np.inf)
 
 
 def _matched(
@@ -95,25 +118,6 @@ class _Rings:
         self.radius = float(journey.states[-1].radius.mean())
         self.edge_at = np.full(self.strands.start[-1], -1)
         self.edge_at[self.strands.edges] = np.arange(len(self.strands.edges))
-
-    def near_pairs(self, right: list[Pass], left: list[Pass]) -> list[tuple[int, int]]:
-        """Pairs of passes that lie near one another along their yarns."""
-        one, two = (np.array([(k.first, k.second) for k in each], dtype=np.int64).reshape(-1, 2) for each in (right, left))
-        found = []
-        for number, (a, b) in enumerate(one):
-            same = self._apart(a, two[:, 0]) + self._apart(b, two[:, 1])
-            other = self._apart(a, two[:, 1]) + self._apart(b, two[:, 0])
-            found += [(number, int(k)) for k in np.flatnonzero(np.minimum(same, other) < LONGEST_RING * self.radius)]
-        return found
-
-    def _apart(self, point: int, others: IntArray) -> FloatArray:
-        """Length of yarn between a point and others, the shorter way around [cm]; infinite to other yarns."""
-        along, yarn = self.strands.along, self.strands.yarn
-        apart = np.abs(along[others] - along[point])
-        own = int(yarn[point])
-        if self.strands.yarns.closed[own]:
-            apart = np.minimum(apart, along[self.strands.start[own + 1]] - along[self.strands.start[own]] - apart)
-        return np.where(yarn[others] == own, apart, np.inf)
 
     def curl_cost(self, one: Pass) -> float:
         """Of the curl of a yarn that passes through itself."""

@@ -30,8 +30,6 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
-NEIGHBOURHOOD = 64
-"""Control points that tell how a place has turned: about three stitches."""
 JOINED = 8
 """Nearest control points that each one is joined to, beside those along its yarn."""
 HELD = 1e-3
@@ -48,6 +46,8 @@ class Way:
     """Where it ends."""
     evening: int
     """How often rotations are averaged with those of their neighbours."""
+    neighbourhood: int
+    """Control points that tell how a place has turned."""
 
     def at(self, time: float) -> YarnSet:
         """The yarns at a time from 0 to 1."""
@@ -87,14 +87,14 @@ class Way:
 
     @cached_property
     def _near(self) -> IntArray:
-        """Nearest control points, itself first, and their images, shape (N, NEIGHBOURHOOD, 3)."""
+        """Nearest control points, itself first, and their images, shape (N, n, 3)."""
         points, lattice = self.begin.points, self.begin.lattice
         images = np.zeros((1, 2), dtype=np.int64)
         if lattice is not None:
-            reach = 2.0 * np.sqrt(NEIGHBOURHOOD * lattice.area / len(points))
+            reach = 2.0 * np.sqrt(self.neighbourhood * lattice.area / len(points))
             images = lattice.near_images(points, reach)
         shift = np.zeros((len(images), 3)) if lattice is None else lattice.shift(images)
-        count = min(NEIGHBOURHOOD, len(points) * len(images))
+        count = min(self.neighbourhood, len(points) * len(images))
         copies = cKDTree((points + shift[:, None]).reshape(-1, 3))
         number = copies.query(points, k=count)[1].reshape(len(points), count)
         return np.concatenate([(number % len(points))[:, :, None], images[number // len(points)]], axis=2)
