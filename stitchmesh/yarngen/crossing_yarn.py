@@ -73,7 +73,6 @@ class Journey:
             passes += between.passes(moment / MOMENTS, 1.0 / MOMENTS)
         return cls(strands, states, ends, passes)
 
-
     def at(self, time: float) -> tuple[Ends, Lattice | None]:
         """Ends of edges and lattice at a time from 0 to 1."""
         moment = min(int(time * MOMENTS), MOMENTS - 1)
@@ -98,14 +97,14 @@ class _Between:
         """Passes in the order of their time; the interval begins at one and lasts for another."""
         pairs = self._in_one_plane(self._apart(self._meeting_boxes()))
         found = []
-        for (first, second, *image), cubic in zip(pairs.tolist(), (BERNSTEIN @ self._heights(pairs)).T, strict=True):
+        for pair, cubic in zip(pairs, (BERNSTEIN @ self._heights(pairs)).T, strict=True):
             powers = POWERS @ cubic
             for root in np.roots(powers):
-                if abs(root.imag) < 1e-9 and 0.0 <= root.real < 1.0 and self._met(first, second, image, float(root.real)):
-                    sign = int(np.sign(np.polyval(np.polyder(powers), root.real)))
-                    edges = (int(self.strands.edges[edge]) for edge in (first, second))
-                    where = (int(image[0]), int(image[1]))
-                    found.append(Pass(*edges, where, begun + duration * float(root.real), sign))
+                time = float(root.real)
+                if root.imag == 0.0 and 0.0 <= time < 1.0 and self._met(pair, time):
+                    sign = int(np.sign(np.polyval(np.polyder(powers), time)))
+                    first, second = self.strands.edges[pair[:2]].tolist()
+                    found.append(Pass(first, second, (int(pair[2]), int(pair[3])), begun + duration * time, sign))
         return sorted(found, key=lambda each: each.time)
 
     def _meeting_boxes(self) -> IntArray:
@@ -163,7 +162,7 @@ class _Between:
         return pairs[(cubics.min(axis=0) <= 0.0) & (cubics.max(axis=0) >= 0.0)]
 
     def _heights(self, pairs: IntArray) -> FloatArray:
-        """f of the module's docstring at four equal times, shape (4, n)."""
+        """The cubic of the module's docstring at four equal times, shape (4, n)."""
         return np.stack([self._height(*self._at(pairs, time)) for time in (0.0, 1 / 3, 2 / 3, 1.0)])
 
     @staticmethod
@@ -179,8 +178,8 @@ class _Between:
         before, after = self._shifts(pairs[:, 2:])
         return first[i], second[i] - first[i], first[j] + (1 - time) * before + time * after, second[j] - first[j]
 
-    def _met(self, first: int, second: int, image: list[int], time: float) -> bool:
+    def _met(self, pair: IntArray, time: float) -> bool:
         """Whether two edges in one plane cross."""
-        p, u, q, v = (value[0] for value in self._at(np.array([[first, second, *image]]), time))
+        p, u, q, v = (value[0] for value in self._at(pair[None], time))
         (s, t), *_ = np.linalg.lstsq(np.stack([u, -v], axis=1), q - p, rcond=None)
         return bool(0.0 <= s < 1.0 and 0.0 <= t < 1.0)

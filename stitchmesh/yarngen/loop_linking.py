@@ -147,7 +147,7 @@ def _near(first: Polygons, second: Polygons) -> IntArray:
 
 
 def _can_be_told(arcs: Arcs, links: IntArray, loops: IntArray) -> NDArray[np.bool_]:
-    """Which pairs can be told: all that are named; else not a link and a loop that it runs into, nor yarn drawn through."""
+    """Which pairs can be told: all that are named; else no link and a loop it runs into, nor yarn drawn through."""
     drawn = np.array([is_drawn(arcs, link) for link in arcs.links])[links]
     told: NDArray[np.bool_] = (abs(expected_passes(arcs))[links, loops] > 0) | (
         (_attached(arcs)[links, loops] == 0) & ~drawn

@@ -30,7 +30,7 @@ def sampled_points(yarns: YarnSet) -> FloatArray:
     offset = place[:, None] + np.arange(-1, 3)
     around, ends = offset % size[:, None], np.clip(offset, 0, size[:, None] - 1)
     corners = yarns.points[first[:, None] + np.where(yarns.closed[yarns.point_yarn][:, None], around, ends)]
-    if yarns.lattice is not None:
+    if yarns.lattice is not None and yarns.lattice_step is not None:
         turns = np.where(yarns.closed[yarns.point_yarn][:, None], offset // size[:, None], 0)
         corners = corners + turns[:, :, None] * yarns.lattice.shift(yarns.lattice_step)[yarns.point_yarn][:, None, :]
     weights = basis(np.arange(SAMPLES) / SAMPLES)

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which passes of yarn through yarn undo one another, so that none of it went through any other for good.
 
-Between two passes of opposite sign, of the same two stretches of yarn, the one makes a bight that the other takes back.
-From pass to pass the two stretches form a ring; where no other yarn goes through that ring, nothing holds the bight, and
-the yarns could have slid there without it. So do two opposite passes cancel, and one alone where yarn passes through
-itself and its curl is such an empty ring: it opens and closes again on the other side (Reidemeister's first move).
+Of two passes of opposite sign, of the same two stretches of yarn, the one makes a bight that the other takes back. From
+pass to pass the two stretches form a ring; where no other yarn goes through that ring, nothing holds the bight, and the
+yarns could have slid there without it. So do two opposite passes cancel, and one alone where yarn passes through itself
+and its curl is such an empty ring: it opens and closes again on the other side (Reidemeister's first move).
 
 A ring is empty where some surface over it is met by no yarn: one of the fans of triangles from its middle and from each
 of its points. All passes are matched at once, so that the rings are short together.
@@ -93,9 +93,7 @@ def _apart(strands: Strands, point: int, others: IntArray) -> FloatArray:
     return np.where(strands.yarn[others] == yarn, apart, np.inf)
 
 
-def _matched(
-    pairs: dict[tuple[int, int], float], right: list[float], left: list[float]
-) -> tuple[list[int], list[int]]:
+def _matched(pairs: dict[tuple[int, int], float], right: list[float], left: list[float]) -> tuple[list[int], list[int]]:
     """Rows and columns that stay alone at the cost of ``NEVER`` when all are matched, or left alone, at least cost."""
     p, m = len(right), len(left)
     entries = [(row, column, cost) for (row, column), cost in pairs.items()]

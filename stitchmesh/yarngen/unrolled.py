@@ -64,10 +64,16 @@ def _within(fabric: StitchMesh, radius: float, finish: Finish, margin: int) -> T
     image = images_of_points(course)
     assert cover.lattice is not None
     flat = replace(drawn, points=drawn.points - cover.lattice.shift(image), lattice=None, lattice_step=None)
-    arcs = find_arcs(cover, flat, finish)
+    arcs = _named_by_cell(find_arcs(cover, flat, finish), fabric.face_count)
     middle = int(beside[0] + columns * beside[1])
     own = np.array([arcs.pieces.face[link.pieces[0]] // fabric.face_count == middle for link in arcs.links])
     return Told(arcs, flat, own, np.array([_runs_on(flat, image, loop) for loop in arcs.loops]), image)
+
+
+def _named_by_cell(arcs: Arcs, face_count: int) -> Arcs:
+    """Arcs whose faces have the numbers of those in the cell that they are copies of."""
+    course = arcs.pieces.course
+    return replace(arcs, pieces=replace(arcs.pieces, course=replace(course, face_below=course.face_below % face_count)))
 
 
 def _runs_on(yarns: YarnSet, image: IntArray, arc: Arc) -> bool:
