@@ -30,6 +30,8 @@ ALWAYS_EMPTY = 4.0
 """Length of a ring in yarn radii through which no yarn goes: a ring around one is pi times as long."""
 BESIDE = 2
 """Sampled points beside a ring that may touch its surface, being of the same yarn."""
+MOMENTS_BETWEEN = (0.5, 0.0, 1.0, 0.25, 0.75)
+"""When a ring is looked at, from the one pass to the other: empty once, it can be opened then."""
 NEVER, FREE = 1e6, 1e-6
 """Cost of a pass that nothing undoes, and of nothing, in yarn radii."""
 
@@ -124,7 +126,7 @@ class _Rings:
         if yarn != self.strands.yarn[one.second]:
             return NEVER
         costs = [
-            self._cost(one.time, [_Stretch(yarn, first, self._place(one.second) + turns * self._size(yarn), (0, 0))])
+            self._cost([one.time], [_Stretch(yarn, first, self._place(one.second) + turns * self._size(yarn), (0, 0))])
             for turns in self._turns(yarn, one.image, first - self._place(one.second))
         ]
         return min(costs, default=NEVER)
@@ -133,8 +135,8 @@ class _Rings:
         """Of the ring between two passes of opposite sign."""
         turned = (-left.image[0], -left.image[1])
         ways = [(left.first, left.second, left.image), (left.second, left.first, turned)]
-        time = (right.time + left.time) / 2
-        return min((self._cost(time, ring) for way in ways for ring in self._rings_of(right, *way)), default=NEVER)
+        times = [right.time + part * (left.time - right.time) for part in MOMENTS_BETWEEN]
+        return min((self._cost(times, ring) for way in ways for ring in self._rings_of(right, *way)), default=NEVER)
 
     def _rings_of(self, one: Pass, first: int, second: int, image: tuple[int, int]) -> list[list[_Stretch]]:
         """Rings from a pass to another one, given by its edges, in whatever images it lies."""
@@ -173,9 +175,9 @@ class _Rings:
     def _size(self, yarn: int) -> int:
         return int(self.strands.start[yarn + 1] - self.strands.start[yarn])
 
-    def _cost(self, time: float, ring: list[_Stretch]) -> float:
+    def _cost(self, times: list[float], ring: list[_Stretch]) -> float:
         length = sum(self.strands.distance(part.yarn, part.first, part.last) for part in ring) / self.radius
-        if length >= LONGEST_RING or (length >= ALWAYS_EMPTY and not self._is_empty(time, ring)):
+        if length >= LONGEST_RING or (length >= ALWAYS_EMPTY and not any(self._is_empty(time, ring) for time in times)):
             return NEVER
         return max(length, FREE)
 
