@@ -24,13 +24,13 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarngen.crossing_yarn import Journey, Pass
 from stitchmesh.yarngen.strands import Ends, Strands
 
-LONGEST_RING = 64.0
-"""In yarn radii: two loops of ordinary tightness."""
+LONGEST_RING = 48.0
+"""In yarn radii: one and a half loops of ordinary tightness."""
 ALWAYS_EMPTY = 4.0
 """Length of a ring in yarn radii through which no yarn goes: a ring around one is pi times as long."""
 BESIDE = 2
 """Sampled points beside a ring that may touch its surface, being of the same yarn."""
-MOMENTS_BETWEEN = (0.5, 0.0, 1.0, 0.25, 0.75)
+MOMENTS_BETWEEN = (0.5, 0.25, 0.75)
 """When a ring is looked at, from the one pass to the other: empty once, it can be opened then."""
 NEVER, FREE = 1e6, 1e-6
 """Cost of a pass that nothing undoes, and of nothing, in yarn radii."""
