@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from corpus import LEAF
 from gallery import RADIUS, swatch_of
+from scipy.spatial.transform import Rotation
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
@@ -30,9 +31,13 @@ from stitchmesh.periodic.swatch import SwatchOptions, drawn
 from stitchmesh.quality import quality_named
 from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.generate import drawn_yarns
+from stitchmesh.yarngen.pieces import drawing_radius, yarn_pieces
 
 LIFT = 8.0
 """How far the head of a loop is lifted, in yarn radii: two thicknesses of the fabric."""
+NEIGHBOURHOOD = 48
+"""Control points that tell which way the fabric faces at a loop: about two stitches."""
 Scene = tuple[str, sm.StitchMesh, YarnSet]
 
 
@@ -103,14 +108,21 @@ def complaint_about(fabric: sm.StitchMesh, yarns: YarnSet) -> tuple[str, float]:
 def lifted(fabric: sm.StitchMesh, yarns: YarnSet) -> YarnSet:
     """The yarns with the head of one loop lifted out of the loop that was drawn through it."""
     plain = np.flatnonzero(np.isin(fabric.stitch, [Stitch.KNIT, Stitch.PURL]))
-    middle = fabric.vertices.mean(axis=0)
     centre = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1])[plain] / 4
-    face = int(plain[np.linalg.norm(centre - middle, axis=1).argmin()])
+    face = int(plain[np.linalg.norm(centre - fabric.vertices.mean(axis=0), axis=1).argmin()])
     head = (yarns.face == face) & (yarns.part == 0)
     side = 1.0 if fabric.stitch[face] == Stitch.KNIT else -1.0
     points = yarns.points.copy()
-    points[head, 2] += side * LIFT * yarns.radius[0]
+    points[head] += side * LIFT * yarns.radius[0] * front_at(fabric, yarns, head)
     return replace(yarns, points=points)
+
+
+def front_at(fabric: sm.StitchMesh, yarns: YarnSet, where: np.ndarray) -> np.ndarray:
+    """The side of the fabric that was drawn in front, unit vector, where it lies around some control points."""
+    drawn = drawn_yarns(yarn_pieces(fabric, yarns).course, drawing_radius(fabric, yarns)).points
+    near = np.argsort(np.linalg.norm(drawn - drawn[where].mean(axis=0), axis=1))[:NEIGHBOURHOOD]
+    now, then = (places[near] - places[near].mean(axis=0) for places in (yarns.points, drawn))
+    return Rotation.align_vectors(now, then)[0].apply([0.0, 0.0, 1.0])
 
 
 if __name__ == "__main__":
