@@ -17,9 +17,9 @@ the second. The yarn in a plain stitch is its own foot and legs and the head tha
 
 Parts have names where the yarn they need varies most (Leaf et al. 2018, section 6.1). A slip stitch has a *float*, the
 yarn of its own row that passes by, and a *held* loop, drawn up from a row below; they are told apart by their rows. A
-tuck holds a loop too, but its own yarn is a loop and no float. A float behind stitches of another yarn is yarn of the
-stitch that it comes from. Of a weave the *warp* goes on along the second period of its lattice, the *weft* along the
-first.
+tuck holds a loop too, but its own yarn is a loop and no float. Yarn that is carried along a row behind stitches of
+other yarns is a float too, and yarn of the stitch that it comes from. Of a weave the *warp* goes on along the second
+period of its lattice, the *weft* along the first.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.stitch import CODES, VOCABULARY, Stitch
-from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
+from stitchmesh.yarn import FLOATING, UNKNOWN_FACE, YarnSet
 
 PARTS = ("floats", "held", "warp", "weft")
 """Names of parts; each is a field of ``RestLengths`` and a word of the user."""
@@ -67,7 +67,7 @@ class RestLengths:
     yarns: Mapping[int, float] = field(default_factory=dict)
     """Factor of each yarn."""
     floats: float = 1.0
-    """Factor of the yarn that passes by slipped loops."""
+    """Factor of the yarn that passes by slipped loops, or behind stitches of other yarns."""
     held: float = 1.0
     """Factor of the loops that slips and tucks hold, where these hold them."""
     warp: float = 1.0
@@ -252,8 +252,11 @@ def _of_part(yarns: YarnSet, fabric: StitchMesh | None, name: str) -> NDArray[np
     own = yarns.row[yarns.segment_points[:, 1]] == fabric.row[face]
     holds = np.isin(fabric.stitch[face], SLIPS if name == "floats" else HOLDING) & (face != UNKNOWN_FACE)
     found: NDArray[np.bool_] = holds & (own if name == "floats" else ~own)
+    if name == "floats":
+        found = found | (yarns.part[yarns.segment_points[:, 1]] == FLOATING)
     if not found.any():
-        missing = "no slip stitch for yarn to pass by" if name == "floats" else "no slip or tuck that holds a loop"
+        passing = "no slip stitch for yarn to pass by, nor stitches of another yarn"
+        missing = passing if name == "floats" else "no slip or tuck that holds a loop"
         raise ParameterError(f"rest length {name}: the fabric has {missing}; leave the factor out")
     return found
 

@@ -27,6 +27,9 @@ from stitchmesh.mesh import FloatArray, IntArray, frozen_array
 UNKNOWN_FACE = -1
 """Source face of a control point that no stitch made."""
 
+FLOATING = -1
+"""Part of control points that float behind stitches of other yarns; their face is the stitch that they come from."""
+
 GAUSS_POINTS = 5
 """Quadrature of segment lengths; five Gauss points integrate the length of a stitch's segment to 1e-8 of it."""
 
@@ -79,7 +82,7 @@ class YarnSet:
     face: IntArray
     """Stitch face that each control point came from, ``UNKNOWN_FACE`` where none, shape (N,)."""
     part: IntArray
-    """Which part of that stitch, counted along its template, shape (N,)."""
+    """Which part of that stitch, counted along its template, or ``FLOATING``, shape (N,)."""
     colour: IntArray = field(default_factory=_undyed)
     """Colour number of each yarn, ``StitchMesh.yarn`` of its stitches; all 0 where not given, shape (Y,)."""
     natural_curvature: FloatArray = field(default_factory=_straight)

@@ -12,6 +12,8 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.patterns import Cell, Pattern, Row
+from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.rest_length import (
     RestLengths,
     apply_rest_lengths,
@@ -130,6 +132,24 @@ def test_factors_come_on_top_of_the_loop_length_and_of_each_other(banded):
     # rounding of sums
     np.testing.assert_allclose(length[plain & (fabric.stitch == Stitch.KNIT)], 2.5 * 1.1, rtol=1e-12)
     np.testing.assert_allclose(length[plain & (fabric.stitch == Stitch.PURL)], 2.5 * 1.1 * 0.8, rtol=1e-12)
+
+
+@pytest.mark.parametrize("yarns_of_row", ["01", "0001", "000111", "01001"])
+def test_floats_behind_stitches_of_other_yarns_take_their_factor(yarns_of_row):
+    """Each stitch is floated past by the other yarn; a float of n stitches is about n stitch widths long."""
+    width = 0.5
+    row = Row(tuple(Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in yarns_of_row))
+    fabric = torus_mesh(Pattern("made", "test", (row,)), stitch_width=width, stitch_height=0.4)
+    yarns = sm.generate_yarns(fabric)
+    changed = apply_rest_lengths(yarns, RestLengths(floats=0.8), fabric=fabric).rest_length
+    factor = changed / yarns.rest_length
+    floats = factor < 0.9
+    np.testing.assert_allclose(factor, np.where(floats, 0.8, 1.0), rtol=1e-12)
+    changes = sum(a != b for a, b in zip(yarns_of_row, yarns_of_row[1:] + yarns_of_row[0], strict=True))
+    # at both ends a part of a stitch, on the slant to where the next stitch begins
+    assert yarns.rest_length[floats].sum() == pytest.approx(len(yarns_of_row) * width, abs=0.6 * changes * width)
+    behind = yarns.points[yarns.segment_points[floats, 1], 2]
+    assert behind.mean() < yarns.points[:, 2].mean() - yarns.radius[0]
 
 
 def test_yarn_that_no_stitch_made_keeps_its_length(banded):

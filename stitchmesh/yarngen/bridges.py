@@ -42,6 +42,8 @@ class Way:
     """Rest length of its yarn over the length that is drawn."""
     image: Image = HERE
     """Lattice image of the part that it leads to, seen from the part that it comes from."""
+    floats: bool = False
+    """Whether it leads behind stitches of other yarns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,15 +56,16 @@ class Bridges:
     """Points of the tail at each crossing where yarn ends [cm], away from it, shape (n, 3)."""
 
     def join(
-        self, first: int, second: int, points: FloatArray, *, ease: float = 1.0, image: Image = HERE
-    ) -> None:
+        self, first: int, second: int, points: FloatArray, *, ease: float = 1.0, image: Image = HERE,
+        floats: bool = False,
+    ) -> None:  # fmt: skip
         """Lead the yarn from one crossing to another through points that belong to the part at the first [cm].
 
         ``image`` is that of the part at the second crossing, seen from the first.
         """
         back = (-image[0], -image[1])
-        self.ways[first] = Way(second, points, is_return=False, ease=ease, image=image)
-        self.ways[second] = Way(first, points[::-1], is_return=True, ease=ease, image=back)
+        self.ways[first] = Way(second, points, is_return=False, ease=ease, image=image, floats=floats)
+        self.ways[second] = Way(first, points[::-1], is_return=True, ease=ease, image=back, floats=floats)
 
     def tie(self, crossing: int, tail: FloatArray) -> None:
         """End the yarn at a crossing in a tail [cm]."""

@@ -21,11 +21,12 @@ import numpy as np
 
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
-from stitchmesh.yarn import YarnSet, basis
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
-from stitchmesh.yarngen.loops import SAMPLES, Arc, Arcs
+from stitchmesh.yarngen.loops import Arc, Arcs
 from stitchmesh.yarngen.passes import SlippedLegs, is_drawn, spanned_sides
 from stitchmesh.yarngen.polygon_linking import Polygons
+from stitchmesh.yarngen.strands import SAMPLES, sampled_points
 
 IN_FRONT = 2.0
 """How far in front of other loops a link is closed, in yarn radii."""
@@ -83,38 +84,16 @@ class Probes:
         return np.concatenate([points, base + (base - inner) / 2 + lift * front + rise * up])
 
 
-def sampled_points(yarns: YarnSet) -> FloatArray:
-    """``SAMPLES`` points to each control point, the first at its knot [cm], shape (SAMPLES N, 3).
-
-    The ends of open yarns, which no arc contains, are drawn out straight.
-    """
-    first, last = yarns.start[:-1][yarns.point_yarn], yarns.start[1:][yarns.point_yarn] - 1
-    place, size = np.arange(len(yarns.points)) - first, last - first + 1
-    offset = place[:, None] + np.arange(-1, 3)
-    around, ends = offset % size[:, None], np.clip(offset, 0, size[:, None] - 1)
-    corners = yarns.points[first[:, None] + np.where(yarns.closed[yarns.point_yarn][:, None], around, ends)]
-    weights = basis(np.arange(SAMPLES) / SAMPLES)
-    points: FloatArray = np.einsum("kj,njd->nkd", weights, corners).reshape(-1, 3)
-    return points
-
-
 def as_polygons(points: FloatArray, curves: list[list[int]]) -> Polygons:
     """Closed curves as polygons."""
     start = np.concatenate([[0], np.cumsum([len(curve) for curve in curves])])
     return Polygons(points, start, np.array([corner for curve in curves for corner in curve], dtype=np.int64))
 
 
-def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs, *, drawn_out: bool = False) -> Probes:
-    """Close all loops, links and legs of slipped loops.
-
-    Args:
-        arcs: loops and links.
-        yarns: their yarns.
-        slipped: the legs.
-        drawn_out: whether to take half of the arcs beside it to each, as yarn that was relaxed has slid through loops.
-    """
-    closer = _Closer(arcs, yarns, drawn_out)
-    loops = [closer.reaching(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
+def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> Probes:
+    """Close all loops, links and legs of slipped loops."""
+    closer = _Closer(arcs, yarns)
+    loops = [closer.points_of(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
     links = [closer.link(link) for link in arcs.links]
     legs = [closer.leg(piece) for piece in slipped.piece.tolist()]
     return Probes(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES)
@@ -123,9 +102,8 @@ def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs, *, drawn_out: b
 class _Closer:
     """Closes arcs one by one."""
 
-    def __init__(self, arcs: Arcs, yarns: YarnSet, drawn_out: bool) -> None:
-        self.arcs, self.drawn_out = arcs, drawn_out
-        self.pieces, self.whole = arcs.pieces, arcs.whole
+    def __init__(self, arcs: Arcs, yarns: YarnSet) -> None:
+        self.arcs, self.pieces, self.whole = arcs, arcs.pieces, arcs.whole
         self.start = yarns.start.tolist()
         self.role = self.whole.side_role.tolist()
         self.corners: list[Corner] = []
@@ -134,32 +112,10 @@ class _Closer:
         # arcs by the cut at which they start (-1) or end (1)
         self.beside = {(arc.first, -1): arc for arc in (*arcs.loops, *arcs.links)}
         self.beside |= {(arc.last, 1): arc for arc in (*arcs.loops, *arcs.links)}
-        self.longest = int(np.median([arc.count for arc in (*arcs.loops, *arcs.links)])) // 2
 
     def points_of(self, arc: Arc) -> list[int]:
         """Sampled points of an arc in the order of the yarn."""
         return self._points(arc.yarn, arc.first, arc.count)
-
-    def reaching(self, arc: Arc) -> list[int]:
-        """Sampled points of an arc and, drawn out, of half the arcs beside it."""
-        if not self.drawn_out or self._is_ring(arc):
-            return self.points_of(arc)
-        first, last = self._reach(arc, arc.first, -1), self._reach(arc, arc.last, 1)
-        return self._points(arc.yarn, arc.first - first, first + arc.count + last)
-
-    def _reach(self, arc: Arc, cut: int, way: int) -> int:
-        """Sampled points by which an arc is extended beyond one of its cuts."""
-        beside = self.beside.get((cut, -way))
-        return min((self._bridge(arc, way) if beside is None else beside.count) // 2, self.longest)
-
-    def _bridge(self, arc: Arc, way: int) -> int:
-        """Sampled points of the turn or tail beyond the border, where a link ends that has no loop there."""
-        crossing = arc.ends[(way + 1) // 2]
-        if self.whole.twin[crossing // SLOTS] != BORDER:
-            return 0
-        bridges = self.pieces.course.bridges
-        points = bridges.ways[crossing].points if crossing in bridges.ways else bridges.tails.get(crossing, ())
-        return len(points) * SAMPLES
 
     def link(self, link: Arc) -> list[int]:
         """The closed curve of a link; nothing where it has no loop to pass through."""
@@ -168,7 +124,7 @@ class _Closer:
         if not any(link.hangs):
             return self.points_of(link) if self._is_ring(link) else []
         ways = [self._along(side, rightwards) for side, rightwards in spanned_sides(self.arcs, link)]
-        return [*self.reaching(link), *self._needle(link, ways)]
+        return [*self.points_of(link), *self._needle(link, ways)]
 
     def _drawn(self, link: Arc) -> list[int]:
         """The closed curve of a link that is drawn through loops: a stretch of that yarn, or all of a short ring."""
@@ -196,9 +152,7 @@ class _Closer:
         """The closed curve of a leg, downwards."""
         yarn, (first, after) = int(self.pieces.yarn[piece]), self.pieces.points[piece].tolist()
         before = first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1
-        more = (after - first) * SAMPLES // 2 if self.drawn_out else 0  # as for ``reaching``
-        begin, count = before * SAMPLES + SAMPLES // 2 - more, (after - first) * SAMPLES + 1 + 2 * more
-        points = self._points(yarn, begin, count)
+        points = self._points(yarn, before * SAMPLES + SAMPLES // 2, (after - first) * SAMPLES + 1)
         start, end = (int(crossing) // SLOTS for crossing in self.pieces.ends[piece])
         top = end if self.role[start] == 0 else start
         downwards = points if top == start else points[::-1]

@@ -138,7 +138,8 @@ def lay_floats(rows: Rows, longest: int, bridges: Bridges) -> None:
             points = [rows.passing(face, own, first), *(point + begins for point in rows.behind(passed, own))]
             points.append(rows.passing(passed[-1], own, last) + ends)
             crossings = crossing_number(fabric.right_wale[face]), crossing_number(fabric.left_wale[target])
-            bridges.join(*crossings, np.array(points), image=(int(images[-1, 0]), int(images[-1, 1])))
+            image = int(images[-1, 0]), int(images[-1, 1])
+            bridges.join(*crossings, np.array(points), image=image, floats=True)
     for face in rows.changes:
         after = int(rows.following[face])
         _tie(rows, bridges, int(fabric.right_wale[face]), _cut_tail(rows, face, after, 1))

@@ -13,7 +13,7 @@ from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.stitch import Stitch
-from stitchmesh.yarn import YarnSet, segment_points
+from stitchmesh.yarn import FLOATING, YarnSet, segment_points
 from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, with_bind_off
 from stitchmesh.yarngen.bridges import HERE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, opened_corners
@@ -93,7 +93,7 @@ def generate_yarns(
         )
     finish = Finish(bind_off, cast_on, longest_float)
     course = yarn_course(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
-    result = _assemble(course, radius)
+    result = drawn_yarns(course, radius)
     _check_clearance(result, radius)
     return result
 
@@ -143,7 +143,8 @@ def _face_below(fabric: StitchMesh, whole: StitchMesh) -> IntArray:
     return np.concatenate([np.arange(fabric.face_count), below])
 
 
-def _assemble(course: YarnCourse, radius: float) -> YarnSet:
+def drawn_yarns(course: YarnCourse, radius: float) -> YarnSet:
+    """The yarns of a course, of a radius [cm]."""
     parts = course.parts
     yarns, steps = _yarns_in_pieces(course)
     pieces = [piece for yarn in yarns for piece in yarn]
@@ -154,6 +155,7 @@ def _assemble(course: YarnCourse, radius: float) -> YarnSet:
     points = np.concatenate([piece.points for piece in pieces]) + np.repeat(shift, sizes, axis=0)
     part = np.repeat([piece.part for piece in pieces], sizes)
     ease = np.repeat([piece.ease for piece in pieces], sizes)
+    floats = np.repeat([piece.floats for piece in pieces], sizes)
     drawn = YarnSet(
         points=control_points_through(points, start, closed, course.whole.shift(steps)),
         start=start,
@@ -162,12 +164,18 @@ def _assemble(course: YarnCourse, radius: float) -> YarnSet:
         rest_length=np.ones(len(segment_points(start, closed))),
         row=parts.row[part],
         face=course.face_below[parts.face[part]],
-        part=parts.index[part],
+        part=np.where(floats, FLOATING, parts.index[part]),
         colour=_colours(course),
         lattice=lattice,
         lattice_step=None if lattice is None else steps,
     )
     return replace(drawn, rest_length=drawn.lengths * ease[drawn.segment_points[:, 1:3]].mean(axis=1))
+
+
+def images_of_points(course: YarnCourse) -> IntArray:
+    """The lattice image of its stitch in which each control point of the drawn yarns stands, shape (N, 2)."""
+    pieces = [piece for yarn in _yarns_in_pieces(course)[0] for piece in yarn]
+    return np.repeat([piece.image for piece in pieces], [len(piece.points) for piece in pieces], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,6 +190,8 @@ class _Piece:
     """Rest length over drawn length."""
     image: Image
     """Lattice image in which the yarn is when it comes here."""
+    floats: bool = False
+    """Whether they float behind stitches of other yarns."""
 
 
 def _colours(course: YarnCourse) -> IntArray:
@@ -232,7 +242,7 @@ def _pieces_of(
             way = bridges.ways[crossing]
             before, image = image, (image[0] + way.image[0], image[1] + way.image[1])
             owner = (following // 2, image) if way.is_return else (part, before)
-            pieces.append(_Piece(way.points, owner[0], way.ease, owner[1]))
+            pieces.append(_Piece(way.points, owner[0], way.ease, owner[1], way.floats))
         else:
             across = images[crossing // SLOTS]
             image = (image[0] + across[0], image[1] + across[1])

@@ -6,6 +6,9 @@ Loops and the links between them (``loops``), closed to rings (``closings``), ha
 change only where yarn passes through yarn, or through a closing. They are compared with what the stitches name
 (``passes``), for each pair whose boxes meet; others are not linked. A link and a loop that it runs into meet in a cut
 and have none; yarn drawn through loops is told from these alone.
+
+So it is told of yarns as they are drawn. Of yarns that moved since, where closings would be in the way, it is told
+whether they can have come from there (``pulled_through``).
 """
 
 from __future__ import annotations
@@ -24,13 +27,18 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.closings import as_polygons, close_arcs
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
+from stitchmesh.yarngen.generate import drawn_yarns
 from stitchmesh.yarngen.loops import Arc, Arcs, find_arcs
-from stitchmesh.yarngen.passes import expected_passes, is_drawn, slipped_legs, spanned_sides
+from stitchmesh.yarngen.passes import expected_passes, is_drawn, slipped_legs
+from stitchmesh.yarngen.pieces import drawing_radius, yarn_pieces
 from stitchmesh.yarngen.polygon_linking import Polygons, linking_numbers
+from stitchmesh.yarngen.pulled_through import check_pulled_through
+from stitchmesh.yarngen.unrolled import unrolled
 
 WHOLE = 1e-6
 """How far a linking number may be from a whole number."""
-REASONS = "a stitch is drawn wrongly, or yarn passed through yarn"
+Told = NDArray[np.bool_] | None
+"""Which arcs are told; None for all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,70 +56,82 @@ def expected_linking(arcs: Arcs) -> LoopLinking:
     return LoopLinking(expected_passes(arcs), slipped_legs(arcs).turns)
 
 
-def loop_linking(arcs: Arcs, yarns: YarnSet, *, drawn_out: bool = False) -> LoopLinking:
+def loop_linking(arcs: Arcs, yarns: YarnSet, *, links: Told = None, loops: Told = None) -> LoopLinking:
     """What the yarns do.
 
     Args:
         arcs: loops and links of the yarns.
-        yarns: those yarns, as generated, or relaxed since.
-        drawn_out: whether to take half of the arcs beside it to each, as yarn that was relaxed has slid through loops;
-            fewer pairs can then be told.
+        yarns: those yarns, as generated.
+        links: which links are told; all where not given.
+        loops: which loops they may pass through; all where not given.
     """
     legs = slipped_legs(arcs)
-    probes = close_arcs(arcs, yarns, legs, drawn_out=drawn_out)
+    probes = close_arcs(arcs, yarns, legs)
     points = probes.positions(yarns)
-    curves, tested = probes.links, np.flatnonzero([len(curve) > 0 for curve in probes.links])
-    links, loops = as_polygons(points, [curves[k] for k in tested]), as_polygons(points, probes.loops)
-    pairs = _near(links, loops)
-    pairs = pairs[_can_be_told(arcs, tested[pairs[:, 0]], pairs[:, 1], drawn_out)]
-    values = linking_numbers(loops, links, pairs[:, ::-1])
+    curves, tested = probes.links, np.array([len(curve) > 0 for curve in probes.links])
+    tested = np.flatnonzero(tested if links is None else tested & links)
+    held = np.arange(len(arcs.loops)) if loops is None else np.flatnonzero(loops)
+    passing = as_polygons(points, [curves[k] for k in tested])
+    passed = as_polygons(points, [probes.loops[k] for k in held])
+    pairs = _near(passing, passed)
+    pairs = pairs[_can_be_told(arcs, tested[pairs[:, 0]], held[pairs[:, 1]])]
+    values = linking_numbers(passed, passing, pairs[:, ::-1])
     shape = len(arcs.links), len(arcs.loops)
-    passes = coo_array((values, (tested[pairs[:, 0]], pairs[:, 1])), shape=shape).tocsr()
+    passes = coo_array((values, (tested[pairs[:, 0]], held[pairs[:, 1]])), shape=shape).tocsr()
     if len(legs.link) == 0:
         return LoopLinking(passes, np.zeros(0))
     each = np.arange(len(legs.link))
-    legs_closed, passing = as_polygons(points, probes.legs), as_polygons(points, [curves[k] for k in legs.link])
-    return LoopLinking(passes, linking_numbers(legs_closed, passing, np.stack([each, each], axis=1)))
+    legs_closed, beside = as_polygons(points, probes.legs), as_polygons(points, [curves[k] for k in legs.link])
+    return LoopLinking(passes, linking_numbers(legs_closed, beside, np.stack([each, each], axis=1)))
 
 
-def check_loops(
-    fabric: StitchMesh, yarns: YarnSet, *, finish: Finish = DEFAULT_FINISH, relaxed: bool = False
-) -> None:
+def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: Finish = DEFAULT_FINISH) -> None:
     """Check that each loop holds, and is held by, exactly the loops that its stitch names.
 
+    Of the yarns as drawn, linking numbers tell; of the same yarns elsewhere, whether they can be where they are without
+    passing through one another on their way from there.
+
     Args:
-        fabric: the stitch mesh.
+        fabric: the stitch mesh, a piece or one that repeats.
         yarns: the yarns generated from it, relaxed or not.
         finish: how its first and last rows were finished.
-        relaxed: whether yarns were relaxed and have slid through loops. Then it is enough that arcs as they were cut,
-            or drawn out, are linked as named; and of the ends of rows, whose turns slip into stitches, and of links
-            that float past loops and should not pass through them, nothing is told.
 
     Raises:
-        YarnError: the yarns were not generated from this stitch mesh, or a loop passes through another more or less
-            often than its stitch says; it names both.
+        YarnError: the yarns were not generated from this stitch mesh; a loop passes through another more or less
+            often than its stitch says, or yarn passed through yarn; it names both.
     """
-    arcs = find_arcs(fabric, yarns, finish)
-    expected, found = expected_linking(arcs), loop_linking(arcs, yarns)
-    passes, turns = abs(found.passes - expected.passes) > WHOLE, np.abs(found.turns - expected.turns) > WHOLE
-    if relaxed:
-        again = loop_linking(arcs, yarns, drawn_out=True)
-        passes = passes.multiply(abs(again.passes - expected.passes) > WHOLE)
-        turns &= np.abs(again.turns - expected.turns) > WHOLE
-    wrong = np.stack(passes.nonzero(), axis=1)
-    wrong = wrong[~_has_slipped(arcs, wrong)] if relaxed else wrong
+    if (fabric.lattice is None) != (yarns.lattice is None):
+        raise YarnError("yarns: of yarns and stitch mesh one repeats on a lattice; expected both or neither")
+    pieces = yarn_pieces(fabric, yarns, finish)
+    radius = drawing_radius(fabric, yarns)
+    drawn = drawn_yarns(pieces.course, radius)
+    if fabric.lattice is None:
+        _check_drawing(find_arcs(fabric, drawn, finish), drawn)
+    else:
+        told = unrolled(fabric, radius, finish)
+        _check_drawing(told.arcs, told.yarns, told.links, told.loops)
+    check_pulled_through(drawn, yarns)
+
+
+def _check_drawing(arcs: Arcs, drawn: YarnSet, links: Told = None, loops: Told = None) -> None:
+    """Raise where linking numbers are not as named."""
+    expected, found = expected_linking(arcs), loop_linking(arcs, drawn, links=links, loops=loops)
+    wrong = np.stack((abs(found.passes - expected.passes) > WHOLE).nonzero(), axis=1)
+    wrong = wrong if links is None else wrong[links[wrong[:, 0]]]
     if len(wrong):
         link, loop = (int(number) for number in wrong[0])
         raise YarnError(
             f"{_link_name(arcs, link)}: passes {found.passes[link, loop]:g} times through {_loop_name(arcs, loop)}, "
-            f"expected {expected.passes[link, loop]:g} ({len(wrong)} such places); {REASONS}"
+            f"expected {expected.passes[link, loop]:g} ({len(wrong)} such places); a stitch is drawn wrongly"
         )
-    legs = np.flatnonzero(turns)
-    if len(legs):
-        face = arcs.pieces.course.face_below[arcs.pieces.face[slipped_legs(arcs).piece[legs[0]]]]
+    legs = slipped_legs(arcs)
+    wrong = np.flatnonzero(np.abs(found.turns - expected.turns) > WHOLE)
+    wrong = wrong if links is None else wrong[links[legs.link[wrong]]]
+    if len(wrong):
+        face = arcs.pieces.course.face_below[arcs.pieces.face[legs.piece[wrong[0]]]]
         raise YarnError(
-            f"face {face}: yarn goes {found.turns[legs[0]]:g} times around a leg of its slipped loop, expected "
-            f"{expected.turns[legs[0]]} ({len(legs)} such places); {REASONS}"
+            f"face {face}: yarn goes {found.turns[wrong[0]]:g} times around a leg of its slipped loop, expected "
+            f"{expected.turns[wrong[0]]} ({len(wrong)} such places); a stitch is drawn wrongly"
         )
 
 
@@ -126,27 +146,13 @@ def _near(first: Polygons, second: Polygons) -> IntArray:
     return pairs[((low[i] <= other_high[j]) & (other_low[j] <= high[i])).all(axis=1)]
 
 
-def _can_be_told(arcs: Arcs, links: IntArray, loops: IntArray, drawn_out: bool) -> NDArray[np.bool_]:
-    """Which pairs can be told.
-
-    All that are named; else not a link and a loop that it runs into, nor yarn that is drawn through other loops. Drawn
-    out, nor a link and a loop made on one that it runs into or passes, or worked together with it or beside it.
-    """
-    expected = abs(expected_passes(arcs))
-    runs_into = _attached(arcs)
-    hangs_by = runs_into + _spanned(arcs)
-    near = hangs_by @ expected.T @ runs_into + runs_into @ expected.T @ expected
-    shared = runs_into + near if drawn_out else runs_into
+def _can_be_told(arcs: Arcs, links: IntArray, loops: IntArray) -> NDArray[np.bool_]:
+    """Which pairs can be told: all that are named; else no link and a loop it runs into, nor yarn drawn through."""
     drawn = np.array([is_drawn(arcs, link) for link in arcs.links])[links]
-    told: NDArray[np.bool_] = (expected[links, loops] > 0) | ((shared[links, loops] == 0) & ~drawn)
+    told: NDArray[np.bool_] = (abs(expected_passes(arcs))[links, loops] > 0) | (
+        (_attached(arcs)[links, loops] == 0) & ~drawn
+    )
     return told
-
-
-def _has_slipped(arcs: Arcs, pairs: IntArray) -> NDArray[np.bool_]:
-    """Which pairs of a link and a loop cannot be told once yarns are relaxed, shape (n,)."""
-    ends = np.array([sum(link.hangs) == 1 for link in arcs.links])
-    floats, named = np.diff(_spanned(arcs).indptr) > 0, expected_passes(arcs)
-    return np.array([ends[link] or (floats[link] and named[link, loop] == 0) for link, loop in pairs], dtype=bool)
 
 
 def _attached(arcs: Arcs) -> csr_array:
@@ -158,12 +164,6 @@ def _attached(arcs: Arcs) -> csr_array:
         if point in arcs.loop_at
     ]
     return _marked(arcs, pairs)
-
-
-def _spanned(arcs: Arcs) -> csr_array:
-    """Which links pass beside which loops, shape (links, loops)."""
-    spans = [(number, side) for number, link in enumerate(arcs.links) for side, _ in spanned_sides(arcs, link)]
-    return _marked(arcs, [(number, arcs.loop_over[side]) for number, side in spans])
 
 
 def _marked(arcs: Arcs, pairs: list[tuple[int, int]]) -> csr_array:

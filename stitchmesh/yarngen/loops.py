@@ -19,16 +19,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BOTTOM, StitchMesh
 from stitchmesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
 from stitchmesh.yarngen.pieces import YarnPieces, yarn_pieces
+from stitchmesh.yarngen.strands import SAMPLES
 
-SAMPLES = 2
-"""Sampled points to each control point, the first one at its knot; yarn is cut half way between control points."""
 DRAWN = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
 """Stitches whose yarn is drawn through loops and makes none."""
 
@@ -123,13 +121,8 @@ def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FINIS
         finish: how its first and last rows were finished.
 
     Raises:
-        YarnError: the yarns were not generated from this stitch mesh, or they repeat on a lattice.
+        YarnError: the yarns were not generated from this stitch mesh.
     """
-    if yarns.lattice is not None:
-        raise YarnError(
-            "yarns: they repeat on a lattice, where loops are not told apart from their images; expected those of a "
-            "fabric with borders, such as a flat piece of the pattern"
-        )
     pieces = yarn_pieces(fabric, yarns, finish)
     cutter = _Cutter(pieces, yarns)
     starts = np.searchsorted(pieces.yarn, np.arange(yarns.yarn_count + 1)).tolist()

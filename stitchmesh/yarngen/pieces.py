@@ -19,7 +19,7 @@ from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
-from stitchmesh.yarngen.generate import YarnCourse, yarn_course
+from stitchmesh.yarngen.generate import THICKEST, YarnCourse, mean_stitch_width, yarn_course
 from stitchmesh.yarngen.tracing import end_crossings
 
 
@@ -60,7 +60,7 @@ def yarn_pieces(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FIN
     Raises:
         YarnError: the yarns were not generated from this stitch mesh.
     """
-    radius, drawn = float(yarns.radius[0]), PRESETS["draft"].control_points_per_stitch
+    radius, drawn = drawing_radius(fabric, yarns), PRESETS["draft"].control_points_per_stitch
     pieces = _pieces(yarn_course(fabric, radius, drawn, finish))
     likely = round(drawn * len(yarns.points) / pieces.point_count)
     for points_per_stitch in (likely, likely - 1, likely + 1, likely - 2, likely + 2):
@@ -70,6 +70,11 @@ def yarn_pieces(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FIN
     raise YarnError(
         "yarns: they do not run as in this stitch mesh; give the mesh that they were generated from, and the finish"
     )
+
+
+def drawing_radius(fabric: StitchMesh, yarns: YarnSet) -> float:
+    """The radius with which yarns are drawn [cm]: their own, unless they grew beyond what a drawing has room for."""
+    return min(float(yarns.radius[0]), THICKEST * mean_stitch_width(fabric))
 
 
 def _pieces(course: YarnCourse) -> YarnPieces:

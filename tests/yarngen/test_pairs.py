@@ -103,18 +103,20 @@ def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     )  # fmt: skip
     assert result.report["converged"]
     assert height(fabric, result.yarns) > 1.1 * height(fabric, yarns)
-    check_loops(fabric, result.yarns, relaxed=True)
+    check_loops(fabric, result.yarns)
 
 
-def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before() -> None:
+@pytest.mark.parametrize("seed", range(3))
+def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before(seed: int) -> None:
     """Every family of stitches, relaxed within its shape, then held at its cast-on and pulled at its last row.
 
-    But plain slipped ones: at rest their legs lie so far from where they were drawn that probes beside them miss the
-    yarn, in half of all runs from starts nudged by 1e-5 cm.
+    From starts nudged by 1e-5 cm, from which legs of slipped stitches come to lie in quite different places.
     """
-    fabric = many_stitches([CODES[code] for code in ("p", "y", "d12k", "kp", "d21p", "sk", "d213k", "x", "kyk")])
-    rest = relax_yarns(generate_yarns(fabric, quality="draft"), quality="draft", device="cpu", keep_shape=fabric)
-    check_loops(fabric, rest.yarns, relaxed=True)
+    fabric = many_stitches([CODES[code] for code in ("p", "y", "d12k", "b", "kp", "d21p", "sk", "d213k", "x", "kyk")])
+    yarns = generate_yarns(fabric, quality="draft")
+    nudged = replace(yarns, points=yarns.points + 1e-5 * np.random.default_rng(seed).normal(size=yarns.points.shape))
+    rest = relax_yarns(nudged, quality="draft", device="cpu", keep_shape=fabric)
+    check_loops(fabric, rest.yarns)
     last = np.flatnonzero(fabric.row == fabric.row.max())
     pulled = relax_yarns(
         rest.yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
@@ -122,7 +124,7 @@ def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before() -> None:
     )  # fmt: skip
     assert rest.report["converged"] and pulled.report["converged"]
     assert height(fabric, pulled.yarns) > 1.05 * height(fabric, rest.yarns)
-    check_loops(fabric, pulled.yarns, relaxed=True)
+    check_loops(fabric, pulled.yarns)
 
 
 def test_twisted_loops_are_linked_like_others() -> None:

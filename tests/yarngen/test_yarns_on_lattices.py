@@ -13,14 +13,15 @@ from stitchmesh.cables import cable_groups
 from stitchmesh.errors import YarnError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.patterns import Cell, Loop, Pattern, Row
+from stitchmesh.patterns import Cell, Loop, Pattern, Row, pattern_names, read_pattern
 from stitchmesh.patterns.swatch_mesh import plain_piece
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet, segment_points
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen import embedding, generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.loops import find_arcs
+from stitchmesh.yarngen.covering import covered
+from stitchmesh.yarngen.loop_linking import check_loops
 from stitchmesh.yarngen.splines import control_points_through
 
 WIDTH, HEIGHT, RADIUS = 0.5, 0.4, 0.0625
@@ -167,10 +168,40 @@ def test_a_fabric_on_a_lattice_must_close():
         generate_yarns(open_piece)
 
 
-def test_loops_on_a_lattice_are_not_told():
-    fabric = FABRICS["twisted loops"]
-    with pytest.raises(YarnError, match="they repeat on a lattice"):
-        find_arcs(fabric, generate_yarns(fabric))
+@pytest.mark.parametrize("name", FABRICS)
+def test_loops_on_a_lattice_are_linked_as_named(name: str) -> None:
+    check_loops(FABRICS[name], generate_yarns(FABRICS[name], quality="draft"))
+
+
+@pytest.mark.parametrize("pattern", [name for name in pattern_names() if read_pattern(name).height <= 8])
+def test_loops_of_every_small_pattern_are_linked_as_named(pattern: str) -> None:
+    fabric = torus_mesh(read_pattern(pattern), stitch_width=WIDTH, stitch_height=HEIGHT)
+    check_loops(fabric, generate_yarns(fabric, quality="draft"))
+
+
+def test_a_stitch_drawn_as_another_is_caught_on_a_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The only stitch of a cell, of which all neighbours are images."""
+    fabric = torus(Row((Cell(Stitch.KNIT),)))
+    right = embedding.template
+    monkeypatch.setattr(embedding, "template", lambda _, *sides: right(Stitch.PURL, *sides))
+    with pytest.raises(YarnError, match=r"face 0: .* passes (-?1) times through loop 1 of face 0, expected (?!\1)-?1"):
+        check_loops(fabric, generate_yarns(fabric, quality="draft"))
+
+
+@pytest.mark.parametrize("copies", [(1, 1), (3, 2)])
+def test_a_larger_cell_is_the_same_fabric(copies: tuple[int, int]) -> None:
+    fabric = FABRICS["a cable"]
+    cover = covered(fabric, *copies)
+    assert cover.face_count == copies[0] * copies[1] * fabric.face_count
+    assert cover.lattice is not None
+    np.testing.assert_allclose(cover.lattice.area, copies[0] * copies[1] * fabric.lattice.area, rtol=1e-12)
+    yarns, many = generate_yarns(fabric, quality="draft"), generate_yarns(cover, quality="draft")
+    size = np.array([fabric.lattice.periods[0, 0], fabric.lattice.periods[1, 1], np.inf])
+    one = np.round(np.mod(yarns.points[:, :2] + 1e-6, size[:2]), 6)
+    all_of_them = np.round(np.mod(many.points[:, :2] + 1e-6, size[:2]), 6)
+    np.testing.assert_allclose(
+        np.sort(np.repeat(one, copies[0] * copies[1], axis=0), axis=0), np.sort(all_of_them, axis=0), atol=2e-6
+    )
 
 
 def test_points_lie_in_the_image_that_they_were_shifted_to():

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Are loops at rest linked as their stitches say, and is a loop found that was lifted out of another on purpose?
+
+    python benchmarks/gallery.py relax out/gallery [PATTERN ...]
+    python benchmarks/loops_at_rest.py swatches out/gallery        # all swatches in that folder
+    python benchmarks/loops_at_rest.py cells [--quality draft]     # the knits of Leaf et al. 2018, table 3
+    python benchmarks/loops_at_rest.py free [--quality draft]      # the same, their periods free
+
+The loop that is lifted is that of the knit or purl stitch nearest to the middle: its head goes eight radii to the side
+that it was drawn through. Seconds are of ``check_loops`` alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from corpus import LEAF
+from gallery import RADIUS, swatch_of
+from scipy.spatial.transform import Rotation
+
+import stitchmesh as sm
+from stitchmesh.errors import YarnError
+from stitchmesh.patterns import pattern_names
+from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.quality import quality_named
+from stitchmesh.stitch import Stitch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.generate import drawn_yarns
+from stitchmesh.yarngen.pieces import drawing_radius, yarn_pieces
+
+LIFT = 8.0
+"""How far the head of a loop is lifted, in yarn radii: two thicknesses of the fabric."""
+NEIGHBOURHOOD = 48
+"""Control points that tell which way the fabric faces at a loop: about two stitches."""
+Scene = tuple[str, sm.StitchMesh, YarnSet]
+
+
+def main() -> None:
+    """Print the table."""
+    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    told.add_argument("which", choices=("swatches", "cells", "free"))
+    told.add_argument("folder", type=Path, nargs="?")
+    told.add_argument("--quality", default="draft")
+    given = told.parse_args()
+    scenes = {"swatches": lambda: swatches(given.folder), "cells": lambda: cells(given.quality),
+              "free": lambda: free_cells(given.quality)}  # fmt: skip
+    print("| pattern | stitches | linked as named | seconds | a lifted loop | seconds |\n|---|---:|---|---:|---|---:|")
+    right, caught, count, total = 0, 0, 0, 0.0
+    for name, fabric, yarns in scenes[given.which]():
+        complaint, seconds = complaint_about(fabric, yarns)
+        found, longer = complaint_about(fabric, lifted(fabric, yarns))
+        right, caught, count, total = right + (not complaint), caught + bool(found), count + 1, total + seconds
+        print(f"| {name} | {fabric.face_count} | {complaint or 'yes'} | {seconds:.2f} | "
+              f"{'found' if found else 'NOT FOUND'} | {longer:.2f} |", flush=True)  # fmt: skip
+    print(f"\n{right} of {count} linked as named in {total:.0f} s, {caught} of {count} lifted loops found")
+
+
+def swatches(folder: Path) -> Iterator[Scene]:
+    """Swatches that the gallery relaxed."""
+    for name in pattern_names():
+        if (folder / f"{name}.h5").exists():
+            fabric = swatch_of(sm.read_pattern(name), "cpu")
+            yarns = sm.read_yarns(folder / f"{name}.h5")
+            first = sm.generate_yarns(fabric, yarn_radius=RADIUS)
+            if len(first.points) == len(yarns.points):  # not a cell of the corpus, which may lie in the same folder
+                yield name, fabric, yarns
+
+
+def knits() -> list[str]:
+    """The knits of the corpus."""
+    return [name for name in LEAF if name in pattern_names()]
+
+
+def cells(quality: str) -> Iterator[Scene]:
+    """The corpus as ``benchmarks/corpus.py`` relaxes it, its periods as drawn."""
+    for name in knits():
+        fabric, yarns = drawn(sm.read_pattern(name), SwatchOptions(), quality_named(quality))
+        assert fabric is not None
+        leaf = sm.YarnMaterial.named("leaf")
+        yield name, fabric, sm.relax_yarns(yarns, material=leaf, quality=quality, device="cpu").yarns
+
+
+def free_cells(quality: str) -> Iterator[Scene]:
+    """The corpus in its own sizes."""
+    for name in knits():
+        swatch = sm.swatch(name, quality=quality, device="cpu", relax_cell=True)
+        assert swatch.fabric is not None
+        yield name, swatch.fabric, swatch.yarns
+
+
+def complaint_about(fabric: sm.StitchMesh, yarns: YarnSet) -> tuple[str, float]:
+    """What ``check_loops`` says, and how long it takes [s]."""
+    began = time.perf_counter()
+    try:
+        sm.check_loops(fabric, yarns)
+        complaint = ""
+    except YarnError as error:
+        complaint = str(error)
+    return complaint, time.perf_counter() - began
+
+
+def lifted(fabric: sm.StitchMesh, yarns: YarnSet) -> YarnSet:
+    """The yarns with the head of one loop lifted out of the loop that was drawn through it."""
+    plain = np.flatnonzero(np.isin(fabric.stitch, [Stitch.KNIT, Stitch.PURL]))
+    centre = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1])[plain] / 4
+    face = int(plain[np.linalg.norm(centre - fabric.vertices.mean(axis=0), axis=1).argmin()])
+    head = (yarns.face == face) & (yarns.part == 0)
+    side = 1.0 if fabric.stitch[face] == Stitch.KNIT else -1.0
+    points = yarns.points.copy()
+    points[head] += side * LIFT * yarns.radius[0] * front_at(fabric, yarns, head)
+    return replace(yarns, points=points)
+
+
+def front_at(fabric: sm.StitchMesh, yarns: YarnSet, where: np.ndarray) -> np.ndarray:
+    """The side of the fabric that was drawn in front, unit vector, where it lies around some control points."""
+    drawn = drawn_yarns(yarn_pieces(fabric, yarns).course, drawing_radius(fabric, yarns)).points
+    near = np.argsort(np.linalg.norm(drawn - drawn[where].mean(axis=0), axis=1))[:NEIGHBOURHOOD]
+    now, then = (places[near] - places[near].mean(axis=0) for places in (yarns.points, drawn))
+    return Rotation.align_vectors(now, then)[0].apply([0.0, 0.0, 1.0])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Loops of swatches at rest: linked as drawn, and yarn pulled through yarn is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.errors import YarnError
+from stitchmesh.yarn import YarnSet
+
+KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib", "slip-stitch-rib", "half-cardigan",
+         "jacquard2", "rope-cable"]  # fmt: skip
+"""Plain and purl, slipped in front and behind, tucked, stranded, crossed."""
+
+
+@cache
+def at_rest(name: str) -> tuple[sm.StitchMesh, YarnSet]:
+    swatch = sm.swatch(name, quality="draft", device="cpu", relax_cell=True)
+    assert swatch.fabric is not None
+    return swatch.fabric, swatch.yarns
+
+
+@pytest.mark.parametrize("name", KNITS)
+def test_loops_of_a_swatch_at_rest_are_linked_as_its_stitches_say(name: str) -> None:
+    fabric, yarns = at_rest(name)
+    # twice the smallest clearance at the start: it has moved far enough to pass through something
+    assert np.abs(yarns.points - sm.generate_yarns(fabric, quality="draft").points).max() > 0.5 * yarns.radius[0]
+    sm.check_loops(fabric, yarns)
+
+
+@pytest.mark.parametrize("name", ["stockinette", "linen-stitch", "rope-cable"])
+def test_a_loop_lifted_out_of_another_is_found(name: str) -> None:
+    """The head of one loop goes eight radii to the front, through what is worked into it and all its images."""
+    fabric, yarns = at_rest(name)
+    knit = fabric.stitch == sm.Stitch.KNIT
+    head = (yarns.face == np.flatnonzero(knit)[0]) & (yarns.part == 0)
+    points = yarns.points.copy()
+    points[head, 2] += 8.0 * yarns.radius[0]
+    with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was drawn"):
+        sm.check_loops(fabric, replace(yarns, points=points))
+
+
+def test_yarn_brought_to_the_other_side_of_a_slipped_loop_is_found() -> None:
+    """Of linen stitch, and from the front to the back: both legs are passed, in opposite senses."""
+    fabric, yarns = at_rest("linen-stitch")
+    slipped = np.flatnonzero(fabric.stitch == sm.Stitch.SLIP_FRONT)[0]
+    own = yarns.face == slipped
+    passing = own & (yarns.part == yarns.part[own].max())
+    points = yarns.points.copy()
+    points[passing, 2] -= 8.0 * yarns.radius[0]
+    with pytest.raises(YarnError, match="since it was drawn"):
+        sm.check_loops(fabric, replace(yarns, points=points))
+
+
+def test_yarns_and_stitches_repeat_both_or_neither() -> None:
+    fabric, yarns = at_rest("stockinette")
+    with pytest.raises(YarnError, match="of yarns and stitch mesh one repeats on a lattice"):
+        sm.check_loops(fabric, replace(yarns, lattice=None, lattice_step=None))
