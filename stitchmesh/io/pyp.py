@@ -269,7 +269,7 @@ def _check_directors(name: str, edges: FloatArray, directors: FloatArray) -> Non
 
 def _natural_curvatures(at_vertices: FloatArray, rest: FloatArray) -> FloatArray:
     """Natural curvature [1/cm] of a yarn's control points, from that of its vertices in chain order, shape (n,)."""
-    size = np.linalg.norm(at_vertices, axis=1)
+    size = np.hypot(*at_vertices.T)  # of numbers whose squares overflow, too
     curvature = 2 * np.arctan(size / 2) / ((rest + np.roll(rest, 1)) / 2)
     vectors = at_vertices * (curvature / np.where(size > 0.0, size, 1.0))[:, None]
     knots = polyline_to_bspline(vectors, closed=True)
