@@ -57,12 +57,114 @@ def in_warps(count: int) -> int:
     return (count + 31) // 32 * 32
 
 
+@wp.struct
+class Crew:
+    """A thread among those of a block, and the segments of their cell.
+
+    Where things can be done at once, the first threads begin with one, the last ones with another (``from_end``), and
+    those before them with a third (``beside``). The last thread looks after the strains.
+    """
+
+    cell: wp.int32
+    lane: wp.int32
+    threads: wp.int32
+    from_end: wp.int32
+    beside: wp.int32
+    first: wp.int32
+    last: wp.int32
+
+
+@wp.func
+def crew_of(cells: Cells, cell: int, lane: int, threads: int) -> Crew:
+    """What a thread has to know of its block."""
+    crew = Crew()
+    crew.cell = cell
+    crew.lane = lane
+    crew.threads = threads
+    crew.first = cells.segments[cell]
+    crew.last = cells.segments[cell + 1]
+    crew.from_end = threads - 1 - lane
+    crew.beside = (crew.from_end + threads - in_warps(crew.last - crew.first) % threads) % threads
+    return crew
+
+
+@wp.func
+def share_in(cells: Cells, crew: Crew) -> Share:
+    """The control points that a thread moves."""
+    share = Share()
+    share.cell = crew.cell
+    share.threads = crew.threads
+    share.first = cells.points[crew.cell] + crew.lane
+    share.last = cells.points[crew.cell + 1]
+    return share
+
+
 @functools.cache
-def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) -> wp.Kernel:
-    """The kernel for one precision and one accuracy, and for cells that relax or do not."""
+def exerting(scalar: Any, quadrature_points: int, together: int, strained: bool) -> Any:
+    """The function that finds what segments and samples of a cell exert, for one precision and one accuracy."""
     pull_at = pulling(quadrature_points, strained)
     push_at = pushing(scalar, together, strained)
     ones = vector(3, scalar)
+
+    @wp.func
+    def exert(
+        model: Any, crew: Crew, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
+    ) -> None:
+        """Place the samples; then pushes, pulls and means side by side."""
+        for s in range(crew.first + crew.lane, crew.last, crew.threads):
+            q0, q1, q2, q3 = segment_corners(model, state.points, s)
+            put_samples(model, s, q0, q1, q2, q3, state.samples)
+        wait_for_block()
+        for p in range(model.sample_start[crew.first] + crew.lane, model.sample_start[crew.last], crew.threads):
+            push_at(
+                model, p, state.samples, candidate_count, candidates, state.sample_force, state.sample_block,
+                state.sample_strain,
+            )  # fmt: skip
+        for s in range(crew.first + crew.from_end, crew.last, crew.threads):
+            p0, p1, p2, p3 = segment_corners(model, state.points, s)
+            terms = ones(type(p0[0])(1.0))
+            pull_at(model, s, terms, p0, p1, p2, p3, state.segment_pull, state.segment_strain)
+        for s in range(crew.first + crew.beside, crew.last, crew.threads):
+            r0, r1, r2, r3 = segment_corners(model, state.points, s)
+            state.segment_block[s] = mean_direction(
+                model.segment_rest_length[s], r1 - r0, r2 - r1, r3 - r2, state.segment_block[0]
+            )  # fmt: skip
+        wait_for_block()
+
+    return exert
+
+
+@wp.func
+def gather_and_give(model: Any, crew: Crew, share: Share, bounds: Any, state: Any) -> None:
+    """Forces on a cell's control points, and side by side how they give way."""
+    for i in range(share.first, share.last, share.threads):
+        gather_at(
+            model, i, bounds.level, state.segment_pull, state.sample_force, state.outer_force, state.point_force,
+            state.stiffness,
+        )  # fmt: skip
+    for i in range(share.first - crew.lane + crew.from_end, share.last, share.threads):
+        compliance_at(
+            model, i, bounds.along, bounds.across, bounds.further, state.segment_block, state.sample_block,
+            state.compliance,
+        )  # fmt: skip
+    wait_for_block()
+
+
+@wp.func
+def sum_strains(model: Any, crew: Crew, entry: int, strains: Any, state: Any) -> None:
+    """Force on a cell's strains."""
+    part = with_strain_shares(
+        Parts(), model, crew.first, crew.last, crew.lane, crew.threads, state.segment_strain, state.sample_strain
+    )  # fmt: skip
+    sum_over_block(part, strains.totals[crew.cell])
+    if crew.from_end == 0:
+        put_strain_force(crew.cell, entry, strains, state)
+
+
+@functools.cache
+def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) -> wp.Kernel:
+    """The kernel for one precision and one accuracy, and for cells that relax or do not."""
+    exert = exerting(scalar, quadrature_points, together, strained)
 
     @kernel(launch_bounds=MOST_THREADS)
     def burst(
@@ -80,63 +182,19 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
         state: Any,
         memory: Any,
     ) -> None:
-        """Iterate each cell until it waits; a block a cell.
-
-        Where things can be done at once, the first threads begin with one, the last ones with another, and those
-        before them with a third. The last thread looks after the strains.
-        """
+        """Iterate each cell until it waits; a block a cell."""
         cell, lane = wp.tid()
-        threads = wp.block_dim()
-        first, last = cells.segments[cell], cells.segments[cell + 1]
-        from_end = threads - 1 - lane
-        beside = (from_end + threads - in_warps(last - first) % threads) % threads
-        share = Share()
-        share.cell = cell
-        share.threads = threads
-        share.first = cells.points[cell] + lane
-        share.last = cells.points[cell + 1]
-        terms = ones(type(step_limit)(1.0))
+        crew = crew_of(cells, cell, lane, wp.block_dim())
+        share = share_in(cells, crew)
         entry, numbers = cells.point_count + cell, memory.numbers[cell]
         for _iteration in range(iterations):
-            for s in range(first + lane, last, threads):
-                q0, q1, q2, q3 = segment_corners(model, state.points, s)
-                put_samples(model, s, q0, q1, q2, q3, state.samples)
-            wait_for_block()
-            for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
-                push_at(
-                    model, p, state.samples, candidate_count, candidates, state.sample_force, state.sample_block,
-                    state.sample_strain,
-                )  # fmt: skip
-            for s in range(first + from_end, last, threads):
-                p0, p1, p2, p3 = segment_corners(model, state.points, s)
-                pull_at(model, s, terms, p0, p1, p2, p3, state.segment_pull, state.segment_strain)
-            for s in range(first + beside, last, threads):
-                r0, r1, r2, r3 = segment_corners(model, state.points, s)
-                state.segment_block[s] = mean_direction(
-                    model.segment_rest_length[s], r1 - r0, r2 - r1, r3 - r2, state.segment_block[0]
-                )  # fmt: skip
-            wait_for_block()
+            exert(model, crew, candidate_count, candidates, state)
             if wp.static(strained):
-                part = with_strain_shares(
-                    Parts(), model, first, last, lane, threads, state.segment_strain, state.sample_strain
-                )  # fmt: skip
-                sum_over_block(part, strains.totals[cell])
-                if from_end == 0:
-                    put_strain_force(cell, entry, strains, state)
-            for i in range(share.first, share.last, threads):
-                gather_at(
-                    model, i, bounds.level, state.segment_pull, state.sample_force, state.outer_force,
-                    state.point_force, state.stiffness,
-                )  # fmt: skip
-            for i in range(cells.points[cell] + from_end, share.last, threads):
-                compliance_at(
-                    model, i, bounds.along, bounds.across, bounds.further, state.segment_block, state.sample_block,
-                    state.compliance,
-                )  # fmt: skip
-            wait_for_block()
+                sum_strains(model, crew, entry, strains, state)
+            gather_and_give(model, crew, share, bounds, state)
             products = compared(share, state, memory)
             if wp.static(strained):
-                if from_end == 0:
+                if crew.from_end == 0:
                     products = with_strain_products(products, entry, slot_on_trial(numbers), state, memory)
             sum_over_block(products, memory.products[cell])
             if lane == 0:
@@ -144,7 +202,7 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
             wait_for_block()
             slots = preconditioned(share, state, memory)
             if wp.static(strained):
-                if from_end == 0:
+                if crew.from_end == 0:
                     slots = with_rise(slots, entry, numbers, memory.fall[cell], state, memory)
             sum_over_block(slots, memory.products[cell])
             if lane == 0:
@@ -152,7 +210,7 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
             wait_for_block()
             proposed(share, step_limit, state, memory)
             if wp.static(strained):
-                if from_end == 0:
+                if crew.from_end == 0:
                     propose(entry, step_limit, numbers, memory.rise[cell], state, memory)
                     take(entry, slot_on_trial(numbers), state, memory)
                 wait_for_block()
