@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.stitch import Stitch
-from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn import FLOATING, YarnSet
 from stitchmesh.yarngen.table import template
 
 
@@ -29,5 +29,5 @@ def in_heads(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool_]:
     heads = np.zeros((len(shapes), max(map(len, shapes))), dtype=bool)
     for number, parts in enumerate(shapes):
         heads[number, : len(parts)] = [part.is_head for part in parts]
-    found: NDArray[np.bool_] = heads[kind[yarns.face], yarns.part]
+    found: NDArray[np.bool_] = heads[kind[yarns.face], yarns.part] & (yarns.part != FLOATING)
     return found
