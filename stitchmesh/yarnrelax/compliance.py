@@ -24,12 +24,14 @@ The compliance is the inverse of B, found anew in every iteration: contacts come
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import warp as wp
 
 from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.curve import weight_row
+from stitchmesh.yarnrelax.precision import vector
 
 
 @wp.func
@@ -51,50 +53,44 @@ def times_block(b: Any, v: Any) -> Any:
     )
 
 
+@functools.cache
+def bounds_struct(scalar: Any) -> Any:
+    """Row sums of stiffness: of each segment along and across the yarn, shape (S,), and of further terms, (N,)."""
+    fours = wp.array(dtype=vector(4, scalar))
+    annotations = {"along": fours, "across": fours, "further": wp.array(dtype=scalar)}
+    return wp.struct(type(f"Bounds_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
 @wp.func
-def compliance_at(
-    model: Any,
-    i: int,
-    along: wp.array[Any],
-    across: wp.array[Any],
-    further: wp.array[Any],
-    segment_block: wp.array[Any],
-    sample_block: wp.array[Any],
-    compliance: wp.array[Any],
-) -> None:
+def compliance_at(model: Any, i: int, bounds: Any, state: Any) -> None:
     """The compliance of a control point [unit^2 / erg]."""
     slots = model.point_segments[i]
-    block = type(compliance[0])()
-    level = further[i]
+    block = type(state.compliance[0])()
+    level = bounds.further[i]
     for slot in range(4):
         s = slots[slot]
         if s >= 0:
-            mean = segment_block[s]
+            mean = state.segment_block[s]
             directed = type(block)(mean[0], mean[1], mean[2], mean[3], mean[4], mean[5])
             tight = wp.max(type(level)(1.0) - wp.sqrt(wp.sqrt(mean[6])), level - level)
-            block += directed * (along[s][slot] * (type(level)(1.0) - tight))
-            level += mean[6] * across[s][slot] + tight * along[s][slot]
+            block += directed * (bounds.along[s][slot] * (type(level)(1.0) - tight))
+            level += mean[6] * bounds.across[s][slot] + tight * bounds.along[s][slot]
             first = model.sample_start[s]
             count = model.sample_start[s + 1] - first
             row = weight_row(model, count, 0)
             for k in range(count):
-                block += sample_block[first + k] * (type(level)(2.0) * model.sample_basis[row + k][slot])
+                block += state.sample_block[first + k] * (type(level)(2.0) * model.sample_basis[row + k][slot])
     block += type(block)(level, level, level, level - level, level - level, level - level)
-    compliance[i] = inverse_block(block)
+    state.compliance[i] = inverse_block(block)
 
 
 @kernel
 def find_compliance(
     # model
     model: Any,
-    along: wp.array[Any],
-    across: wp.array[Any],
-    further: wp.array[Any],
-    # state in
-    segment_block: wp.array[Any],
-    sample_block: wp.array[Any],
-    # state out
-    compliance: wp.array[Any],
+    bounds: Any,
+    # state in and out
+    state: Any,
 ) -> None:
     """The compliance of each control point."""
-    compliance_at(model, wp.tid(), along, across, further, segment_block, sample_block, compliance)
+    compliance_at(model, wp.tid(), bounds, state)

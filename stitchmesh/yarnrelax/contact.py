@@ -75,26 +75,19 @@ def pushing(scalar: Any, together: int, strained: bool) -> Any:
 
     @wp.func
     def push_at(
-        model: Any,
-        p: int,
-        samples: wp.array[Any],
-        candidate_count: wp.array[wp.int32],
-        candidates: wp.array2d[wp.int32],
-        sample_force: wp.array[Any],
-        sample_block: wp.array[Any],
-        sample_strain: wp.array[Any],
+        model: Any, p: int, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
     ) -> None:
         """Contact force on a sample and the row sum of its stiffness; its block of stiffness where there is room."""
-        here = read_whole(samples, p)
+        here = read_whole(state.samples, p)
         push = type(here)()
-        block = type(sample_block[0])()
-        share = type(sample_strain[0])()
+        block = type(state.sample_block[0])()
+        share = type(state.sample_strain[0])()
         count = candidate_count[p]
         apart, weight = vectors(), scalars()
         for c in range(0, count, together):
             for k in range(together):
                 entry = candidates[p, wp.min(c + k, count - 1)]
-                apart[k] = from_entry(model.images, samples, p, here, entry)
+                apart[k] = from_entry(model.images, state.samples, p, here, entry)
                 weight[k] = model.sample_weight[sample_number(model.images, entry)]
             for k in range(together):
                 gap = apart[k]
@@ -107,11 +100,11 @@ def pushing(scalar: Any, together: int, strained: bool) -> Any:
                     if wp.static(strained):
                         share = with_gap(share, model.images, p, gap, size, stiff, distance2, inverse)
         scale = model.sample_stiffness[p]
-        write_whole(sample_force, p, push * scale)
-        if sample_block.shape[0] > 0:
-            sample_block[p] = block * scale
+        write_whole(state.sample_force, p, push * scale)
+        if state.sample_block.shape[0] > 0:
+            state.sample_block[p] = block * scale
         if wp.static(strained):
-            sample_strain[p] = share * scale
+            state.sample_strain[p] = share * scale
 
     return push_at
 
@@ -126,16 +119,13 @@ def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
         # model
         model: Any,
         # state in
-        samples: wp.array[Any],
         candidate_count: wp.array[wp.int32],
         candidates: wp.array2d[wp.int32],
-        # state out
-        sample_force: wp.array[Any],
-        sample_block: wp.array[Any],
-        sample_strain: wp.array[Any],
+        # state in and out
+        state: Any,
     ) -> None:
-        """Contact force on each sample and the row sum of its stiffness; its block of stiffness where there is room."""
-        push_at(model, wp.tid(), samples, candidate_count, candidates, sample_force, sample_block, sample_strain)
+        """Contact force on each sample."""
+        push_at(model, wp.tid(), candidate_count, candidates, state)
 
     return contact_forces
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,10 +45,7 @@ def all_forces(
     run: Run,
 ) -> list[Any]:
     """Place the samples, then leave the sum of all forces in ``state.point_force``."""
-    inputs = [model.constants, model.numbers(1.0, 1.0, 1.0), state.points]
-    outputs = [state.samples, state.segment_pull, state.segment_block, state.segment_strain]
-    kernel = place_and_pull(model.quadrature_points, state.strained)
-    launches = [run(kernel, model.segment_count, inputs, outputs)]
+    launches = [_place_and_pull(model, state, (1.0, 1.0, 1.0), run)]
     launches.append(_contact(model, state, candidates, run))
     if terms:
         launches.append(run(clear, model.point_count, [], [state.outer_force]))
@@ -59,8 +56,7 @@ def all_forces(
 
 def gather(model: Model, state: State, point_stiffness: wp.array[Any], run: Run) -> Any:
     """Sum pulls, pushes and outer forces at the control points."""
-    inputs = [model.constants, point_stiffness, state.segment_pull, state.sample_force, state.outer_force]
-    return run(gather_forces, model.point_count, inputs, [state.point_force, state.stiffness])
+    return run(gather_forces, model.point_count, [model.constants, point_stiffness, state.arrays], [])
 
 
 def each_term(
@@ -87,11 +83,8 @@ def term_launches(
     of_pairs = [state.sample_force, state.sample_strain, state.outer_force]
     for place, name in enumerate(("stretch", "length", "bend")):
         if model.stiffness[:, place].any():
-            inputs = [model.constants, model.numbers(*np.eye(3)[place]), state.points]
-            outputs = [state.samples, state.segment_pull, state.segment_block, state.segment_strain]
-            kernel = place_and_pull(model.quadrature_points, state.strained)
             result[name] = [] if result else _cleared(of_pairs)
-            result[name].append(run(kernel, model.segment_count, inputs, outputs))
+            result[name].append(_place_and_pull(model, state, np.eye(3)[place], run))
             result[name].append(gather(model, state, point_stiffness, run))
     of_segments = [state.segment_pull, state.segment_strain]
     if model.stiffness[:, CONTACT].any():
@@ -136,10 +129,14 @@ def clear(
     vectors[i] = type(vectors[0])()
 
 
+def _place_and_pull(model: Model, state: State, terms: Iterable[float], run: Run) -> Any:
+    kernel = place_and_pull(model.quadrature_points, state.strained)
+    return run(kernel, model.segment_count, [model.constants, model.numbers(*terms), state.arrays], [])
+
+
 def _contact(model: Model, state: State, candidates: Candidates, run: Run) -> Any:
-    inputs = [model.constants, state.samples, candidates.count, candidates.lists]
     kernel = contact_forces(model.scalar, 4 if model.device.is_cuda else 1, state.strained)
-    return run(kernel, model.sample_count, inputs, [state.sample_force, state.sample_block, state.sample_strain])
+    return run(kernel, model.sample_count, [model.constants, candidates.count, candidates.lists, state.arrays], [])
 
 
 def _cleared(arrays: Sequence[wp.array[Any]]) -> list[Any]:

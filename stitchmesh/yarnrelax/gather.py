@@ -37,29 +37,20 @@ def push_on(model: Any, sample_force: wp.array[Any], s: int, slot: int) -> Any:
 
 
 @wp.func
-def gather_at(
-    model: Any,
-    i: int,
-    point_stiffness: wp.array[Any],
-    segment_pull: wp.array2d[Any],
-    sample_force: wp.array[Any],
-    outer_force: wp.array[Any],
-    point_force: wp.array[Any],
-    stiffness: wp.array[Any],
-) -> None:
+def gather_at(model: Any, i: int, point_stiffness: wp.array[Any], state: Any) -> None:
     """Force on a control point, and the row sum of stiffness there (``stiffness``)."""
     slots = model.point_segments[i]
-    force = type(segment_pull[0, 0])()
-    push = type(sample_force[0])()
+    force = type(state.segment_pull[0, 0])()
+    push = type(state.sample_force[0])()
     for slot in range(4):
         s = slots[slot]
         if s >= 0:
-            force += pull_on(segment_pull, s, slot)
-            push += push_on(model, sample_force, s, slot)
-    if outer_force.shape[0] > 0:
-        force += outer_force[i]
-    point_force[i] = force + type(force)(push[0], push[1], push[2])
-    stiffness[i] = point_stiffness[i] + push[3] * type(push[3])(2.0)
+            force += pull_on(state.segment_pull, s, slot)
+            push += push_on(model, state.sample_force, s, slot)
+    if state.outer_force.shape[0] > 0:
+        force += state.outer_force[i]
+    state.point_force[i] = force + type(force)(push[0], push[1], push[2])
+    state.stiffness[i] = point_stiffness[i] + push[3] * type(push[3])(2.0)
 
 
 @kernel
@@ -67,13 +58,8 @@ def gather_forces(
     # model
     model: Any,
     point_stiffness: wp.array[Any],
-    # state in
-    segment_pull: wp.array2d[Any],
-    sample_force: wp.array[Any],
-    outer_force: wp.array[Any],
-    # state out
-    point_force: wp.array[Any],
-    stiffness: wp.array[Any],
+    # state in and out
+    state: Any,
 ) -> None:
     """Force on each control point, and the row sum of stiffness there."""
-    gather_at(model, wp.tid(), point_stiffness, segment_pull, sample_force, outer_force, point_force, stiffness)
+    gather_at(model, wp.tid(), point_stiffness, state)

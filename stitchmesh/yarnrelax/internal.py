@@ -111,17 +111,7 @@ def pulling(quadrature_points: int, strained: bool) -> Any:
     pulls = segment_pulls(quadrature_points)
 
     @wp.func
-    def pull_at(
-        model: Any,
-        s: int,
-        terms: Any,
-        q0: Any,
-        q1: Any,
-        q2: Any,
-        q3: Any,
-        segment_pull: wp.array2d[Any],
-        segment_strain: wp.array[Any],
-    ) -> None:
+    def pull_at(model: Any, s: int, terms: Any, q0: Any, q1: Any, q2: Any, q3: Any, state: Any) -> None:
         """Pulls on the legs of a segment [erg / unit].
 
         ``terms`` is 1 for each of stretch, length and bending that counts, else 0.
@@ -130,18 +120,26 @@ def pulling(quadrature_points: int, strained: bool) -> Any:
         k = wp.cw_mul(model.segment_stiffness[s], terms)
         natural = natural_ends(model, s)
         pull0, pull1, pull2 = pulls(model, k, rest_length, natural, q1 - q0, q2 - q1, q3 - q2)
-        segment_pull[0, s] = pull0
-        segment_pull[1, s] = pull1
-        segment_pull[2, s] = pull2
+        state.segment_pull[0, s] = pull0
+        state.segment_pull[1, s] = pull1
+        state.segment_pull[2, s] = pull2
         if wp.static(strained):
             cell = cell_of(model.images, s)
             e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
             third = (k[0] + k[1]) * type(rest_length)(2.0 / 3.0)
-            share = with_leg(type(segment_strain[0])(), e1, e2, q1 - q0, pull0, third)
+            share = with_leg(type(state.segment_strain[0])(), e1, e2, q1 - q0, pull0, third)
             share = with_leg(share, e1, e2, q2 - q1, pull1, third)
-            segment_strain[s] = with_leg(share, e1, e2, q3 - q2, pull2, third)
+            state.segment_strain[s] = with_leg(share, e1, e2, q3 - q2, pull2, third)
 
     return pull_at
+
+
+@wp.func
+def mean_at(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, state: Any) -> None:
+    """``mean_direction`` of a segment with given control points."""
+    state.segment_block[s] = mean_direction(
+        model.segment_rest_length[s], q1 - q0, q2 - q1, q3 - q2, state.segment_block[0]
+    )
 
 
 @functools.cache
@@ -154,23 +152,16 @@ def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
         # model
         model: Any,
         terms: Any,
-        # state in
-        points: wp.array[Any],
-        # state out
-        samples: wp.array[Any],
-        segment_pull: wp.array2d[Any],
-        segment_block: wp.array[Any],
-        segment_strain: wp.array[Any],
+        # state in and out
+        state: Any,
     ) -> None:
         """Contact samples and pulls of each segment; ``mean_direction`` where there is room."""
         s = wp.tid()
-        q0, q1, q2, q3 = segment_corners(model, points, s)
-        put_samples(model, s, q0, q1, q2, q3, samples)
-        pull_at(model, s, terms, q0, q1, q2, q3, segment_pull, segment_strain)
-        if segment_block.shape[0] > 0:
-            segment_block[s] = mean_direction(
-                model.segment_rest_length[s], q1 - q0, q2 - q1, q3 - q2, segment_block[0]
-            )  # fmt: skip
+        q0, q1, q2, q3 = segment_corners(model, state.points, s)
+        put_samples(model, s, q0, q1, q2, q3, state.samples)
+        pull_at(model, s, terms, q0, q1, q2, q3, state)
+        if state.segment_block.shape[0] > 0:
+            mean_at(model, s, q0, q1, q2, q3, state)
 
     return place_and_pull
 

@@ -31,10 +31,10 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.yarnrelax.compliance import find_compliance
+from stitchmesh.yarnrelax.compliance import bounds_struct, find_compliance
 from stitchmesh.yarnrelax.method import Method, Scene
 from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.quasi_newton_burst import BurstLaunches, bounds_struct, suits_burst
+from stitchmesh.yarnrelax.quasi_newton_burst import BurstLaunches, suits_burst
 from stitchmesh.yarnrelax.quasi_newton_launches import StepLaunches
 from stitchmesh.yarnrelax.quasi_newton_memory import make_memory
 from stitchmesh.yarnrelax.quasi_newton_steps import PERIOD
@@ -66,9 +66,10 @@ class QuasiNewton(Method):
             strains: how many cells relax, all or none.
             alone: whether nothing but the yarns' own forces act, and nothing holds control points.
         """
-        self.along = model.upload(along_stiffness(model), 4)
-        self.across = model.upload(bend_stiffness(model), 4)
-        self.further = model.upload(np.maximum(further, np.finfo(np.float32).tiny))
+        self.bounds = bounds_struct(model.scalar)()
+        self.bounds.along = model.upload(along_stiffness(model), 4)
+        self.bounds.across = model.upload(bend_stiffness(model), 4)
+        self.bounds.further = model.upload(np.maximum(further, np.finfo(np.float32).tiny))
         self.memory = make_memory(model, strains)
         self.steps = StepLaunches(model, self.memory)
         self.bursts = BurstLaunches(model, self.memory) if model.on_lattice and alone and suits_burst(model) else None
@@ -78,19 +79,15 @@ class QuasiNewton(Method):
 
     def launches(self, scene: Scene, run: Run) -> list[Any]:
         """Find how control points give way, then the steps."""
-        state = scene.state
-        inputs = [scene.model.constants, self.along, self.across, self.further, state.segment_block, state.sample_block]
-        give = run(find_compliance, scene.model.point_count, inputs, [state.compliance])
+        inputs = [scene.model.constants, self.bounds, scene.state.arrays]
+        give = run(find_compliance, scene.model.point_count, inputs, [])
         return [give, *self.steps.launches(scene, run)]
 
     def burst(self, scene: Scene, point_stiffness: wp.array[Any], run: Run) -> Any:
         """A launch of ``PERIOD`` iterations, forces included, of cells for which there is one."""
         if self.bursts is None:
             return None
-        bounds = bounds_struct(scene.model.scalar)()
-        bounds.along, bounds.across, bounds.further = self.along, self.across, self.further
-        bounds.level = point_stiffness
-        return self.bursts.launch(scene, bounds, int(PERIOD), run)
+        return self.bursts.launch(scene, self.bounds, point_stiffness, int(PERIOD), run)
 
     def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
         """Forget all pairs of some cells; the next force has none before it."""

@@ -22,7 +22,7 @@ from stitchmesh.yarnrelax.compliance import compliance_at
 from stitchmesh.yarnrelax.contact import pushing
 from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.gather import gather_at
-from stitchmesh.yarnrelax.internal import mean_direction, pulling
+from stitchmesh.yarnrelax.internal import mean_at, pulling
 from stitchmesh.yarnrelax.method import Scene
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.precision import vector
@@ -116,37 +116,28 @@ def exerting(scalar: Any, quadrature_points: int, together: int, strained: bool)
             put_samples(model, s, q0, q1, q2, q3, state.samples)
         wait_for_block()
         for p in range(model.sample_start[crew.first] + crew.lane, model.sample_start[crew.last], crew.threads):
-            push_at(
-                model, p, state.samples, candidate_count, candidates, state.sample_force, state.sample_block,
-                state.sample_strain,
-            )  # fmt: skip
+            push_at(model, p, candidate_count, candidates, state)
         for s in range(crew.first + crew.from_end, crew.last, crew.threads):
             p0, p1, p2, p3 = segment_corners(model, state.points, s)
             terms = ones(type(p0[0])(1.0))
-            pull_at(model, s, terms, p0, p1, p2, p3, state.segment_pull, state.segment_strain)
+            pull_at(model, s, terms, p0, p1, p2, p3, state)
         for s in range(crew.first + crew.beside, crew.last, crew.threads):
             r0, r1, r2, r3 = segment_corners(model, state.points, s)
-            state.segment_block[s] = mean_direction(
-                model.segment_rest_length[s], r1 - r0, r2 - r1, r3 - r2, state.segment_block[0]
-            )  # fmt: skip
+            mean_at(model, s, r0, r1, r2, r3, state)
         wait_for_block()
 
     return exert
 
 
 @wp.func
-def gather_and_give(model: Any, crew: Crew, share: Share, bounds: Any, state: Any) -> None:
+def gather_and_give(
+    model: Any, crew: Crew, share: Share, bounds: Any, point_stiffness: wp.array[Any], state: Any
+) -> None:
     """Forces on a cell's control points, and side by side how they give way."""
     for i in range(share.first, share.last, share.threads):
-        gather_at(
-            model, i, bounds.level, state.segment_pull, state.sample_force, state.outer_force, state.point_force,
-            state.stiffness,
-        )  # fmt: skip
+        gather_at(model, i, point_stiffness, state)
     for i in range(share.first - crew.lane + crew.from_end, share.last, share.threads):
-        compliance_at(
-            model, i, bounds.along, bounds.across, bounds.further, state.segment_block, state.sample_block,
-            state.compliance,
-        )  # fmt: skip
+        compliance_at(model, i, bounds, state)
     wait_for_block()
 
 
@@ -172,6 +163,7 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
         model: Any,
         cells: Cells,
         bounds: Any,
+        point_stiffness: wp.array[Any],
         step_limit: Any,
         iterations: int,
         # state in
@@ -191,7 +183,7 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
             exert(model, crew, candidate_count, candidates, state)
             if wp.static(strained):
                 sum_strains(model, crew, entry, strains, state)
-            gather_and_give(model, crew, share, bounds, state)
+            gather_and_give(model, crew, share, bounds, point_stiffness, state)
             products = compared(share, state, memory)
             if wp.static(strained):
                 if crew.from_end == 0:
@@ -222,14 +214,6 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
     return burst
 
 
-@functools.cache
-def bounds_struct(scalar: Any) -> Any:
-    """Row sums of stiffness: of each segment along and across the yarn (S,), of further terms and of all (N,)."""
-    fours, scalars = wp.array(dtype=vector(4, scalar)), wp.array(dtype=scalar)
-    annotations = {"along": fours, "across": fours, "further": scalars, "level": scalars}
-    return wp.struct(type(f"Bounds_{scalar.__name__}", (), {"__annotations__": annotations}))
-
-
 class BurstLaunches:
     """The launch of a burst."""
 
@@ -242,15 +226,17 @@ class BurstLaunches:
             wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32))
             self.threads = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
 
-    def launch(self, scene: Scene, bounds: Any, iterations: int, run: Run) -> Any:
+    def launch(
+        self, scene: Scene, bounds: Any, point_stiffness: wp.array[Any], iterations: int, run: Run
+    ) -> Any:
         """All of so many iterations, forces included."""
         model = scene.model
         kernel = burst(
             model.scalar, model.quadrature_points, 4 if model.device.is_cuda else 1, scene.strain is not None
         )
         lists = [scene.candidates.count, scene.candidates.lists]
-        inputs = [model.constants, self.cells, bounds, model.number(scene.step_fraction), iterations, *lists,
-                  strains_of(scene), scene.state.arrays, self.memory]  # fmt: skip
+        inputs = [model.constants, self.cells, bounds, point_stiffness, model.number(scene.step_fraction), iterations,
+                  *lists, strains_of(scene), scene.state.arrays, self.memory]  # fmt: skip
         return run(kernel, model.cell_count, inputs, [], tile=self.threads)
 
 

@@ -71,7 +71,7 @@ def blocks(iteration: Iteration) -> np.ndarray:
     """The formula of ``compliance`` written out, shape (N, 3, 3)."""
     model, state, method = iteration.model, iteration.state, iteration.method
     assert isinstance(method, QuasiNewton)
-    along, across = method.along.numpy(), method.across.numpy()
+    along, across = method.bounds.along.numpy(), method.bounds.across.numpy()
     segment, sample = state.segment_block.numpy(), state.sample_block.numpy()
     tight = np.maximum(1 - segment[:, 6] ** 0.25, 0.0)
     rows = np.zeros((model.point_count, 6))
