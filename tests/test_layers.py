@@ -95,7 +95,7 @@ def test_heavy_packages_stay_in_their_place(path):
 
 @pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_kernels_are_declared_by_the_one_decorator(path):
-    # a kernel that is declared otherwise compiles its derivative too, for ten times as long
+    # a kernel that is declared otherwise compiles its derivative too, for far longer
     names = {ast.unparse(node) for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Attribute)}
     assert part_of(path) == "kernel" or "wp.kernel" not in names
 
