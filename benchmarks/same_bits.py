@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a change of the code leaves every result as it was, to the last bit.
+
+    python benchmarks/same_bits.py make out/before --glove glove.bcc     # at the commit before the change
+    python benchmarks/same_bits.py make out/after --glove glove.bcc      # at the commit after it
+    python benchmarks/same_bits.py compare out/before out/after          # prints what differs, and by how much
+
+`make` runs whole commands on the CPU: the sweater of `make knit`; a hat in rope cables, knitted in a spiral; six
+swatches, two of them in cells that relax and one woven; a glove that is relaxed in two parts with a checkpoint between
+them; and a hat that is edited and relaxed again. `compare` compares every array of every HDF5 file that the commands
+wrote. The linear algebra runs on one thread and with one set of instructions, so that the processor cannot change the
+results between the two runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+HAT = "assets/meshes/hat.obj"
+SWATCHES = {
+    "stockinette": ["stockinette", "--relax-cell"],
+    "rib2x2": ["rib2x2", "--relax-cell"],
+    "garter": ["garter"],
+    "feather-and-fan": ["feather-and-fan"],
+    "honeycomb": ["slip-stitch-honeycomb"],
+    "twill-3x2": ["twill-3x2"],
+}
+"""Swatch commands by name; all at draft quality."""
+EDIT = {"edit": "change_stitch", "arguments": {"faces": [700, 702, 704], "stitch": "p"}}
+"""The edit of the README."""
+
+
+def run(*words: str) -> None:
+    """Run one command of StitchMesh on the CPU."""
+    environment = {
+        **os.environ,
+        "OPENBLAS_NUM_THREADS": "1",
+        "OPENBLAS_CORETYPE": "Haswell",
+        "PYTHONPATH": str(ROOT),
+    }
+    command = [sys.executable, "-m", "stitchmesh", *words]
+    done = subprocess.run(command, check=False, cwd=ROOT, env=environment, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SystemExit(f"stitchmesh {' '.join(words)}: {done.stderr}")
+
+
+def make(folder: Path, glove: Path) -> None:
+    """Run all commands and leave their files in a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    draft = ["--quality", "draft", "--device", "cpu"]
+    sweater = ["knit", "assets/meshes/sweater.obj", "--stitch-width", "1.5", "--no-picture"]
+    run(*sweater, *draft, "-o", f"{folder}/sweater")
+    ropes = ["knit", HAT, "--pattern", "rope-cable", "--spiral", "--stitch-width", "1.2", "--no-picture"]
+    run(*ropes, *draft, "-o", f"{folder}/ropes")
+    for name, words in SWATCHES.items():
+        run("swatch", *words, *draft, "-o", f"{folder}/{name}")
+    relax_glove_in_two_parts(folder, glove, draft)
+    edit_and_relax_again(folder, draft)
+
+
+def relax_glove_in_two_parts(folder: Path, glove: Path, draft: list[str]) -> None:
+    """Relax 60 iterations, then 60 more from the checkpoint."""
+    words = ["relax", str(glove.resolve()), *draft, "--checkpoint-every", "60", "-o", f"{folder}/glove.h5"]
+    run(*words, "--max-iterations", "60")
+    run(*words, "--max-iterations", "120", "--resume", f"{folder}/glove.checkpoints/checkpoint.smc")
+
+
+def edit_and_relax_again(folder: Path, draft: list[str]) -> None:
+    """Purl three stitches of a hat."""
+    log, hat = folder / "log.jsonl", folder / "hat"
+    log.write_text(json.dumps(EDIT) + "\n")
+    run("knit", HAT, "--stitch-width", "0.8", "--no-picture", *draft, "-o", str(hat))
+    run("edit", f"{hat}/stitches.h5", "--replay", str(log), "-o", f"{folder}/edited.h5")
+    fabrics = ["--before", f"{hat}/stitches.h5", "--after", f"{folder}/edited.h5"]
+    run("relax-edited", f"{hat}/yarns.h5", *fabrics, *draft, "-o", f"{folder}/again.h5")
+
+
+def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray]]:
+    """Every array of every HDF5 file of a folder, by file and name."""
+    for path in sorted(folder.rglob("*.h5")):
+        with h5py.File(path) as file:
+            names: list[str] = []
+            file.visit(names.append)
+            for name in sorted(names):
+                if isinstance(file[name], h5py.Dataset):
+                    yield f"{path.relative_to(folder)}:{name}", np.asarray(file[name][()])
+
+
+def compare(before: Path, after: Path) -> int:
+    """Print every array that differs; returns how many do."""
+    one, two = dict(arrays(before)), dict(arrays(after))
+    differing = 0
+    for name in sorted(one.keys() | two.keys()):
+        difference = differs(one.get(name), two.get(name))
+        if difference:
+            differing += 1
+            print(f"{name}: {difference}")
+    print(f"{len(one)} arrays, {differing} differ; {digest(two)}")
+    return differing
+
+
+def differs(one: np.ndarray | None, two: np.ndarray | None) -> str:
+    """What differs between two arrays, in words; empty if nothing does."""
+    if one is None or two is None:
+        return "in one folder only"
+    if one.shape != two.shape or one.dtype != two.dtype:
+        return f"{one.dtype} {one.shape} before, {two.dtype} {two.shape} after"
+    if one.tobytes() == two.tobytes() or (one.dtype.hasobject and np.array_equal(one, two)):
+        return ""
+    if not np.issubdtype(one.dtype, np.number):
+        return "other values"
+    return f"largest difference {np.abs(one.astype(float) - two.astype(float)).max():.3g}"
+
+
+def digest(found: dict[str, np.ndarray]) -> str:
+    """One hash of all arrays."""
+    state = hashlib.sha256()
+    for name, value in sorted(found.items()):
+        state.update(name.encode() + (repr(value.tolist()).encode() if value.dtype.hasobject else value.tobytes()))
+    return state.hexdigest()[:16]
+
+
+def main() -> None:
+    """Make results, or compare two folders of them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    making = commands.add_parser("make")
+    making.add_argument("folder", type=Path)
+    making.add_argument("--glove", type=Path, required=True, help="yarns of a glove, glove.bcc")
+    comparing = commands.add_parser("compare")
+    comparing.add_argument("before", type=Path)
+    comparing.add_argument("after", type=Path)
+    arguments = parser.parse_args()
+    if arguments.command == "make":
+        make(arguments.folder.resolve(), arguments.glove)
+    elif compare(arguments.before, arguments.after):
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    main()
