@@ -24,11 +24,11 @@ import numpy as np
 from solvers import NotingIteration
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
-from stitchmesh.periodic.source import pattern_or_weave
+from stitchmesh.compute.device import device_named
+from stitchmesh.periodic.resolve_pattern import pattern_or_weave
 from stitchmesh.periodic.swatch import SwatchOptions, drawn
-from stitchmesh.periodic.weave import Weave
-from stitchmesh.periodic.weave_library import weave_names
+from stitchmesh.periodic.weave.library import weave_names
+from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.batch import relax_cells
@@ -152,7 +152,7 @@ def draw(folder: Path, name: str) -> None:
     """The picture of some tiles from the front."""
     from PIL import Image  # here, so that cells can be relaxed where nothing can be drawn
 
-    from stitchmesh.viewer.swatch_picture import render_swatch
+    from stitchmesh.render.swatch_picture import render_swatch
 
     source = pattern_or_weave(name)
     seen = CROSSINGS_SEEN if isinstance(source, Weave) else STITCHES_SEEN

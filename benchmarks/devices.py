@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.quality import quality_named
 from stitchmesh.yarnrelax import forces

@@ -23,8 +23,8 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.patch import Patch
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.change import Patch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 
 RUNS = 20

@@ -20,9 +20,9 @@ from scipy.spatial import cKDTree
 
 import stitchmesh as sm
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patch import Marks, apply_change
+from stitchmesh.mesh.change import Marks, apply_change
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.regenerate import regenerate_yarns
 from stitchmesh.yarnrelax import Relaxation

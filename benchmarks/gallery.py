@@ -20,13 +20,13 @@ import numpy as np
 from corpus import LEAF
 
 import stitchmesh as sm
-from stitchmesh.curves import curves_of_segments
-from stitchmesh.dyes import yarn_colours
 from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.tube_mesh import tubes_around
 from stitchmesh.patterns import Pattern, pattern_names
-from stitchmesh.periodic.weave_library import read_weave, weave_names
+from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.quality import quality_named
-from stitchmesh.tube import tubes_around
+from stitchmesh.yarn.colours import yarn_colours
+from stitchmesh.yarn.polyline import curves_of_segments
 from stitchmesh.yarnrelax.borders import KeepBorders
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -78,8 +78,8 @@ def draw(folder: Path, name: str) -> None:
     """The picture of one swatch from the right side, without its edges."""
     from PIL import Image  # here, so that swatches can be relaxed where nothing can be drawn
 
-    from stitchmesh.viewer.camera import camera_at
-    from stitchmesh.viewer.stage import add_tubes, look, picture, shade_hollows
+    from stitchmesh.render.camera import camera_at
+    from stitchmesh.render.stage import add_tubes, look, picture, shade_hollows
 
     yarns = sm.read_yarns(folder / f"{name}.h5")
     one = bool((yarns.colour == yarns.colour[0]).all())

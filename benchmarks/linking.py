@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.yarnrelax.crossings import edge_crossings
 from stitchmesh.yarnrelax.linking import doubled_linking
 from stitchmesh.yarnrelax.picture import draw

@@ -26,13 +26,13 @@ from scipy.spatial.transform import Rotation
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import pattern_names
 from stitchmesh.periodic.swatch import SwatchOptions, drawn
 from stitchmesh.quality import quality_named
-from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.generate import drawn_yarns
-from stitchmesh.yarngen.pieces import drawing_radius, yarn_pieces
+from stitchmesh.yarngen.loop_check.pieces import drawing_radius, yarn_pieces
 
 LIFT = 8.0
 """How far the head of a loop is lifted, in yarn radii: two thicknesses of the fabric."""

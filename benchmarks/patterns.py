@@ -17,10 +17,10 @@ from pathlib import Path
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patch import apply_change
+from stitchmesh.mesh.change import apply_change
 from stitchmesh.patterns import parse_pattern, pattern_changes, pattern_names
-from stitchmesh.patterns.apply import changed_face_count
-from stitchmesh.patterns.columns import keeps_counts
+from stitchmesh.patterns.placement.apply import changed_face_count
+from stitchmesh.patterns.placement.columns import keeps_counts
 from stitchmesh.tessellate import tessellate
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"

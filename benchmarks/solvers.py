@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet

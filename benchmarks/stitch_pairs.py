@@ -22,13 +22,13 @@ from scipy.spatial import cKDTree
 sys.path.append(str(Path(__file__).resolve().parent.parent))  # the samplers stand among the tests
 
 from stitchmesh.mesh import IntArray, StitchMesh
-from stitchmesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, mean_stitch_width
 from stitchmesh.yarngen.clearance import SAMPLES, may_touch
-from stitchmesh.yarngen.loop_linking import expected_linking, loop_linking
-from stitchmesh.yarngen.loops import find_arcs
-from stitchmesh.yarngen.template import RADIUS_OVER_WIDTH
+from stitchmesh.yarngen.loop_check.loop_linking import expected_linking, loop_linking
+from stitchmesh.yarngen.loop_check.loops import find_arcs
+from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
 
 BATCH = 80

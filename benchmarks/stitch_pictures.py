@@ -19,19 +19,19 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from stitchmesh.curves import curves_of_segments
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.stitch import CODES, VOCABULARY, Stitch
-from stitchmesh.tube import tubes_around
-from stitchmesh.viewer.camera import camera_at
-from stitchmesh.viewer.lettering import INK
-from stitchmesh.viewer.stage import add_tubes, look, picture, shade_hollows
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
+from stitchmesh.mesh.tube_mesh import tubes_around
+from stitchmesh.render.camera import camera_at
+from stitchmesh.render.lettering import INK
+from stitchmesh.render.stage import add_tubes, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.polyline import curves_of_segments
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.surrounding import surrounded
-from stitchmesh.yarngen.table import template
-from stitchmesh.yarngen.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT
+from stitchmesh.yarngen.templates.surrounding import surrounded
+from stitchmesh.yarngen.templates.table import template
+from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PICTURES = DOCS / "stitches"

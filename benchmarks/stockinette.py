@@ -70,7 +70,7 @@ def main() -> None:
         print(f"  loop length {diameters:.2f} yarn diameters, K_c {k_c:.2f}, K_w {k_w:.2f}")
     print(f"residual {relaxed.report['residual']:.2g} after {relaxed.report['iterations']} iterations")
     if given.picture:
-        from stitchmesh.viewer import render_yarns
+        from stitchmesh.render import render_yarns
 
         render_yarns(relaxed.yarns, given.picture)
 

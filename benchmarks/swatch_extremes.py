@@ -24,7 +24,7 @@ import stitchmesh as sm
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.patterns import parse_pattern
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.rest_length import RestLengths
+from stitchmesh.yarn.rest_length import RestLengths
 
 PATTERNS = ("stockinette", "rib1x1", "slip-stitch-honeycomb", "plain")
 FAILED = "FAILED"

@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.periodic.growing import size_of
-from stitchmesh.periodic.weave_library import read_weave
-from stitchmesh.periodic.weave_yarns import weave_yarns
+from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.weave.library import read_weave
+from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns

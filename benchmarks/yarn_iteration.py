@@ -16,7 +16,7 @@ import numpy as np
 import warp as wp
 from scenes import stockinette_tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.material import YarnMaterial

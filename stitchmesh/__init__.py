@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stitchmesh.editing.log import replay
     from stitchmesh.editing.spiral import spiral
     from stitchmesh.errors import StitchMeshError
-    from stitchmesh.instructions import knitting_instructions
+    from stitchmesh.hand_knitting import knitting_instructions
     from stitchmesh.io import (
         read_mesh,
         read_stitches,
@@ -31,23 +31,23 @@ if TYPE_CHECKING:
     from stitchmesh.labeling import label
     from stitchmesh.lattice import Lattice
     from stitchmesh.mesh import Mesh, StitchMesh
+    from stitchmesh.mesh.stitch import Stitch
     from stitchmesh.meshrelax import relax_mesh
     from stitchmesh.patterns import Pattern, apply_pattern, parse_pattern, pattern_mesh, pattern_names, read_pattern
-    from stitchmesh.periodic.session import SwatchSession
-    from stitchmesh.periodic.source import pattern_or_weave
+    from stitchmesh.periodic.resolve_pattern import pattern_or_weave
+    from stitchmesh.periodic.session.session import SwatchSession
     from stitchmesh.periodic.stretch import StretchCurve, stretch
     from stitchmesh.periodic.swatch import Swatch, swatch
-    from stitchmesh.periodic.textures import texture_maps
+    from stitchmesh.periodic.textures.textures import texture_maps
     from stitchmesh.periodic.torus import torus_mesh
-    from stitchmesh.periodic.weave import Weave
-    from stitchmesh.periodic.weave_library import read_weave, weave_names
-    from stitchmesh.periodic.weave_yarns import weave_yarns
+    from stitchmesh.periodic.weave.library import read_weave, weave_names
+    from stitchmesh.periodic.weave.weave import Weave
+    from stitchmesh.periodic.weave.yarns import weave_yarns
     from stitchmesh.quality import Quality
-    from stitchmesh.rest_length import RestLengths, apply_rest_lengths
-    from stitchmesh.stitch import Stitch
-    from stitchmesh.tiling import tiled
     from stitchmesh.yarn import YarnSet
-    from stitchmesh.yarn_radius import estimate_radius
+    from stitchmesh.yarn.radius_estimate import estimate_radius
+    from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
+    from stitchmesh.yarn.tiling import tiled
     from stitchmesh.yarngen import Finish, check_loops, generate_yarns, regenerate_yarns
     from stitchmesh.yarnrelax import (
         RelaxCell,
@@ -74,7 +74,7 @@ _HOME = {
     "replay": "editing.log",
     "spiral": "editing.spiral",
     "StitchMeshError": "errors",
-    "knitting_instructions": "instructions",
+    "knitting_instructions": "hand_knitting",
     "read_mesh": "io",
     "read_stitches": "io",
     "read_yarns": "io",
@@ -92,25 +92,25 @@ _HOME = {
     "pattern_mesh": "patterns",
     "pattern_names": "patterns",
     "read_pattern": "patterns",
-    "SwatchSession": "periodic.session",
-    "pattern_or_weave": "periodic.source",
+    "SwatchSession": "periodic.session.session",
+    "pattern_or_weave": "periodic.resolve_pattern",
     "StretchCurve": "periodic.stretch",
     "stretch": "periodic.stretch",
     "Swatch": "periodic.swatch",
     "swatch": "periodic.swatch",
-    "texture_maps": "periodic.textures",
+    "texture_maps": "periodic.textures.textures",
     "torus_mesh": "periodic.torus",
-    "Weave": "periodic.weave",
-    "read_weave": "periodic.weave_library",
-    "weave_names": "periodic.weave_library",
-    "weave_yarns": "periodic.weave_yarns",
+    "Weave": "periodic.weave.weave",
+    "read_weave": "periodic.weave.library",
+    "weave_names": "periodic.weave.library",
+    "weave_yarns": "periodic.weave.yarns",
     "Quality": "quality",
-    "RestLengths": "rest_length",
-    "apply_rest_lengths": "rest_length",
-    "Stitch": "stitch",
-    "tiled": "tiling",
+    "RestLengths": "yarn.rest_length",
+    "apply_rest_lengths": "yarn.rest_length",
+    "Stitch": "mesh.stitch",
+    "tiled": "yarn.tiling",
     "YarnSet": "yarn",
-    "estimate_radius": "yarn_radius",
+    "estimate_radius": "yarn.radius_estimate",
     "Finish": "yarngen",
     "check_loops": "yarngen",
     "generate_yarns": "yarngen",

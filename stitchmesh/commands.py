@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.description import description, kind_of, stitch_counts
 from stitchmesh.errors import ParameterError
-from stitchmesh.instructions import knitting_instructions
+from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.atomic import write_json, write_text
@@ -25,15 +25,15 @@ from stitchmesh.labeling import label as label_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.patterns import pattern_names, read_pattern
-from stitchmesh.patterns.columns import check_remainder
+from stitchmesh.patterns.placement.columns import check_remainder
 from stitchmesh.pipeline import KnitOptions, RelaxOptions, relax_as_told, with_pattern
 from stitchmesh.pipeline import knit as knit_mesh
 from stitchmesh.quality import Quality, quality_with
-from stitchmesh.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.stretch_command import stretch  # noqa: F401 (a command that stands in a file of its own)
 from stitchmesh.swatch_command import swatch  # noqa: F401 (another)
 from stitchmesh.tessellate import tessellate as tessellate_mesh
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarngen import Finish, generate_yarns, regenerate_yarns
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def knit(arguments: Namespace) -> None:
             made = knit_mesh(mesh, folder, options, progress=progress)
     plot_history(made.history, folder, options.quality)
     if not arguments.no_picture:
-        from stitchmesh.viewer import render_yarns
+        from stitchmesh.render import render_yarns
 
         draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
     print(json.dumps(made.report, indent=2))
@@ -198,7 +198,7 @@ def check(arguments: Namespace) -> None:
 
 def patterns(arguments: Namespace) -> None:
     """The library: what is knitted, then what is woven."""
-    from stitchmesh.periodic.weave_library import read_weave, weave_names
+    from stitchmesh.periodic.weave.library import read_weave, weave_names
 
     width = max(map(len, (*pattern_names(), *weave_names())))
     print(f"{'name':{width}}    size  yarns  title; source")
@@ -237,7 +237,7 @@ def convert(arguments: Namespace) -> None:
 
 def render(arguments: Namespace) -> None:
     """A picture."""
-    from stitchmesh.viewer import render_file
+    from stitchmesh.render import render_file
 
     unit, radius = arguments.unit, arguments.yarn_radius
     render_file(arguments.file, arguments.output, what=arguments.what, unit=unit, radius=radius)

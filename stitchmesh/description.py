@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.cables import cable_groups
 from stitchmesh.errors import first_few
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
-from stitchmesh.stitch import CODES, Stitch
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.yarn import YarnSet
 
 NAMES = {stitch: code for code, stitch in CODES.items()} | {

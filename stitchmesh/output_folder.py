@@ -41,7 +41,7 @@ def output_folder(name: str) -> Iterator[Path]:
 
 def plot_history(history: Sequence[HistoryEntry], folder: Path, quality: str | Quality) -> None:
     """Draw how yarns came to rest, as ``convergence.png``."""
-    from stitchmesh.viewer.convergence_plot import plot_convergence
+    from stitchmesh.render.convergence_plot import plot_convergence
 
     plot_convergence(history, folder / "convergence.png", tolerance=quality_named(quality).tolerance)
 

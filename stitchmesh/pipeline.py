@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh import __version__
+from stitchmesh.compute.device import device_named
 from stitchmesh.description import stitch_counts
-from stitchmesh.device import device_named
 from stitchmesh.editing.spiral import spiral
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
@@ -24,16 +24,16 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.change import apply_change
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
-from stitchmesh.patch import apply_change
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.apply import changed_face_count, pattern_changes
-from stitchmesh.patterns.columns import Remainder
+from stitchmesh.patterns.placement.apply import changed_face_count, pattern_changes
+from stitchmesh.patterns.placement.columns import Remainder
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import Finish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns

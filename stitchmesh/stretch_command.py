@@ -47,7 +47,7 @@ def stretch(arguments: Namespace) -> None:
     from stitchmesh.periodic.stretch import stretch as stretch_swatch
     from stitchmesh.periodic.stretch_table import write_stretch
     from stitchmesh.periodic.swatch import YARN_RADIUS
-    from stitchmesh.viewer.stretch_plot import plot_stretch
+    from stitchmesh.render.stretch_plot import plot_stretch
     from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
 
     radius = YARN_RADIUS if arguments.yarn_radius is None else arguments.yarn_radius

@@ -80,7 +80,7 @@ def swatch(arguments: Namespace) -> None:
     import json
 
     from stitchmesh.output_folder import draw_if_possible, output_folder
-    from stitchmesh.viewer import render_swatch
+    from stitchmesh.render import render_swatch
 
     tiles, pixels = _counts("tile", arguments.tile), _texture_size(arguments.texture)
     options = _options(arguments)
@@ -115,7 +115,7 @@ def _relaxed(arguments: Namespace, options: SwatchOptions) -> Swatch:
 
 def _options(arguments: Namespace) -> SwatchOptions:
     from stitchmesh.periodic.swatch import YARN_RADIUS, SwatchOptions
-    from stitchmesh.rest_length import parse_rest_lengths
+    from stitchmesh.yarn.rest_length import parse_rest_lengths
 
     return SwatchOptions(
         yarn_radius=YARN_RADIUS if arguments.yarn_radius is None else arguments.yarn_radius,
@@ -132,7 +132,7 @@ def _options(arguments: Namespace) -> SwatchOptions:
 def _report(arguments: Namespace, options: SwatchOptions, made: Swatch) -> dict[str, Any]:
     """What was asked for, by which version, and the numbers of the swatch."""
     from stitchmesh import __version__
-    from stitchmesh.periodic.source import pattern_or_weave
+    from stitchmesh.periodic.resolve_pattern import pattern_or_weave
 
     source = pattern_or_weave(arguments.pattern)
     asked = {"quality": arguments.quality, "material": arguments.material, "relax_cell": arguments.relax_cell}
@@ -147,8 +147,8 @@ def _write(
     from stitchmesh.io.history import write_history
     from stitchmesh.io.yarns import write_yarns
     from stitchmesh.output_folder import plot_history
-    from stitchmesh.periodic.texture_files import write_textures
-    from stitchmesh.periodic.textures import texture_maps
+    from stitchmesh.periodic.textures.files import write_textures
+    from stitchmesh.periodic.textures.textures import texture_maps
 
     write_yarns(folder / "cell.h5", made.yarns)
     _write_pyp(folder / "cell.pyp", made.yarns)
@@ -198,7 +198,7 @@ def _texture_size(numbers: list[int] | None) -> tuple[int, int | None] | None:
     """Width and, where given, height [pixels]; refused before the work and not after it."""
     if numbers is None:
         return None
-    from stitchmesh.periodic.textures import LARGEST
+    from stitchmesh.periodic.textures.textures import LARGEST
 
     if len(numbers) > 2 or not all(1 <= number <= LARGEST for number in numbers):
         found = " ".join(map(str, numbers))

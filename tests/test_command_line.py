@@ -16,8 +16,8 @@ import pytest
 
 from stitchmesh import cli
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
-from stitchmesh.rest_length import stitch_lengths
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import stitch_lengths
 from tests.gallery import ROOT, grid, moebius, tube
 
 REPORT = {
@@ -276,13 +276,13 @@ def test_an_output_folder_that_cannot_be_written(tube_obj, tmp_path, capsys):
 
 
 def test_a_machine_that_cannot_draw_keeps_its_yarns(tube_obj, tmp_path, capsys, monkeypatch):
-    from stitchmesh import viewer
+    from stitchmesh import render
     from stitchmesh.errors import DisplayError
 
     def cannot(*_args, **_options):
         raise DisplayError("VTK cannot draw here; apt-get install libegl1 libgl1")
 
-    monkeypatch.setattr(viewer, "render_yarns", cannot)
+    monkeypatch.setattr(render, "render_yarns", cannot)
     options = ["--stitch-width", "2", "--quality", "draft", "--device", "cpu", "-o", str(tmp_path)]
     assert cli.main(["knit", str(tube_obj), *options]) == 0
     assert "libegl1 libgl1" in capsys.readouterr().err

@@ -19,9 +19,9 @@ from stitchmesh import cli
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patch import Marks, apply_change
+from stitchmesh.mesh.change import Marks, apply_change
 from stitchmesh.patterns import pattern_names
-from stitchmesh.periodic.weave_library import weave_names
+from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, regenerate_yarns

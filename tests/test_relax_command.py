@@ -15,9 +15,9 @@ import pytest
 
 from stitchmesh import cli
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
-from stitchmesh.rest_length import stitch_lengths
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import stitch_lengths
 from tests.gallery import ROOT, tube
 from tests.io.yarn_sets import ring
 

@@ -14,11 +14,11 @@ import pytest
 
 from stitchmesh import cli
 from stitchmesh.io import read_yarns
-from stitchmesh.periodic.growing import size_of
-from stitchmesh.periodic.weave_library import read_weave
-from stitchmesh.periodic.weave_text import parse_weave
-from stitchmesh.tiling import tiled
+from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.weave.library import read_weave
+from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.tiling import tiled
 from tests.gallery import ROOT
 
 DRAFT = ["--quality", "draft", "--device", "cpu"]

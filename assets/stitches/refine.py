@@ -25,14 +25,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from stitchmesh.mean_value import mean_value_weights
-from stitchmesh.stitch import CODES, Stitch
-from stitchmesh.yarngen import drawings
-from stitchmesh.yarngen.drawings import PartDrawing, as_template
-from stitchmesh.yarngen.surrounding import surrounded
-from stitchmesh.yarngen.table import template
-from stitchmesh.yarngen.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT, Crossing, Part, Template, spline_places, top
-from stitchmesh.yarngen.twists import HALF_GAP, LONGEST_TURN, SHARE, turning
+from stitchmesh.mesh.mean_value import mean_value_weights
+from stitchmesh.mesh.stitch import CODES, Stitch
+from stitchmesh.yarngen.templates import drawings
+from stitchmesh.yarngen.templates.drawings import PartDrawing, as_template
+from stitchmesh.yarngen.templates.surrounding import surrounded
+from stitchmesh.yarngen.templates.table import template
+from stitchmesh.yarngen.templates.template import (
+    RADIUS_OVER_WIDTH,
+    STITCH_HEIGHT,
+    Crossing,
+    Part,
+    Template,
+    spline_places,
+    top,
+)
+from stitchmesh.yarngen.templates.twists import HALF_GAP, LONGEST_TURN, SHARE, turning
 
 Array = NDArray[np.float64]
 

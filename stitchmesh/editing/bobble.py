@@ -16,8 +16,8 @@ from stitchmesh.editing.sides import check_face
 from stitchmesh.editing.sketch import Loop, Sketch, like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.patch import Change
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.stitch import Stitch
 
 LOOPS = 3
 """Loops that a bobble is wide."""

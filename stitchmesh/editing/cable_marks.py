@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stitchmesh.cables import cable_groups, course_line
 from stitchmesh.editing.sides import check_side
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray, StitchMesh
-from stitchmesh.patch import Change, Marks
+from stitchmesh.mesh.cable_groups import cable_groups, course_line
+from stitchmesh.mesh.change import Change, Marks
 
 
 def cross_cable(fabric: StitchMesh, side: int, left: int, right: int, front: str) -> list[Change]:

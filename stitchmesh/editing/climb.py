@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.courses import bottom_sides, top_sides
 from stitchmesh.editing.ring_rows import Turns
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
-from stitchmesh.standing_rows import lean, stood_up
+from stitchmesh.mesh.border_lean import lean, stood_up
+from stitchmesh.mesh.courses import bottom_sides, top_sides
 
 CROWDED_STEP = 0.5
 """Part of its wale that the highest course line climbs where it is crowded: below stitches, and where wales run

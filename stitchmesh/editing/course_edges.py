@@ -12,7 +12,7 @@ from stitchmesh.editing.sides import check_side
 from stitchmesh.editing.sketch import Sketch, SketchFace
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.patch import Change
+from stitchmesh.mesh.change import Change
 
 
 def split_course_edge(

@@ -14,7 +14,6 @@ from typing import get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from stitchmesh.cables import cable_groups
 from stitchmesh.editing.bobble import bobble
 from stitchmesh.editing.cable_marks import clear_cable, cross_cable, set_cable
 from stitchmesh.editing.course_edges import collapse_course_edge, split_course_edge
@@ -27,8 +26,9 @@ from stitchmesh.editing.wale_lines import insert_wale
 from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
-from stitchmesh.patch import Change, Marks, apply_change, inverse_change
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.change import Change, Marks, apply_change, inverse_change
+from stitchmesh.mesh.stitch import Stitch
 
 EDITS: dict[str, Callable[..., list[Change]]] = {
     edit.__name__: edit

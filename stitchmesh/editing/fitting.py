@@ -10,7 +10,7 @@ lies in front, how its loops are made. A new increase is ``ky``, ``py``, ``kyk``
 from __future__ import annotations
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
 
 NAMED = {**CODES, "cast-on": Stitch.CAST_ON, "draw-through": Stitch.DRAW_THROUGH}
 """Stitches by what an edit calls them."""

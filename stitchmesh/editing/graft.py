@@ -13,11 +13,11 @@ from functools import partial
 
 import numpy as np
 
-from stitchmesh.courses import chain_through
 from stitchmesh.editing.reconnect import corner_fans, reconnected
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.courses import chain_through
+from stitchmesh.mesh.stitch import Stitch
 
 
 def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:

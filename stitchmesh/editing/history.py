@@ -12,7 +12,7 @@ from stitchmesh.editing.log import write_log
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patch import Change
+from stitchmesh.mesh.change import Change
 
 
 class History:

@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patch import Change
-from stitchmesh.patterns.apply import pattern_changes
-from stitchmesh.patterns.columns import check_remainder
+from stitchmesh.mesh.change import Change
+from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.library import read_pattern
-from stitchmesh.patterns.parse import parse_pattern
+from stitchmesh.patterns.placement.apply import pattern_changes
+from stitchmesh.patterns.placement.columns import check_remainder
 
 
 def paste_pattern(

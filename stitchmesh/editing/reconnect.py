@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from stitchmesh.connectivity import find_fans
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.connectivity import find_fans
 
 
 def corner_fans(fabric: StitchMesh, twin: IntArray) -> IntArray:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.courses import Course, bottom_sides, find_courses, sides_across, top_sides
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
+from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, sides_across, top_sides
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ from collections.abc import Hashable
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.courses import Course, course_through
 from stitchmesh.editing.fitting import plain_stitch_named
 from stitchmesh.editing.sides import check_face
 from stitchmesh.editing.sketch import Sketch, SketchFace, like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.patch import Change, Marks, apply_change
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.change import Change, Marks, apply_change
+from stitchmesh.mesh.courses import Course, course_through
+from stitchmesh.mesh.stitch import Stitch
 
 
 def flip_row(fabric: StitchMesh, face: int) -> list[Change]:

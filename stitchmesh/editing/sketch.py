@@ -16,14 +16,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.draft import Draft, DraftFace, edge_of
 from stitchmesh.editing.fitting import check_fit, fitting_stitch, stitch_named
 from stitchmesh.editing.sides import check_face, course_place
 from stitchmesh.editing.vertex_corners import VertexCorners
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
-from stitchmesh.patch import Patch
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.change import Patch
+from stitchmesh.mesh.patch_builder import Draft, DraftFace, edge_of
+from stitchmesh.mesh.stitch import Stitch
 
 
 @dataclass(frozen=True)

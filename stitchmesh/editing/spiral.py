@@ -15,12 +15,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from stitchmesh.courses import Course, find_courses
 from stitchmesh.editing.climb import climb
 from stitchmesh.editing.reconnect import corner_fans, reconnected
 from stitchmesh.editing.ring_rows import Turns, ring_stacks
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh.courses import Course, find_courses
 
 
 def spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:

@@ -12,7 +12,7 @@ from stitchmesh.editing.fitting import check_fit, stitch_named
 from stitchmesh.editing.sides import check_face, check_side
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
-from stitchmesh.patch import Change, Marks
+from stitchmesh.mesh.change import Change, Marks
 
 
 def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list[Change]:

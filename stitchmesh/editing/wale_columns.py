@@ -8,7 +8,7 @@ from stitchmesh.editing.sides import check_face
 from stitchmesh.editing.sketch import Sketch, SketchFace
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, StitchMesh
-from stitchmesh.patch import Change
+from stitchmesh.mesh.change import Change
 
 
 def remove_wale(fabric: StitchMesh, face: int, courses: int | None = None) -> list[Change]:

@@ -12,8 +12,8 @@ from stitchmesh.editing.sides import check_face, check_side, faces_beside
 from stitchmesh.editing.sketch import Sketch, SketchFace, like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.patch import Change
-from stitchmesh.stitch import CODES, VOCABULARY
+from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.stitch import CODES, VOCABULARY
 
 
 def add_wale_edge(

@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stitchmesh.draft import edge_of
 from stitchmesh.editing.fitting import plain_stitch_named
 from stitchmesh.editing.sides import check_side, faces_beside
 from stitchmesh.editing.sketch import Sketch, SketchFace, like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, StitchMesh
-from stitchmesh.patch import Change
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.patch_builder import edge_of
+from stitchmesh.mesh.stitch import Stitch
 
 
 @dataclass(frozen=True)

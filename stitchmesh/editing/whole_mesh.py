@@ -9,7 +9,7 @@ import numpy as np
 from stitchmesh.editing import graft as grafting
 from stitchmesh.editing import spiral as spirals
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patch import Change, Patch, inverse_change
+from stitchmesh.mesh.change import Change, Patch, inverse_change
 
 
 def spiral(fabric: StitchMesh, seam: int | None = None) -> list[Change]:

@@ -12,13 +12,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.curves import curves_of_segments
-from stitchmesh.dyes import yarn_colours
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import rounded
-from stitchmesh.tube import tubes_around
+from stitchmesh.mesh.tube_mesh import tubes_around
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.colours import yarn_colours
+from stitchmesh.yarn.polyline import curves_of_segments
 
 METRES = 0.01
 """In a centimetre."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
-from stitchmesh.knitting_machine import machine_program
+from stitchmesh.machine_knitting import machine_program
 from stitchmesh.mesh import StitchMesh
 
 

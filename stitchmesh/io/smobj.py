@@ -18,15 +18,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from stitchmesh.connectivity import find_fans, next_sides
-from stitchmesh.courses import course_of_faces, courses_below, find_courses, knitting_order
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.smobj_lines import FACE_NAMES, OWN, Contents, read_contents
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, IntArray, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.connectivity import find_fans, next_sides
+from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
+from stitchmesh.mesh.stitch import Stitch
 
 EMPTY_BELOW = frozenset({Stitch.CAST_ON})
 EMPTY_ABOVE = frozenset({Stitch.DRAW_THROUGH, Stitch.BIND_OFF})

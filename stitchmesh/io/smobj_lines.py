@@ -11,7 +11,7 @@ from os import fspath
 
 from stitchmesh.errors import FileError, first_few
 from stitchmesh.io.contents import FilePath, read_lines
-from stitchmesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 OWN = "#stitchmesh"
 """First word of the comments that carry what the format has no place for."""

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from os import fspath
 
-from stitchmesh.cables import cable_groups
 from stitchmesh.errors import FileError, LabelError
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.knitout import write_knitout
 from stitchmesh.io.smobj import read_smobj, write_smobj
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.cable_groups import cable_groups
 
 FORMAT = "stitchmesh stitches"
 READABLE = (".h5", ".smobj")

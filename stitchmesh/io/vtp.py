@@ -15,12 +15,12 @@ from os import fspath
 
 import numpy as np
 
-from stitchmesh.curves import curves_of_segments
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.polyline import curves_of_segments
 
 
 @dataclass(frozen=True)

@@ -37,9 +37,9 @@ from stitchmesh.io.usd import LABELS, read_usd, write_usd
 from stitchmesh.io.vtp import read_vtp, write_vtp
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
-from stitchmesh.tiling import instances, tiled
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn_radius import estimate_radius
+from stitchmesh.yarn.radius_estimate import estimate_radius
+from stitchmesh.yarn.tiling import instances, tiled
 
 HDF5_FORMAT = "stitchmesh yarns"
 BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}

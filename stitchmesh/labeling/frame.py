@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import BORDER, IntArray, Mesh, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 
 
 def in_knitting_frame(mesh: Mesh, left_wale: IntArray, right_wale: IntArray, row: IntArray) -> StitchMesh:

@@ -11,11 +11,11 @@ from pathlib import Path
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, read_lines
-from stitchmesh.patterns.colour_chart import read_colour_chart
-from stitchmesh.patterns.leaf_chart import SUFFIX as LEAF_SUFFIX
-from stitchmesh.patterns.leaf_chart import read_leaf_chart
-from stitchmesh.patterns.leaf_codes import parse_leaf_codes
-from stitchmesh.patterns.parse import begins_with_statement, parse_pattern
+from stitchmesh.patterns.charts.colour_chart import read_colour_chart
+from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
+from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
+from stitchmesh.patterns.language.leaf_codes import parse_leaf_codes
+from stitchmesh.patterns.language.parse import begins_with_statement, parse_pattern
 from stitchmesh.patterns.pattern import Pattern
 
 SUFFIX = ".knit"

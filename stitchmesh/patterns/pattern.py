@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from stitchmesh.errors import PatternError, first_few
-from stitchmesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
 
 SECTIONS = ("left border", "tile", "right border")
 """The sections of a row, from left to right."""

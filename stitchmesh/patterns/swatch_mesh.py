@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.connectivity import find_twins
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patterns.apply import apply_pattern
+from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.stitch import Stitch
+from stitchmesh.patterns.placement.apply import apply_pattern
 
 
 def pattern_mesh(

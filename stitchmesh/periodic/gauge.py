@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.periodic.growing import size_of
+from stitchmesh.periodic.continuation import size_of
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial

@@ -30,9 +30,9 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.growing import size_of, stretched_to
+from stitchmesh.periodic.continuation import size_of, stretched_to
 from stitchmesh.periodic.swatch import YARN_RADIUS, Swatch, SwatchOptions, close_contacts, swatch
-from stitchmesh.periodic.weave import Weave
+from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns

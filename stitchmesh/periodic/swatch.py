@@ -23,18 +23,18 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.endless_loops import check_loops_begin
+from stitchmesh.periodic.continuation import grown, lengthened_to, size_of, stretched_to
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.growing import grown, lengthened_to, size_of, stretched_to
-from stitchmesh.periodic.jamming import jam_report
-from stitchmesh.periodic.source import Source, pattern_or_weave
+from stitchmesh.periodic.resolve_pattern import Source, pattern_or_weave
+from stitchmesh.periodic.slipped_loop_check import check_loops_begin
 from stitchmesh.periodic.torus import torus_mesh
-from stitchmesh.periodic.weave import Weave
-from stitchmesh.periodic.weave_yarns import weave_yarns
+from stitchmesh.periodic.weave.jamming import jam_report
+from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.yarngen import generate_yarns, in_heads
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.solver import refuse_pull_through

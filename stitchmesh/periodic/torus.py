@@ -15,7 +15,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.patterns import Pattern, Row, check_closes
-from stitchmesh.patterns.block import Block, block_of
+from stitchmesh.patterns.placement.block import Block, block_of
 
 TILE = 1
 """Place of the tile among the sections of a row."""

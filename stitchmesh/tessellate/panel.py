@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stitchmesh.mean_value import mean_value_weights
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.mean_value import mean_value_weights
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.courses import stitch_widths
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
 from stitchmesh.tessellate.courses import loops_per_course
 from stitchmesh.tessellate.panel import Panel, StitchFaces, add_stitches, inner_points

@@ -4,8 +4,8 @@
 
 from stitchmesh.yarngen.finish import Finish
 from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
-from stitchmesh.yarngen.heads import in_heads
-from stitchmesh.yarngen.loop_linking import check_loops
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
+from stitchmesh.yarngen.loop_ownership import in_heads
 from stitchmesh.yarngen.regenerate import regenerate_yarns
 
 __all__ = ["Finish", "check_loops", "generate_yarns", "in_heads", "mean_stitch_width", "regenerate_yarns"]

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from stitchmesh.courses import find_courses
 from stitchmesh.mesh import BORDER, RIGHT, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.standing_rows import lean, stood_up
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.border_lean import lean, stood_up
+from stitchmesh.mesh.courses import find_courses
+from stitchmesh.mesh.stitch import Stitch
 
 DRAWN_HEIGHT = 0.8
 """Height of a bind-off face over the mean height of the stitches below it; the drawn yarn needs no more."""

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.cables import CableGroup
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.cable_groups import CableGroup
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.embedding import FEWEST_POINTS
-from stitchmesh.yarngen.template import DENSE
+from stitchmesh.yarngen.templates.template import DENSE
 
 OPENING = 0.42
 """How far corners move, over the height of their face."""

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.mean_value import mean_value_weights
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.stitch import VOCABULARY, Stitch
-from stitchmesh.yarngen.edge_templates import Edge, edge_template
-from stitchmesh.yarngen.plain import knit
-from stitchmesh.yarngen.table import template
-from stitchmesh.yarngen.template import Template
+from stitchmesh.mesh.mean_value import mean_value_weights
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.yarngen.templates.edge_templates import Edge, edge_template
+from stitchmesh.yarngen.templates.plain import knit
+from stitchmesh.yarngen.templates.table import template
+from stitchmesh.yarngen.templates.template import Template
 
 FEWEST_POINTS = 2
 """Points of the shortest part, so that its direction is known."""

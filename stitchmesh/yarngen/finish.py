@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.courses import course_through
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.courses import course_through
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen.bind_off import small_rings
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
-from stitchmesh.yarngen.edge_templates import Edge
+from stitchmesh.yarngen.templates.edge_templates import Edge
 
 BIND_OFFS = ("drawn", "chain")
 """A yarn drawn through the last loops, or each loop knitted and the one before passed over it, but in small rings."""

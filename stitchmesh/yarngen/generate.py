@@ -8,23 +8,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.cables import cable_groups
 from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import FLOATING, YarnSet, segment_points
 from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, with_bind_off
 from stitchmesh.yarngen.bridges import HERE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, opened_corners
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.edge_templates import CHAIN_HEIGHT
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish, edges
-from stitchmesh.yarngen.floats import Rows, lay_floats, parted_corners, strands_at_ends
+from stitchmesh.yarngen.floats_and_tails import Rows, lay_floats, parted_corners, strands_at_ends
 from stitchmesh.yarngen.row_ends import finish_row_ends
 from stitchmesh.yarngen.splines import control_points_through
-from stitchmesh.yarngen.template import RADIUS_OVER_WIDTH
+from stitchmesh.yarngen.templates.edge_templates import CHAIN_HEIGHT
+from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from stitchmesh.yarngen.tracing import end_crossings, link_ends, trace
 
 THICKEST = 0.2

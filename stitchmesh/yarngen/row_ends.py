@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray, StitchMesh
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
-from stitchmesh.yarngen.template import FOOT_PLACE, RADIUS_OVER_WIDTH
+from stitchmesh.yarngen.templates.template import FOOT_PLACE, RADIUS_OVER_WIDTH
 
 TURN_REACH = 0.45
 """How far the turn between two rows reaches beyond the border, over the stitch width."""

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.device import alone, device_named
+from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths

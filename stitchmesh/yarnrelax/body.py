@@ -31,8 +31,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.kernel import kernel
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
 from stitchmesh.yarnrelax.body_penalty import near_triangles, push_listed, push_of

@@ -18,7 +18,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.patches import loops_of

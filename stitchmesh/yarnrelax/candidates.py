@@ -22,7 +22,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.aligned import read_whole
 from stitchmesh.yarnrelax.images import cell_of, image_of, shifted_by
 from stitchmesh.yarnrelax.model import Model

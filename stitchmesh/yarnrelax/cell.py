@@ -40,8 +40,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
-from stitchmesh.kernel import kernel
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarnrelax.block import THREADS, Parts, sum_over_block
 from stitchmesh.yarnrelax.candidates import Candidates

@@ -21,7 +21,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarnrelax.crossing_list import Crossings, collected, note
 from stitchmesh.yarnrelax.crossings import is_left

@@ -29,7 +29,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.curve import weight_row
 from stitchmesh.yarnrelax.precision import vector
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarnrelax.crossing_list import Crossings, collected, note
 from stitchmesh.yarnrelax.picture import EDGE, Grid, Picture

@@ -29,7 +29,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.aligned import read_whole, write_whole
 from stitchmesh.yarnrelax.candidates import Candidates

@@ -18,8 +18,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
-from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.damping import ContactDamping, drag_on, drag_rows, segment_drag
 from stitchmesh.yarnrelax.gather import push_on
 from stitchmesh.yarnrelax.mass import point_masses

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.device import alone, device_named
+from stitchmesh.compute.device import alone, device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates

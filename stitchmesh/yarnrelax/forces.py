@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.contact import contact_energies, contact_forces
 from stitchmesh.yarnrelax.gather import gather_forces

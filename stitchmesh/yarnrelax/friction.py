@@ -33,8 +33,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
-from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.friction_contacts import Contacts, first_contacts, renewed_contacts
 from stitchmesh.yarnrelax.friction_law import resisted_slip, slip_energy, slip_measure, slip_slope, vector_from

@@ -23,7 +23,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.curve import segment_corners, weight_row
 from stitchmesh.yarnrelax.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within

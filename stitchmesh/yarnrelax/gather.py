@@ -8,7 +8,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.aligned import read_whole
 from stitchmesh.yarnrelax.curve import weight_row
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.bend import bend_energy, bend_slopes
 from stitchmesh.yarnrelax.curve import segment_corners
 from stitchmesh.yarnrelax.images import cell_of

@@ -21,7 +21,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.reduction import strand_sums, strands_for
 from stitchmesh.yarnrelax.state import State

@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from stitchmesh.device import alone, device_named
+from stitchmesh.compute.device import alone, device_named
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.closing import closing_crossings

@@ -15,7 +15,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax import forces
 from stitchmesh.yarnrelax.block import MOST_THREADS, THREADS
 from stitchmesh.yarnrelax.candidates import Candidates, list_samples

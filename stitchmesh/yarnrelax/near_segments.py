@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import SolverError
-from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.images import apart_from_cell, cell_of, grid_place, image_count, shifted_by, turns_to
 from stitchmesh.yarnrelax.model import BLOCK, Model
 from stitchmesh.yarnrelax.recording import Copying

@@ -19,7 +19,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.named_points import named_points

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 
 
 @wp.struct

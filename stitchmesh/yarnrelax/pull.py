@@ -19,8 +19,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
-from stitchmesh.kernel import kernel
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.model import Model
 from stitchmesh.yarnrelax.named_points import named_points

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.block import Parts, sum_over_block, wait_for_block
 from stitchmesh.yarnrelax.cell import put_strain_force, with_strain_shares
 from stitchmesh.yarnrelax.compliance import compliance_at

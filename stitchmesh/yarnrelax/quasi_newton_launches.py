@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.block import THREADS, Products, Slots, sum_over_block
 from stitchmesh.yarnrelax.cell import put_strain_force, strains_struct, sum_of_blocks
 from stitchmesh.yarnrelax.method import Scene

@@ -16,7 +16,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 
 FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 """Threads of a reduction."""

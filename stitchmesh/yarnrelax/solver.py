@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.device import alone, device_named
+from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry

@@ -46,7 +46,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.candidates import Candidates
 from stitchmesh.yarnrelax.contact import from_entry

@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.device import alone
+from stitchmesh.compute.device import alone
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
-from stitchmesh.kernel import kernel
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import forces

@@ -29,7 +29,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.reduction import strand_maxima, strands_for
 from stitchmesh.yarnrelax.term import Run
 

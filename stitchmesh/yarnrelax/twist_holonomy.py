@@ -28,7 +28,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.curve import segment_corners
 
 

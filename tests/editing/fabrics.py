@@ -8,7 +8,7 @@ import numpy as np
 
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from tests.gallery import grid, tube
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from stitchmesh.editing.edit import Edit
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.stitch import CODES, SIDE_COUNTS
+from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS
 
 WHOLE_MESH = ("spiral", "unspiral", "graft", "ungraft")
 """Edits that leave less room for others: drawn more rarely."""

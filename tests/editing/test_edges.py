@@ -11,7 +11,7 @@ from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.fitting import fitting_stitch
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.stitch import CODES, Stitch
+from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.yarngen import generate_yarns
 from tests.editing.fabrics import around, face_at, flat, names, top_of
 from tests.editing.random_edits import bits

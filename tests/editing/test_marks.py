@@ -7,13 +7,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.cables import cable_groups
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import LabelError, MeshError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, read_pattern
-from stitchmesh.stitch import Stitch
 from tests.editing.fabrics import around, face_at, flat, names, top_of
 from tests.editing.random_edits import bits
 from tests.gallery import grid

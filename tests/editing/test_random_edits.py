@@ -17,7 +17,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen.generate import checked_radius, yarn_course
 from tests.editing.random_edits import WHOLE_MESH, arrays_of, bits, random_edit

@@ -11,7 +11,7 @@ from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from tests.editing.fabrics import around, face_at, flat, names, top_of

@@ -9,13 +9,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from stitchmesh.courses import find_courses
 from stitchmesh.editing.ring_rows import ring_stacks
 from stitchmesh.editing.spiral import spiral, unspiral
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.meshes import read_mesh
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.courses import find_courses
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance

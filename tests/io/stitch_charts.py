@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stitchmesh.connectivity import find_twins
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.stitch import CODES, SIDE_COUNTS, Stitch
+from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, Stitch
 
 
 def chart_fabric(rows: Sequence[str], *, ring: bool = False, yarns: Sequence[str] = ()) -> StitchMesh:

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.dyes import WOOLS, row_colours, yarn_colours
 from stitchmesh.errors import YarnError
 from stitchmesh.io.yarns import read_yarns, write_yarns
+from stitchmesh.yarn.colours import WOOLS, row_colours, yarn_colours
 from tests.io.yarn_sets import awkward_yarns
 
 COLOURS = [2, 0, 1, 2]

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from stitchmesh.dyes import row_colours
 from stitchmesh.errors import FileError
 from stitchmesh.io import gltf, read_yarns, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.colours import row_colours
 from tests.gallery import shared
 from tests.io.yarn_sets import ring
 

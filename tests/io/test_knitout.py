@@ -13,12 +13,12 @@ import pytest
 from stitchmesh import cli
 from stitchmesh.editing.spiral import spiral
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.instructions.pieces import find_pieces
+from stitchmesh.hand_knitting.pieces import find_pieces
 from stitchmesh.io import read_mesh, write_stitches
-from stitchmesh.knitting_machine import machine_program
 from stitchmesh.labeling import label
+from stitchmesh.machine_knitting import machine_program
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.tessellate import tessellate
 from tests.gallery import ROOT
 from tests.io.knitout_machine import Machine, MachineError, Made

@@ -17,7 +17,7 @@ from stitchmesh.io.any_file import read_any
 from stitchmesh.io.smobj import FACE_NAMES
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
 from stitchmesh.tessellate import tessellate
 from tests.gallery import ROOT
 from tests.io.test_stitches import increase_on_a_decrease, one_stitch_torus

@@ -14,7 +14,7 @@ from stitchmesh.errors import FileError
 from stitchmesh.io import read_stitches, write_stitches, write_yarns
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 
 

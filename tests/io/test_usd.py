@@ -15,8 +15,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_yarns, usd, write_yarns
-from stitchmesh.tiling import instances, tiled
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.tiling import instances, tiled
 from tests.gallery import shared
 from tests.io.yarn_sets import awkward_yarns, ring
 from tests.yarnrelax.stockinette import woven_cell

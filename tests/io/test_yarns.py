@@ -18,8 +18,8 @@ from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.yarns import FORMATS, check_writable
 from stitchmesh.lattice import Lattice
-from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.tiling import tiled
 from tests.gallery import shared
 from tests.io.yarn_sets import assert_same, awkward_yarns, ring
 from tests.yarnrelax.stockinette import woven_cell

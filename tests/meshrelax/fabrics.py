@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.connectivity import find_twins
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.stitch import Stitch
 
 
 def grid_fabric(points: FloatArray, *, wrap: bool = False) -> StitchMesh:

@@ -8,11 +8,11 @@ from dataclasses import fields
 
 import numpy as np
 
-from stitchmesh.connectivity import find_twins
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.patterns import Cell, Loop, Pattern, Row, read_pattern
 from stitchmesh.patterns.swatch_mesh import plain_piece
-from stitchmesh.stitch import CODES, Stitch
 
 
 def pattern(*rows: str, left: int = 0, right: int = 0, below: dict[int, tuple[Loop, ...]] | None = None) -> Pattern:

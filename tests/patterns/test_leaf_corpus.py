@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stitchmesh.mesh.stitch import Stitch, turned_over
 from stitchmesh.patterns import Pattern, check_closes, pattern_names, read_pattern
-from stitchmesh.stitch import Stitch, turned_over
 from tests.patterns.fabrics import is_shift_of, stitches
 
 TABLE_3 = (

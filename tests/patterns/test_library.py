@@ -9,8 +9,8 @@ import pytest
 
 import stitchmesh
 from stitchmesh.errors import FileError, ParameterError, PatternError
+from stitchmesh.mesh.stitch import Stitch, from_wrong_side
 from stitchmesh.patterns import Pattern, format_pattern, parse_pattern, pattern_names, read_pattern
-from stitchmesh.stitch import Stitch, from_wrong_side
 from tests.gallery import ROOT
 from tests.patterns.fabrics import is_shift_of, stitches
 

@@ -9,8 +9,8 @@ import random
 import pytest
 
 from stitchmesh.errors import PatternError
+from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.patterns import Cell, Loop, Pattern, Row, check_closes, format_pattern, parse_pattern
-from stitchmesh.stitch import CODES, Stitch
 
 KNIT = Cell(Stitch.KNIT)
 

@@ -11,8 +11,8 @@ import pytest
 
 from stitchmesh import cli
 from stitchmesh.io import read_stitches, write_mesh, write_stitches
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, read_pattern
-from stitchmesh.stitch import Stitch
 from tests.gallery import tube as coarse_tube
 from tests.patterns.fabrics import differing, tube
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.cables import cable_groups
 from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Loop, pattern_mesh, pattern_names, read_pattern
-from stitchmesh.patterns.course_points import NARROWEST, course_points
-from stitchmesh.stitch import Stitch
+from stitchmesh.patterns.placement.course_points import NARROWEST, course_points
 from stitchmesh.yarngen import generate_yarns
-from stitchmesh.yarngen.loop_linking import check_loops
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from tests.patterns.fabrics import checked, pattern
 
 SIZE = {"stitch_width": 0.8, "stitch_height": 0.6}

@@ -16,11 +16,11 @@ from PIL import Image
 
 from stitchmesh.cli import main
 from stitchmesh.errors import ParameterError
-from stitchmesh.periodic.growing import size_of
+from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, chosen_strains, stretch
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
-from stitchmesh.viewer.stretch_plot import plot_stretch
+from stitchmesh.render.stretch_plot import plot_stretch
 from stitchmesh.yarnrelax import YarnMaterial
 
 KALDOR = YarnMaterial.named("kaldor-simulation")

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError, PatternError, SolverError
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import parse_pattern
-from stitchmesh.periodic.growing import grown, size_of
-from stitchmesh.periodic.source import pattern_or_weave
+from stitchmesh.periodic.continuation import grown, size_of
+from stitchmesh.periodic.resolve_pattern import pattern_or_weave
 from stitchmesh.periodic.swatch import Swatch, SwatchOptions, drawn, scaled, swatch
-from stitchmesh.periodic.weave import Thread, Weave
+from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import quality_named
-from stitchmesh.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
-from stitchmesh.stitch import Stitch
+from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns, yarn_energies
 
 RADIUS = 0.125

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.lattice import Lattice
-from stitchmesh.tiling import instances, tiled
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
+from stitchmesh.yarn.tiling import instances, tiled
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell
 

@@ -13,9 +13,9 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh import TOP, FloatArray, StitchMesh
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Cell, Loop, Pattern, Row, pattern_mesh, pattern_names, read_pattern
 from stitchmesh.periodic.torus import torus_mesh
-from stitchmesh.stitch import Stitch
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 from stitchmesh.patterns import parse_pattern, read_pattern
-from stitchmesh.periodic.growing import size_of
-from stitchmesh.periodic.jamming import jam_report
+from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.swatch import Swatch, SwatchOptions, close_contacts, drawn, swatch
-from stitchmesh.periodic.weave_library import read_weave
+from stitchmesh.periodic.weave.jamming import jam_report
+from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.quality import PRESETS, Quality
-from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.tiling import tiled
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.stress import cell_stress
 from tests.gallery import ROOT

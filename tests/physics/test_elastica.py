@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax import YarnMaterial, forces
 from stitchmesh.yarnrelax.candidates import make_candidates

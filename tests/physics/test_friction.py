@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet

@@ -16,7 +16,7 @@ import pytest
 import warp as wp
 from scipy.optimize import brentq
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet

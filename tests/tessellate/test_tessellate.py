@@ -10,9 +10,9 @@ import pytest
 from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
-from stitchmesh.mean_value import mean_value_weights
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.mean_value import mean_value_weights
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, pentagon_row, shared, tube

@@ -16,10 +16,10 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
-from stitchmesh.connectivity import find_twins
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.stitch import SIDE_COUNTS, Stitch
-from stitchmesh.yarngen.template import STITCH_HEIGHT
+from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
+from stitchmesh.yarngen.templates.template import STITCH_HEIGHT
 
 Row = Sequence[Stitch]
 FACE_ARRAYS = ("n_bottom", "n_top", "stitch", "row", "twist")

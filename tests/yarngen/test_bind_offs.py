@@ -12,18 +12,18 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bind_off import FEW_LOOPS
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.edge_templates import BEHIND, IN_FRONT, Edge, chain, edge_template, yarn_overs
-from stitchmesh.yarngen.edges import cast_on
 from stitchmesh.yarngen.finish import Finish
 from stitchmesh.yarngen.generate import yarn_course
-from stitchmesh.yarngen.template import Crossing, Part
+from stitchmesh.yarngen.templates.edge_templates import BEHIND, IN_FRONT, Edge, chain, edge_template, yarn_overs
+from stitchmesh.yarngen.templates.edges import cast_on
+from stitchmesh.yarngen.templates.template import Crossing, Part
 from tests.gallery import grid, tube
-from tests.yarngen.test_templates import crossings_between as crossings
+from tests.yarngen.templates.test_templates import crossings_between as crossings
 
 QUALITIES = ("draft", "standard", "reference")
 CHAIN = Finish(bind_off="chain")

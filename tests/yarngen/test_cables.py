@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.cables import cable_groups, course_line
-from stitchmesh.courses import find_courses, top_sides
 from stitchmesh.errors import LabelError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.rest_length import RestLengths, apply_rest_lengths
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.cable_groups import cable_groups, course_line
+from stitchmesh.mesh.courses import find_courses, top_sides
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import crossing_number
 from stitchmesh.yarngen.cables import EASE, opened_corners

@@ -13,7 +13,7 @@ import pytest
 from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bind_off import with_bind_off

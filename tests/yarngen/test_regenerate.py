@@ -13,9 +13,9 @@ import pytest
 from stitchmesh import generate_yarns, label, read_mesh, relax_mesh, relax_yarns, tessellate
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.patch import Marks, apply_change
+from stitchmesh.mesh.change import Marks, apply_change
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import quality_named
-from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import NEAREST

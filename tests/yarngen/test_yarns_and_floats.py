@@ -11,17 +11,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stitchmesh.courses import find_courses
 from stitchmesh.editing.spiral import spiral
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.courses import find_courses
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.floats import LANES
+from stitchmesh.yarngen.floats_and_tails import LANES
 from stitchmesh.yarngen.generate import YarnCourse, yarn_course
 from stitchmesh.yarnrelax.linking import linking_certificate
 from tests.gallery import grid, tube

@@ -9,19 +9,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.cables import cable_groups
 from stitchmesh.errors import YarnError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Cell, Loop, Pattern, Row, pattern_names, read_pattern
 from stitchmesh.patterns.swatch_mesh import plain_piece
 from stitchmesh.periodic.torus import torus_mesh
-from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet, segment_points
 from stitchmesh.yarngen import embedding, generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.covering import covered
-from stitchmesh.yarngen.loop_linking import check_loops
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
+from stitchmesh.yarngen.loop_check.supercell import covered
 from stitchmesh.yarngen.splines import control_points_through
 
 WIDTH, HEIGHT, RADIUS = 0.5, 0.4, 0.0625

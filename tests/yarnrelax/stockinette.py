@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.stitch import Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 
 FORMULA_RADIUS = 0.78

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from stockinette import flat_patch, periodic_patch, woven_cell
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
-from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.tiling import tiled
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, quasi_newton_launches, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax import forces as all_terms
 from stitchmesh.yarnrelax.batch import relax_cells

@@ -13,10 +13,10 @@ import pytest
 import warp as wp
 from scipy.optimize import brentq
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io import read_mesh
-from stitchmesh.kernel import kernel
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import Quality, quality_named

@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import block_diag, eigh
 from stockinette import flat_patch
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax import YarnMaterial, forces

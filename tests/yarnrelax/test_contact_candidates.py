@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.distance import cdist
 from stockinette import flat_patch, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, forces
 from stitchmesh.yarnrelax.candidates import find_candidates, make_candidates

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from stockinette import fabric_of, flat_patch, periodic_patch, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from stockinette import FORMULA_RADIUS, ROW_HEIGHT, STITCH_WIDTH, fabric_of, flat_patch, loop_curve, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS, Quality

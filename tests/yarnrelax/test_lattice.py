@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.distance import cdist
 from stockinette import flat_patch, periodic_patch, woven_cell
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from stockinette import flat_patch
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.leaf_convergence import GradientNorms, first_converged
 from stitchmesh.yarnrelax.model import Model, put_model

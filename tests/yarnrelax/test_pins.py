@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from stockinette import flat_patch
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet

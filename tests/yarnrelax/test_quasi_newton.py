@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from stockinette import flat_patch, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet, basis_derivative
 from stitchmesh.yarnrelax import YarnMaterial, forces

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from stockinette import fabric_of, hopf_link, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh

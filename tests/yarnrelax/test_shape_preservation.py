@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from stockinette import fabric_of, flat_patch, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet

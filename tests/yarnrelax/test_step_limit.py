@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.distance import cdist
 from stockinette import flat_patch, hopf_link
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality, Solver
 from stitchmesh.yarn import YarnSet

@@ -14,7 +14,7 @@ import pytest
 import warp as wp
 from stockinette import flat_patch
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import quality_named
 from stitchmesh.yarnrelax import YarnMaterial, forces

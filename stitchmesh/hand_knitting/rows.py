@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The words of one row, in the order in which its stitches are worked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from stitchmesh.hand_knitting.pieces import PieceRow
+from stitchmesh.hand_knitting.words import cable_word, colour_letter, stitch_word, word_on_twisted
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
+from stitchmesh.mesh.courses import bottom_sides
+from stitchmesh.mesh.stitch import Stitch
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Cables of a fabric, found by the places of their loops."""
+
+    group_at: dict[int, CableGroup]
+    """Group of each top side that a cable moves a loop from or to."""
+    loop_at: dict[int, int]
+    """Own top side of the loop that lies at a top side once it is crossed."""
+
+    @classmethod
+    def of(cls, fabric: StitchMesh) -> Crossings:
+        """Those of a fabric.
+
+        Raises:
+            LabelError: its cable marks contradict each other.
+        """
+        found = cls({}, {})
+        for group in cable_groups(fabric):
+            for side, place in zip(group.sides.tolist(), group.destination.tolist(), strict=True):
+                found.group_at[side] = group
+                found.loop_at[int(group.sides[place])] = side
+        return found
+
+
+def row_words(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> list[str]:
+    """One word for each stitch, and one before loops that cross; with a colour where the row has several."""
+    coloured = len(set(fabric.yarn[list(row.faces)].tolist())) > 1
+    words = []
+    for face, word in _worked(fabric, row, crossings):
+        letter = f"{colour_letter(int(fabric.yarn[face]))}: " if coloured else ""
+        words.append(letter + word)
+    return words
+
+
+def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator[tuple[int, str]]:
+    """Each face with its word; a cable of plain knit stitches is one word."""
+    crossed: list[CableGroup] = []
+    inside = 0
+    for face in row.faces[::-1] if row.right_side else row.faces:
+        places = places_below(fabric, face)[:: -1 if row.right_side else 1]
+        for place in places:
+            group = crossings.group_at.get(place)
+            if group is None or any(group is other for other in crossed):
+                continue
+            crossed.append(group)
+            short = _short_cable(fabric, group, row.right_side, crossings)
+            inside = len(group.sides) if short else 0
+            yield face, short or cable_word(group, row.right_side)
+        if inside:
+            inside -= 1
+            continue
+        stitch = Stitch(int(fabric.stitch[face]))
+        twists = [int(fabric.twist[crossings.loop_at.get(place, place)]) for place in places]
+        word = word_on_twisted(stitch_word(stitch, row.right_side), twists)
+        for _ in range(_times(fabric, face, stitch)):
+            yield face, word
+
+
+def places_below(fabric: StitchMesh, face: int) -> list[int]:
+    """Top sides across the bottom of a face, from left to right, borders left out."""
+    across = fabric.twin[bottom_sides(fabric, (face,))]
+    return [int(side) for side in across if side != BORDER]
+
+
+def _times(fabric: StitchMesh, face: int, stitch: Stitch) -> int:
+    """How often a face's word is said: once for each loop where a face can have any number."""
+    if stitch == Stitch.CAST_ON:
+        return int(fabric.n_top[face])
+    return int(fabric.n_bottom[face]) if stitch == Stitch.DRAW_THROUGH else 1
+
+
+def _short_cable(fabric: StitchMesh, group: CableGroup, right_side: bool, crossings: Crossings) -> str:
+    """``c4f`` for two equal bundles that are all knit with one yarn, else nothing."""
+    words = cable_word(group, right_side).split()
+    first, _, second = words[1].partition("/")
+    faces = [int(fabric.side_face[side]) for side in fabric.twin[group.sides] if side != BORDER]
+    if first != second or len(faces) != len(group.sides) or len(set(fabric.yarn[faces].tolist())) > 1:
+        return ""
+    plain = all(stitch_word(Stitch(int(fabric.stitch[face])), right_side) == "k" for face in faces)
+    turned = any(fabric.twist[side] for side in group.sides)
+    return f"c{len(group.sides)}{words[2][0]}" if plain and not turned else ""

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A stitch mesh as the text of a hand-knitting pattern.
+
+Pieces follow one another, each row after the rows that its loops come from. Flat pieces are worked to and fro, rows
+of the wrong side in the words of the knitter who faces it; tubes, and spirals, in rounds on the right side. Repeats
+within a row stand in brackets, repeated rows are told once. What cannot be worked in rows, loops that meet loops, is
+grafted when all pieces are made.
+"""
+
+from __future__ import annotations
+
+import re
+
+from stitchmesh.hand_knitting.chart import charts
+from stitchmesh.hand_knitting.folding import folded, repeats
+from stitchmesh.hand_knitting.joins import Joins
+from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
+from stitchmesh.hand_knitting.rows import Crossings, row_words
+from stitchmesh.hand_knitting.words import colour_letter, stitch_meaning, stitch_word
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+
+COUNTING = "Sts on a needle are counted from its right end, right side facing; in rounds, from the start of the round."
+MORE_WORDS = {
+    r"\) in 1 st": "(...) in 1 st: all of it in the next st; keep: its old loop stays on the needle",
+    r" tbl": "tbl: through the back loop",
+    r" turning ": "turning R1 L2: first give the 1st st half a turn, its right leg in front, the 2nd its left leg",
+    r"\bc\d+[fb]\b": "c4f, c4b: cross 4, the first 2 held in front, in back; knit all",
+    r"\bcross \d": "cross 2/3 front: hold 2 sts in front; work the next 3, then the 2",
+    r"\bcross to ": "cross to 2-3-1: bring the sts into this order; front to back: which of them lies where",
+    r"\bco\d": "co: cast on with a backward loop",
+    r"\bdt\d": "dt: draw the yarn through the st and let the st off the needle",
+    r"\bpass \d": "pass 1: leave the next st unworked, go on after it",
+    r", turn\.": "turn: leave the other sts unworked and turn the work",
+}
+"""What the legend says of words beside those of single stitches, by what is looked for in the rows."""
+
+
+def knitting_instructions(fabric: StitchMesh) -> str:
+    """The instructions, in lines that end with a newline.
+
+    Args:
+        fabric: stitch faces; marks of twist, cable and yarn included.
+
+    Raises:
+        ParameterError: the fabric is not made of stitches yet, or has no row to begin with.
+        LabelError: its cable marks contradict each other.
+    """
+    pieces = find_pieces(fabric)
+    joins, crossings = Joins(fabric, pieces), Crossings.of(fabric)
+    body: list[str] = []
+    for number, piece in enumerate(pieces, start=1):
+        body += ["", *_piece(fabric, number, piece, joins, crossings)]
+    last = joins.lines()
+    if last:
+        body += ["", "To finish:", *last]
+    count = f"{len(pieces)} piece{'s' if len(pieces) > 1 else ''}, {fabric.face_count} stitches"
+    return "\n".join([f"Knitting instructions: {count}.", COUNTING, "", *_legend(fabric, pieces, body), *body]) + "\n"
+
+
+def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[str]:
+    """The words that the rows use."""
+    meanings = {}
+    for piece in pieces:
+        for row in piece.rows:
+            for code in sorted(set(fabric.stitch[list(row.faces)].tolist())):
+                stitch = Stitch(code)
+                if stitch in VOCABULARY:
+                    meanings[stitch_word(stitch, row.right_side)] = stitch_meaning(stitch, row.right_side)
+    named = [f"  {word}: {meaning}" for word, meaning in sorted(meanings.items()) if " in 1 st" not in word]
+    rows = "\n".join(line for line in body if line.startswith("Ro"))
+    return ["Words", *named, *(f"  {told}" for words, told in MORE_WORDS.items() if re.search(words, rows))]
+
+
+def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossings: Crossings) -> list[str]:
+    how = "in rounds" if piece.in_rounds else "to and fro"
+    lines = [f"Piece {number}, worked {how}"]
+    rows = list(enumerate(piece.rows))
+    if piece.sources:
+        lines.append(f"Take up {joins.taken_up(piece.sources)}; join the yarn.")
+        rows = [(index + 1, row) for index, row in rows]
+        loops = len(piece.sources)
+    else:
+        first = piece.rows[0]
+        loops = int(fabric.n_top[list(first.faces)].sum())
+        lines.append(_cast_on(fabric, first, loops, piece.in_rounds))
+        rows = rows[1:]
+    bodies = []
+    for _, row in rows:
+        text, loops = _row(fabric, row, loops, crossings)
+        bodies.append(((f" ({'RS' if row.right_side else 'WS'})" if not piece.in_rounds else ""), text))
+    lines += _numbered(bodies, rows[0][0] if rows else 0, "Round" if piece.in_rounds else "Row")
+    lines += joins.left(piece) if piece.needle else ["Cut the yarn and pull it tight."]
+    return lines + charts(fabric, piece)
+
+
+def _cast_on(fabric: StitchMesh, row: PieceRow, loops: int, in_rounds: bool) -> str:
+    """The first row: backward loops all, or other stitches on no loop."""
+    yarns = sorted(set(fabric.yarn[list(row.faces)].tolist()))
+    colour = f" in yarn {' and '.join(map(colour_letter, yarns))}" if fabric.yarn.any() else ""
+    return f"Cast on {loops} sts{colour}{'; join in the round' if in_rounds else ''}."
+
+
+def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: Crossings) -> tuple[str, int]:
+    """What stands after a row's number, and how many loops are on the needle then."""
+    faces = list(row.faces)
+    yarns = set(fabric.yarn[faces].tolist())
+    colour = f" in yarn {colour_letter(yarns.pop())}" if fabric.yarn.any() and len(yarns) == 1 else ""
+    words = folded(row_words(fabric, row, crossings))
+    passed = f"pass {row.passed}, " if row.passed else ""
+    turn = ", turn" if row.left_over else ""
+    bound = f" first bind off sts {', '.join(str(place + 1) for place in row.bound_off)};" if row.bound_off else ""
+    taken = int(fabric.n_bottom[faces][fabric.stitch[faces] != Stitch.CAST_ON].sum())
+    after = loops - len(row.bound_off) - taken + int(fabric.n_top[faces].sum())
+    count = f" ({after} sts)" if after != loops else ""
+    return f"{colour}:{bound} {passed}{words}{turn}.{count}", after
+
+
+def _numbered(bodies: list[tuple[str, str]], first: int, name: str) -> list[str]:
+    """Rows with their numbers; those that repeat are told once."""
+    lines = []
+    for start, length, times in repeats(bodies):
+        low = first + start
+        block = bodies[start : start + length]
+        lines += [f"{name} {number}{side}{text}" for number, (side, text) in enumerate(block, start=low)]
+        if times > 1:
+            high, end = low + length, low + length * times - 1
+            many = f"{name}s {high} to {end}" if end > high else f"{name} {high}"
+            like = f"{name.lower()} {low}" if length == 1 else f"{name.lower()}s {low} to {high - 1}"
+            lines.append(f"{many}: as {like}.")
+    return lines

@@ -1,0 +1,353 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The program of a fabric: each piece is cast on, knitted row by row and bound off.
+
+A flat piece lies on the front bed and is knitted to and fro. A tube is folded: its front half lies on even front
+needles, its back half on odd back needles, and rounds run from right to left over the front and back again behind, so
+that each half finds the needles across free. Before a row its loops are moved to where the row needs them, with a
+needle free for each yarn-over; loops that are taken together are stacked, purls transferred to the other bed for the
+pass and back afterwards. First loops are tucked on every second needle, then on those between; last loops are bound
+off in a chain, each knit through with the one before it. A row of yarn drawn through loops is bound off too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
+from stitchmesh.machine_knitting.half import Half
+from stitchmesh.machine_knitting.making import check_makeable, drawn_together
+from stitchmesh.machine_knitting.program import BACK, FRONT, MOST_RACK, Program
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
+from stitchmesh.mesh.courses import bottom_sides, top_sides
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+
+UNEVEN = 3
+"""Stitches by which one half of a tube may be wider before a stitch goes around the fold."""
+
+
+@dataclass
+class Placed:
+    """A stitch on its needles."""
+
+    face: int
+    half: Half
+    needles: list[int]
+    """For the loops below and then those made, from left to right along the bed."""
+    letters: str
+    """How each loop on top is made, from left to right along the bed."""
+    below: list[int]
+    """Loops below, from left to right along the bed."""
+    above: list[int]
+    """Top sides, likewise."""
+    made: list[int] = field(default_factory=list)
+    """Needle of each loop on top."""
+
+
+def machine_program(fabric: StitchMesh) -> str:
+    """The program, a knitout file of version 2.
+
+    Args:
+        fabric: stitch faces; separate flat pieces and tubes. Comments name the face that each loop belongs to.
+
+    Raises:
+        ParameterError: a machine cannot make some of it; the message lists the stitches.
+        LabelError: its cable marks contradict each other.
+    """
+    pieces = find_pieces(fabric)
+    check_makeable(fabric, pieces)
+    width = np.maximum(fabric.n_bottom, fabric.n_top)
+    widest = max(int(width[list(row.faces)].sum()) for piece in pieces for row in piece.rows)
+    program = Program(first=2 * (widest // 2 + MOST_RACK))
+    groups = {int(side): group for group in cable_groups(fabric) for side in group.sides}
+    for number, piece in enumerate(pieces, start=1):
+        program.comment(f"piece {number}")
+        _Knitting(fabric, program, piece, groups).knit()
+    return program.text()
+
+
+class _Knitting:
+    """One piece on the beds."""
+
+    def __init__(self, fabric: StitchMesh, program: Program, piece: Piece, groups: dict[int, CableGroup]) -> None:
+        self.fabric, self.program, self.piece, self.groups = fabric, program, piece, groups
+        front = Half(FRONT, 2 if piece.in_rounds else 1, 0)
+        self.halves = [front, Half(BACK, 2, 1)] if piece.in_rounds else [front]
+
+    def knit(self) -> None:
+        """All rows, cast-on to bind-off."""
+        rows = self.piece.rows[:-1] if drawn_together(self.fabric, self.piece) else self.piece.rows
+        last_row = {int(yarn): number for number, row in enumerate(rows) for yarn in self._yarns(row)}
+        for number, row in enumerate(rows):
+            self.program.comment(f"row {number}")
+            placed = self._placed(row)
+            self._bring_loops(placed)
+            if number == 0:
+                self._cast_on(placed)
+            else:
+                self._pass(placed, row)
+            self.program.release()
+            self._set_loops(placed)
+            for yarn in self._yarns(row):
+                if last_row[yarn] == number and number < len(rows) - 1:
+                    self.program.take_out(yarn)
+        self._bind_off(self._yarns(rows[-1])[-1], rows[-1].right_side)
+
+    def _yarns(self, row: PieceRow) -> list[int]:
+        """Yarns of a row in the order of its stitches from the right."""
+        return list(dict.fromkeys(self.fabric.yarn[list(row.faces[::-1])].tolist()))
+
+    def _placed(self, row: PieceRow) -> list[Placed]:
+        """The stitches of a row on needles side by side, from left to right outside, half by half."""
+        sides = self._half_of_faces(row)
+        placed = []
+        for half in self.halves:
+            faces = [face for face in row.faces if sides[face] is half]
+            faces = faces if half.bed == FRONT else faces[::-1]
+            first = half.centred(sum(self._width(face) for face in faces))
+            for face in faces:
+                width = self._width(face)
+                placed.append(self._on_needles(face, half, [first + half.spacing * k for k in range(width)]))
+                first += width * half.spacing
+        return placed
+
+    def _below(self, face: int) -> list[int]:
+        across = self.fabric.twin[bottom_sides(self.fabric, (face,))].tolist()
+        return [] if self.fabric.stitch[face] == Stitch.CAST_ON else across
+
+    def _width(self, face: int) -> int:
+        return max(len(self._below(face)), int(self.fabric.n_top[face]))
+
+    def _on_needles(self, face: int, half: Half, needles: list[int]) -> Placed:
+        below, above = self._below(face), top_sides(self.fabric, (face,))
+        stitch = Stitch(int(self.fabric.stitch[face]))
+        letters = "y" * len(above) if stitch == Stitch.CAST_ON else VOCABULARY[stitch].made
+        if half.bed == BACK:
+            below, above, letters = below[::-1], above[::-1], letters[::-1]
+        placed = Placed(face, half, needles, letters, below, above)
+        if len(below) > 1:
+            first = self._order(placed)[0]
+            placed.made = [needles[first]]
+        else:
+            placed.made = needles[: len(above)]
+        return placed
+
+    def _order(self, placed: Placed) -> list[int]:
+        """Places of the loops below, from left to right along the bed, in order from the outside in."""
+        count = len(placed.below)
+        order = VOCABULARY[Stitch(int(self.fabric.stitch[placed.face]))].order
+        return [loop - 1 if placed.half.bed == FRONT else count - loop for loop in order]
+
+    def _half_of_faces(self, row: PieceRow) -> dict[int, Half]:
+        """On which bed each stitch is made: where most of its loops are, so that no half becomes much the wider."""
+        if len(self.halves) == 1:
+            return dict.fromkeys(row.faces, self.halves[0])
+        front, back = self.halves
+        sides: dict[int, Half] = {}
+        if not front.loops:
+            total, seen = sum(self._width(face) for face in row.faces), 0
+            for face in row.faces:
+                sides[face] = front if 2 * seen < total else back
+                seen += self._width(face)
+            return sides
+        for face in row.faces:
+            on_front = [loop in front.loops for loop in self._below(face)]
+            known = sides[row.faces[row.faces.index(face) - 1]] if sides else None
+            sides[face] = (front if 2 * sum(on_front) >= len(on_front) else back) if on_front else known or front
+        self._even_out(row, sides)
+        return sides
+
+    def _even_out(self, row: PieceRow, sides: dict[int, Half]) -> None:
+        """Let a stitch go around the right fold, or the left, while one half is much wider."""
+        front, back = self.halves
+        widths = {id(half): sum(self._width(f) for f in row.faces if sides[f] is half) for half in self.halves}
+        for right in (True, False):
+            excess = widths[id(front)] - widths[id(back)]
+            if abs(excess) < UNEVEN:
+                return
+            wide, narrow = (front, back) if excess > 0 else (back, front)
+            faces = self._along(row, sides, wide)
+            face = faces[-1] if right else faces[0]
+            if len(faces) > 1 and 2 * self._width(face) <= abs(excess):
+                sides[face] = narrow
+                widths[id(wide)] -= self._width(face)
+                widths[id(narrow)] += self._width(face)
+
+    def _along(self, row: PieceRow, sides: dict[int, Half], half: Half) -> list[int]:
+        """Faces of a half from left to right along its bed."""
+        count = len(row.faces)
+        mine = [sides[face] is half for face in row.faces]
+        starts = [place for place in range(count) if mine[place] and not mine[place - 1]]
+        first = starts[0] if starts else 0
+        faces = [row.faces[(first + step) % count] for step in range(count) if mine[(first + step) % count]]
+        return faces if half.bed == FRONT else faces[::-1]
+
+    def _bring_loops(self, placed: list[Placed]) -> None:
+        """Loops to the needles where their stitches want them, crossed and stacked."""
+        if len(self.halves) == 2:
+            self._around_folds(placed)
+        for half in self.halves:
+            mine = [stitch for stitch in placed if stitch.half is half]
+            targets = {}
+            for stitch in mine:
+                targets.update(self._targets(stitch))
+            if list(targets) != list(half.loops):
+                face = mine[0].face if mine else 0
+                raise ParameterError(f"face {face}: its row takes loops in another order than they lie on the needles")
+            half.move(self.program, targets)
+            stacks = [self._stack(stitch) for stitch in mine if len(stitch.below) > 1]
+            half.stack(self.program, [*self._crossings(half), *stacks])
+        self.program.rack_to(0)
+
+    def _targets(self, stitch: Placed) -> dict[int, int]:
+        """The needle of each loop below a stitch: side by side, one alone below what is no yarn-over."""
+        if len(stitch.below) == 1:
+            place = next(index for index, letter in enumerate(stitch.letters) if letter != "y")
+            return {stitch.below[0]: stitch.needles[place]}
+        return dict(zip(stitch.below, stitch.needles, strict=False))
+
+    def _stack(self, stitch: Placed) -> list[tuple[int, int]]:
+        """Moves that lay the loops of a decrease on the needle of the outermost."""
+        return [(stitch.needles[place], stitch.made[0]) for place in self._order(stitch)[1:]]
+
+    def _crossings(self, half: Half) -> list[list[tuple[int, int]]]:
+        """Moves of the loops of each cable, those in front first."""
+        found: dict[int, list[tuple[int, int]]] = {}
+        for side in half.loops:
+            group = self.groups.get(side)
+            if group is None or id(group) in found:
+                continue
+            sides = group.sides.tolist()
+            if not all(loop in half.loops for loop in sides):
+                raise ParameterError(f"face {self.fabric.side_face[side]}: its cable lies on the fold of the tube")
+            loops = sorted(range(len(sides)), key=lambda place: (-int(group.layer[place]), place))
+            places = [half.loops[loop] for loop in sides]
+            moves = [(places[place], places[int(group.destination[place])]) for place in loops]
+            found[id(group)] = moves
+        return list(found.values())
+
+    def _around_folds(self, placed: list[Placed]) -> None:
+        """Loops at a fold whose stitches are made on the other bed go there first, the outermost before the others."""
+        wanted = {loop: stitch.half for stitch in placed for loop in stitch.below}
+        for half, other in (self.halves, self.halves[::-1]):
+            for right in (True, False):
+                edge = list(half.loops)[:: -1 if right else 1]
+                while edge and wanted[edge[0]] is other:
+                    self._around(half, other, edge.pop(0), right)
+            if any(wanted[loop] is other for loop in half.loops):
+                raise ParameterError("knitting machine: the rows of a tube cannot be folded; knit it by hand")
+
+    def _around(self, half: Half, other: Half, loop: int, right: bool) -> None:
+        """One loop around a fold, beyond the last one there, as near as racking reaches."""
+        needle = half.loops.pop(loop)
+        last = list(other.loops.values())[-1 if right else 0] if other.loops else needle + (-1 if right else 1)
+        to = max(last + 2, needle - MOST_RACK + 1) if right else min(last - 2, needle + MOST_RACK - 1)
+        if abs(to - needle) > MOST_RACK:
+            raise ParameterError("knitting machine: the halves of a tube lie too far apart; make its rows more even")
+        self.program.transfer(half.bed, needle, to)
+        items = [*other.loops.items(), (loop, to)] if right else [(loop, to), *other.loops.items()]
+        other.loops = dict(items)
+
+    def _cast_on(self, placed: list[Placed]) -> None:
+        """Tucks on every second needle, then on those between, which hold the first ones."""
+        loops = self._in_order(placed, right_side=True)
+        turns = [loops[::2], loops[1::2]] if self.piece.in_rounds else [loops[::2], loops[1::2][::-1]]
+        for number, turn in enumerate(turns):
+            for stitch, place in turn:
+                yarn = int(self.fabric.yarn[stitch.face])
+                direction = self._direction(stitch.half, right_side=self.piece.in_rounds or number == 0)
+                note = self._note(stitch, place)
+                self.program.stitch("tuck", direction, stitch.half.bed, stitch.made[place], yarn, note)
+
+    def _in_order(self, placed: list[Placed], right_side: bool) -> list[tuple[Placed, int]]:
+        """All loops made, as the yarn comes to them: on the right side from right to left, seen from outside."""
+        loops = [(stitch, place) for stitch in placed for place in range(len(stitch.above))]
+        front = [item for item in loops if item[0].half.bed == FRONT]
+        back = [item for item in loops if item[0].half.bed == BACK]
+        return [*front[::-1], *back] if right_side else front
+
+    def _direction(self, half: Half, right_side: bool) -> str:
+        return "-" if (half.bed == FRONT) == right_side else "+"
+
+    def _note(self, stitch: Placed, place: int) -> str:
+        """The face of a loop, and which of its loops from the left."""
+        loops = len(stitch.above)
+        return f"face {stitch.face} loop {place + 1 if stitch.half.bed == FRONT else loops - place}"
+
+    def _pass(self, placed: list[Placed], row: PieceRow) -> None:
+        """One pass of each yarn over a row."""
+        across = [stitch for stitch in placed if self._is_across(stitch)]
+        for stitch in across:
+            stitch.half.lift(self.program, self._worked_needle(stitch))
+        order = self._in_order(placed, row.right_side)
+        for yarn in self._yarns(row):
+            own = [(stitch, place) for stitch, place in order if self.fabric.yarn[stitch.face] == yarn]
+            for stitch, place in own:
+                self._make_loop(stitch, place, row.right_side, yarn)
+            self._to_the_end(placed, row, own[-1][0].half, yarn)
+        self.program.release()
+        for stitch in across:
+            needle = self._worked_needle(stitch)
+            stitch.half.lower(self.program, needle, needle)
+
+    def _is_across(self, stitch: Placed) -> bool:
+        """Whether a stitch is worked on the other bed: purls, and slipped loops that the yarn passes in front of."""
+        code = self.fabric.stitch[stitch.face]
+        return "p" in stitch.letters or code == Stitch.SLIP_FRONT
+
+    def _worked_needle(self, stitch: Placed) -> int:
+        return next(needle for needle, letter in zip(stitch.made, stitch.letters, strict=True) if letter != "y")
+
+    def _make_loop(self, stitch: Placed, place: int, right_side: bool, yarn: int) -> None:
+        letter, half = stitch.letters[place], stitch.half
+        bed = half.other if letter != "y" and self._is_across(stitch) else half.bed
+        operation = {"k": "knit", "p": "knit", "y": "tuck", "s": "miss"}[letter]
+        direction = self._direction(half, right_side)
+        self.program.stitch(operation, direction, bed, stitch.made[place], yarn, self._note(stitch, place))
+
+    def _to_the_end(self, placed: list[Placed], row: PieceRow, last: Half, yarn: int) -> None:
+        """The carrier on to the end of its row, around the fold of a tube, so that its next row begins there."""
+        for half in self.halves[self.halves.index(last) :]:
+            needles = [needle for stitch in placed if stitch.half is half for needle in stitch.made]
+            direction = self._direction(half, row.right_side)
+            end = max(needles) if direction == "+" else min(needles)
+            at = self.program.position[yarn]
+            if half is not last or (at < end if direction == "+" else at > end):
+                self.program.stitch("miss", direction, half.bed, end, yarn)
+
+    def _set_loops(self, placed: list[Placed]) -> None:
+        for half in self.halves:
+            half.loops = {}
+            for stitch in placed:
+                if stitch.half is half:
+                    half.loops.update(zip(stitch.above, stitch.made, strict=True))
+
+    def _bind_off(self, yarn: int, right_side: bool) -> None:
+        """A chain along the edge, from where the yarn is."""
+        self.program.comment("bind off")
+        for half in self.halves:
+            first = half.centred(len(half.loops))
+            half.move(self.program, {loop: first + half.spacing * k for k, loop in enumerate(half.loops)})
+        from_right = self.piece.in_rounds or not right_side
+        chain = [(half, needle) for half in self.halves for needle in self._chain_needles(half, from_right)]
+        for (half, needle), (following, to) in pairwise(chain):
+            self.program.stitch("knit", self._direction(half, from_right), half.bed, needle, yarn, "bind off")
+            if following is half:
+                half.lift(self.program, needle)
+                half.lower(self.program, needle, to)
+            else:
+                self.program.transfer(half.bed, needle, to)
+        half, needle = chain[-1]
+        self.program.stitch("knit", self._direction(half, from_right), half.bed, needle, yarn, "bind off")
+        for left in list(self.program.position):
+            self.program.take_out(left)
+        self.program.drop(half.bed, needle, "the end of the chain, its yarn is cut")
+
+    def _chain_needles(self, half: Half, from_right: bool) -> list[int]:
+        needles = list(half.loops.values())
+        return needles[::-1] if (half.bed == FRONT) == from_right else needles

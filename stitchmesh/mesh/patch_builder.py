@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Draw a patch face by face: what is taken out of a stitch mesh, and the faces that are put in.
+
+Vertices are named by their numbers, new ones by the number that ``vertex`` gives. ``edge_of`` names an edge of the
+mesh, by an integer; a new edge is named by anything else that is hashable, a tuple say. Two sides of one edge become
+twins; the side of a face that stays is found by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stitchmesh.errors import MeshError
+from stitchmesh.mesh.change import UNKNOWN_STRETCH, Patch, stretch_at, vertices_left
+from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray
+from stitchmesh.mesh.renumbering import Numbering
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.stitch_mesh import PER_FACE, PER_SIDE, StitchMesh
+
+
+@dataclass(frozen=True)
+class DraftFace:
+    """A face to be put in."""
+
+    corners: Sequence[int]
+    """Vertices, counter-clockwise from the lower left."""
+    edges: Sequence[Hashable]
+    """Name of the edge of each side, in the same order."""
+    n_bottom: int
+    n_top: int
+    stitch: Stitch
+    row: int
+    yarn: int = 0
+    twist: Sequence[int] = ()
+    """Of its top sides from left to right; none where empty."""
+    cable_shift: Sequence[int] = ()
+    """Likewise."""
+    cable_layer: Sequence[int] = ()
+    """Likewise."""
+
+    def at_sides(self, name: str) -> list[int]:
+        """A mark of all its sides, in their order."""
+        tops = list(getattr(self, name)) or [0] * self.n_top
+        return [0] * (self.n_bottom + 1) + tops[::-1] + [0]
+
+
+def edge_of(fabric: StitchMesh, side: int) -> int:
+    """Name of the edge of a side of the mesh."""
+    across = int(fabric.twin[side])
+    return int(side) if across == BORDER else min(int(side), across)
+
+
+class Draft:
+    """A patch in the making."""
+
+    def __init__(self, fabric: StitchMesh) -> None:
+        """Start with nothing taken out of ``fabric`` and nothing put in."""
+        self._fabric = fabric
+        self._removed: set[int] = set()
+        self._faces: list[DraftFace] = []
+        self._positions: list[ArrayLike] = []
+
+    def remove(self, face: int) -> None:
+        """Take a face out.
+
+        Raises:
+            MeshError: there is no such face.
+        """
+        if not 0 <= face < self._fabric.face_count:
+            raise MeshError(f"face {face}: is gone; the mesh has faces 0 to {self._fabric.face_count - 1}")
+        self._removed.add(int(face))
+
+    def vertex(self, position: ArrayLike) -> int:
+        """Put a vertex in [cm]; returns its number for ``DraftFace``."""
+        self._positions.append(position)
+        return len(self._fabric.vertices) + len(self._positions) - 1
+
+    def put(self, face: DraftFace) -> None:
+        """Put a face in."""
+        self._faces.append(face)
+
+    def patch(self) -> Patch:
+        """The patch so far; numbers that become free are taken first, more are counted on.
+
+        Raises:
+            MeshError: an edge has more than two sides, or a vertex put in is used by no face.
+        """
+        fabric = self._fabric
+        removed = np.array(sorted(self._removed), dtype=np.int64)
+        corners = np.array([corner for face in self._faces for corner in face.corners], dtype=np.int64)
+        gone = vertices_left(fabric, removed, corners[corners < len(fabric.vertices)])
+        vertices = Numbering.filling(len(fabric.vertices), gone, len(self._positions))
+        faces = Numbering.filling(fabric.face_count, removed, len(self._faces))
+        return Patch(
+            removed_faces=removed,
+            removed_vertices=gone,
+            added_faces=faces.added,
+            added_vertices=vertices.added,
+            positions=np.array(self._positions, dtype=np.float64).reshape(-1, 3),
+            face_size=np.array([len(face.corners) for face in self._faces], dtype=np.int64),
+            corners=np.concatenate([vertices.after, vertices.added])[corners],
+            twin=self._twins(faces.added, faces.after),
+            faces={name: np.array([getattr(face, name) for face in self._faces], dtype=np.int64) for name in PER_FACE},
+            sides={
+                name: np.array([mark for face in self._faces for mark in face.at_sides(name)], dtype=np.int64)
+                for name in PER_SIDE
+            },
+            stretch=self._stretch(),
+        )
+
+    def _twins(self, faces: IntArray, after: IntArray) -> IntArray:
+        """(face after, place) across each side put in."""
+        fabric = self._fabric
+        sides = [(int(number), place, edge) for number, face in zip(faces, self._faces, strict=True)
+                 for place, edge in enumerate(face.edges)]  # fmt: skip
+        by_edge: dict[Hashable, list[tuple[int, int]]] = {}
+        for number, place, edge in sides:
+            by_edge.setdefault(edge, []).append((number, place))
+        for edge, own in by_edge.items():
+            own += [(int(after[fabric.side_face[side]]), int(fabric.side_place[side])) for side in self._staying(edge)]
+            if len(own) > 2:
+                raise MeshError(f"change: edge {edge} would belong to {len(own)} faces; expected 2 at most")
+        twin = [next((other for other in by_edge[edge] if other != (number, place)), (BORDER, BORDER))
+                for number, place, edge in sides]  # fmt: skip
+        return np.array(twin, dtype=np.int64).reshape(-1, 2)
+
+    def _staying(self, edge: Hashable) -> list[int]:
+        """Sides of a named edge of the mesh whose faces stay."""
+        if not isinstance(edge, int):
+            return []
+        sides = [side for side in (edge, int(self._fabric.twin[edge])) if side != BORDER]
+        return [side for side in sides if int(self._fabric.side_face[side]) not in self._removed]
+
+    def _stretch(self) -> FloatArray:
+        edges = [edge if isinstance(edge, int) else BORDER for face in self._faces for edge in face.edges]
+        sides = np.array(edges, dtype=np.int64)
+        if self._fabric.stretch is None or not len(sides):
+            return np.full(len(sides), UNKNOWN_STRETCH)
+        return np.where(sides == BORDER, UNKNOWN_STRETCH, stretch_at(self._fabric, sides))

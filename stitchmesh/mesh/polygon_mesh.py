@@ -1,0 +1,283 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Polygon meshes: frozen, validated, connected by explicit twins.
+
+Side ``k`` of a face runs from its corner ``k`` to its corner ``k + 1``. Sides are numbered through the whole mesh
+like the corners they start at, so a corner, a side and an entry of ``face_vertex`` share one number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import MeshError, first_few
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh.connectivity import check_fans, find_twins, next_sides
+
+BORDER = -1
+"""Twin of a side that no face lies across."""
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def frozen_array(values: ArrayLike, dtype: type) -> NDArray:
+    """A read-only copy, so that no caller can change a noun behind its back."""
+    if isinstance(values, np.ndarray) and values.dtype == dtype and values.base is None and not values.flags.writeable:
+        return values  # already frozen, and nobody else's view
+    array: NDArray = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+def ranges(start: IntArray, rows: IntArray) -> IntArray:
+    """Places of all entries of some compressed rows, row by row."""
+    counts = start[rows + 1] - start[rows]
+    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(start[rows], counts) + place
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Polygons of any size that form an oriented manifold surface.
+
+    Raises:
+        MeshError: a coordinate is not finite, an index is out of range, a face is degenerate, the twins are not
+            mutual, or the surface is not an oriented manifold. The message names the vertex, face or side.
+    """
+
+    vertices: FloatArray
+    """Positions [cm], shape (V, 3)."""
+    face_start: IntArray
+    """Where each face's corners start, shape (F + 1,)."""
+    face_vertex: IntArray
+    """Vertex of each corner, shape (C,)."""
+    twin: IntArray
+    """The side across each side, ``BORDER`` where there is none, shape (C,)."""
+    lattice: Lattice | None = None
+    """Periods of a mesh that repeats."""
+    corner_image: IntArray | None = None
+    """Integer lattice image of each corner, shape (C, 2); only with a lattice."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen_array(self.vertices, np.float64))
+        for name in ("face_start", "face_vertex", "twin"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
+        if self.corner_image is not None:
+            object.__setattr__(self, "corner_image", frozen_array(self.corner_image, np.int64))
+        self._check_arrays()
+        self.check_polygons(np.arange(self.face_count))
+        self.check_vertices_used()
+        across = self.side_next[np.where(self.twin == BORDER, 0, self.twin)]
+        check_fans(self.face_vertex, np.where(self.twin == BORDER, BORDER, across), len(self.vertices))
+
+    @classmethod
+    def from_polygons(cls, vertices: ArrayLike, faces: Sequence[Sequence[int]]) -> Mesh:
+        """Connect polygons by their vertex numbers.
+
+        Args:
+            vertices: positions [cm], shape (V, 3).
+            faces: vertex numbers of each polygon, counter-clockwise seen from outside.
+
+        Raises:
+            MeshError: as for the class; here also for edges shared by three faces and one-sided surfaces.
+        """
+        points = np.asarray(vertices, dtype=np.float64)
+        face_start = np.concatenate([[0], np.cumsum([len(face) for face in faces], dtype=np.int64)])
+        face_vertex = np.array([v for face in faces for v in face], dtype=np.int64)
+        twin = find_twins(face_start, face_vertex, len(points))
+        return cls(points, face_start, face_vertex, twin)
+
+    @property
+    def face_count(self) -> int:
+        """Number of faces."""
+        return len(self.face_start) - 1
+
+    @property
+    def side_count(self) -> int:
+        """Number of sides, which is the number of corners."""
+        return len(self.face_vertex)
+
+    @cached_property
+    def side_face(self) -> IntArray:
+        """Face of each side, shape (C,)."""
+        return np.repeat(np.arange(self.face_count), np.diff(self.face_start))
+
+    @cached_property
+    def side_next(self) -> IntArray:
+        """Next side around the same face, shape (C,)."""
+        return next_sides(self.face_start)
+
+    @cached_property
+    def side_previous(self) -> IntArray:
+        """Previous side around the same face, shape (C,)."""
+        previous = np.empty(self.side_count, dtype=np.int64)
+        previous[self.side_next] = np.arange(self.side_count)
+        return previous
+
+    @cached_property
+    def side_edge(self) -> IntArray:
+        """Edge of each side, shape (C,); twins share an edge, numbered by the first of their sides."""
+        sides = np.arange(self.side_count)
+        first = np.where(self.twin == BORDER, sides, np.minimum(sides, self.twin))
+        return (np.cumsum(first == sides) - 1)[first]
+
+    @cached_property
+    def edge_side(self) -> IntArray:
+        """First side of each edge, shape (E,)."""
+        sides = np.arange(self.side_count)
+        return np.flatnonzero((self.twin == BORDER) | (sides < self.twin))
+
+    @cached_property
+    def corner_position(self) -> FloatArray:
+        """Position of each corner [cm], lattice image included, shape (C, 3)."""
+        return self._position_of(np.arange(self.side_count))
+
+    def _position_of(self, corners: IntArray) -> FloatArray:
+        position = self.vertices[self.face_vertex[corners]]
+        if self.lattice is not None and self.corner_image is not None:
+            position = position + self.lattice.shift(self.corner_image[corners])
+        return position
+
+    @cached_property
+    def side_image(self) -> IntArray:
+        """Lattice image of the face across each side, seen from the side's own face, shape (C, 2).
+
+        Both faces know their common vertices; where their images of one differ, the neighbour lies so many periods
+        away. Zero at borders and without a lattice.
+        """
+        image = np.zeros((self.side_count, 2), dtype=np.int64)
+        if self.corner_image is not None:
+            inner = np.flatnonzero(self.twin != BORDER)
+            image[inner] = self.corner_image[inner] - self.corner_image[self.side_next[self.twin[inner]]]
+        return image
+
+    def shift(self, image: ArrayLike) -> FloatArray:
+        """Displacement of lattice images [cm], zero without a lattice, shape (..., 2) to (..., 3)."""
+        if self.lattice is None:
+            return np.zeros((*np.shape(image)[:-1], 3))
+        return self.lattice.shift(image)
+
+    @cached_property
+    def side_length(self) -> FloatArray:
+        """Length of each side [cm], shape (C,)."""
+        position = self.corner_position
+        return np.linalg.norm(position[self.side_next] - position, axis=1)
+
+    @cached_property
+    def face_vector_area(self) -> FloatArray:
+        """Area of each face times its normal [cm^2], shape (F, 3)."""
+        position = self.corner_position
+        origin = position[self.face_start[:-1]][self.side_face]
+        spans = np.cross(position - origin, position[self.side_next] - origin)
+        return 0.5 * np.add.reduceat(spans, self.face_start[:-1], axis=0)
+
+    @cached_property
+    def vertex_normal(self) -> FloatArray:
+        """Unit normal of each vertex, the area-weighted mean of its faces', shape (V, 3)."""
+        total = np.zeros_like(self.vertices)
+        np.add.at(total, self.face_vertex, self.face_vector_area[self.side_face])
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return total / np.where(length > 0.0, length, 1.0)
+
+    @cached_property
+    def boundary_loops(self) -> tuple[IntArray, ...]:
+        """Border sides in walking order, one array for each closed border."""
+        loops, seen = [], np.zeros(self.side_count, dtype=bool)
+        for start in np.flatnonzero(self.twin == BORDER):
+            if seen[start]:
+                continue
+            loop, side = [], int(start)
+            while not seen[side]:
+                seen[side] = True
+                loop.append(side)
+                side = self.next_border_side(side)
+            loops.append(np.array(loop))
+        return tuple(loops)
+
+    def next_border_side(self, side: int) -> int:
+        """The border side that starts where this border side ends."""
+        side = int(self.side_next[side])
+        while self.twin[side] != BORDER:
+            side = int(self.side_next[self.twin[side]])
+        return side
+
+    def sides_of(self, faces: IntArray) -> IntArray:
+        """All sides of some faces, face by face."""
+        return ranges(self.face_start, faces)
+
+    def side_name(self, side: int) -> str:
+        """How messages name a side: its face and its two vertices."""
+        start, end = self.face_vertex[side], self.face_vertex[self.side_next[side]]
+        return f"side {side} (face {self.side_face[side]}, vertices {start}-{end})"
+
+    def _check_arrays(self) -> None:
+        if self.vertices.ndim != 2 or self.vertices.shape[1:] != (3,):
+            raise MeshError(f"vertices: got shape {self.vertices.shape}; expected (V, 3)")
+        if self.face_count < 1:
+            raise MeshError("mesh: got no faces; expected at least one polygon")
+        bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
+        if len(bad):
+            raise MeshError(f"vertex {first_few(bad)}: coordinates are not finite; repair the file that wrote them")
+        sizes = np.diff(self.face_start)
+        if self.face_start[0] != 0 or self.face_start[-1] != len(self.face_vertex) or sizes.min() < 3:
+            raise MeshError(f"face {int(sizes.argmin())}: got {sizes.min()} corners; expected at least 3")
+        bad = np.flatnonzero((self.face_vertex < 0) | (self.face_vertex >= len(self.vertices)))
+        if len(bad):
+            face, vertex = self.side_face[bad[0]], self.face_vertex[bad[0]]
+            raise MeshError(f"face {face}: vertex {vertex} does not exist; expected 0 to {len(self.vertices) - 1}")
+        if (self.lattice is None) != (self.corner_image is None):
+            raise MeshError("mesh: a lattice and corner images come together; got one without the other")
+        if self.corner_image is not None and self.corner_image.shape != (self.side_count, 2):
+            raise MeshError(f"corner_image: got shape {self.corner_image.shape}; expected ({self.side_count}, 2)")
+
+    def check_polygons(self, faces: IntArray) -> None:
+        """Check that some faces have an area and that their twins are mutual.
+
+        Raises:
+            MeshError: as for the class.
+        """
+        self._check_twins(self.sides_of(faces))
+        self._check_areas(faces)
+
+    def _check_twins(self, sides: IntArray) -> None:
+        if self.twin.shape != self.face_vertex.shape:
+            raise MeshError(f"twin: got {len(self.twin)} entries; expected one for each of {self.side_count} sides")
+        inner = sides[self.twin[sides] != BORDER]
+        across = self.twin[inner]
+        bad = inner[(across < 0) | (across >= self.side_count) | (across == inner)]
+        if not len(bad):
+            mutual = self.twin[across] == inner
+            start, end = self.face_vertex, self.face_vertex[self.side_next]
+            bad = inner[~mutual | (start[inner] != end[across]) | (end[inner] != start[across])]
+        if len(bad):
+            raise MeshError(f"{self.side_name(bad[0])}: its twin {self.twin[bad[0]]} is not the same edge reversed")
+
+    def _check_areas(self, faces: IntArray) -> None:
+        sides, size = self.sides_of(faces), np.diff(self.face_start)[faces]
+        first = np.cumsum(size) - size
+        position, after = self._position_of(sides), self._position_of(self.side_next[sides])
+        origin = np.repeat(position[first], size, axis=0)
+        spans = np.add.reduceat(np.cross(position - origin, after - origin), first, axis=0)
+        area = 0.5 * np.linalg.norm(spans, axis=1)
+        scale = np.maximum.reduceat(np.sum((after - position) ** 2, axis=1), first)
+        bad = faces[area <= 1e-12 * scale]  # rounding of a cross product of that size
+        if len(bad):
+            raise MeshError(f"face {first_few(bad)}: area is zero; remove it or move its vertices apart")
+
+    def check_vertices_used(self) -> None:
+        """Check that every vertex belongs to a face.
+
+        Raises:
+            MeshError: as for the class.
+        """
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[self.face_vertex] = True
+        if not used.all():
+            bad = np.flatnonzero(~used)
+            raise MeshError(f"vertex {first_few(bad)}: no face uses it; remove isolated vertices")

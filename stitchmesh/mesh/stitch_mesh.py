@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stitch meshes: polygon meshes whose faces stand in the knitting frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import LabelError, first_few
+from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, frozen_array
+from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
+
+BOTTOM, RIGHT, TOP, LEFT = range(4)
+"""Roles of the sides of a stitch face; bottom and top sides are course sides, right and left ones wale sides."""
+PER_FACE = ("n_bottom", "n_top", "stitch", "row", "yarn")
+"""Fields of a stitch mesh with one number for each face."""
+PER_SIDE = ("twist", "cable_shift", "cable_layer")
+"""Marks of the loops: fields of a stitch mesh with one number for each side."""
+_FIXED_SIDES = np.array([SIDE_COUNTS.get(stitch, (-1, -1)) for stitch in sorted(Stitch)])
+"""Bottom and top sides by type code, -1 where any number will do."""
+
+
+def _unmarked() -> IntArray:
+    """Marks that are all zero; they get their length when a mesh is made."""
+    return np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StitchMesh(Mesh):
+    """A mesh whose faces stand in the knitting frame (Yuksel et al. 2012, section 4).
+
+    The corners of each face are rotated so that its sides run counter-clockwise from the lower left: ``n_bottom``
+    bottom course sides, the right wale side, ``n_top`` top course sides (right to left), the left wale side. The
+    role of a side follows from its position, so no edge label can disagree with it.
+
+    Raises:
+        LabelError: a face has not exactly two wale sides, an edge is wale to one face and course to the other, a
+            stitch has the wrong number of sides, or a mark stands where none can.
+    """
+
+    n_bottom: IntArray
+    """Number of bottom course sides of each face, shape (F,)."""
+    n_top: IntArray
+    """Number of top course sides of each face, shape (F,)."""
+    stitch: IntArray
+    """Type code of each face (``Stitch``), shape (F,)."""
+    row: IntArray
+    """Row of each face, numbered in knitting order, shape (F,)."""
+    yarn: IntArray = field(default_factory=_unmarked)
+    """Which yarn each face is knitted with, numbered like colours, shape (F,); all 0 where not given."""
+    twist: IntArray = field(default_factory=_unmarked)
+    """Half turn of the loop on each top side, 1 or -1, else 0; at 1 the leg from the left is in front, shape (C,)."""
+    cable_shift: IntArray = field(default_factory=_unmarked)
+    """How many loops to the right the loop on each top side is moved before it is worked, shape (C,)."""
+    cable_layer: IntArray = field(default_factory=_unmarked)
+    """Of loops that cross, the one of the higher number lies in front, shape (C,); set on top sides."""
+    stretch: FloatArray | None = None
+    """Length over rest length of each edge after mesh relaxation, shape (E,); None before it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("n_bottom", "n_top", "stitch", "row"):
+            values = frozen_array(getattr(self, name), np.int64)
+            if values.shape != (self.face_count,):
+                raise LabelError(f"{name}: got shape {values.shape}; expected one number for each face")
+            object.__setattr__(self, name, values)
+        self._fill_marks()
+        if self.stretch is not None:
+            object.__setattr__(self, "stretch", frozen_array(self.stretch, np.float64))
+        self.check_stitch_faces(np.arange(self.face_count))
+        if self.stretch is not None and self.stretch.shape != (len(self.edge_side),):
+            raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number for each edge")
+
+    def _fill_marks(self) -> None:
+        counts = {"yarn": self.face_count, **dict.fromkeys(PER_SIDE, self.side_count)}
+        for name, count in counts.items():
+            values = np.asarray(getattr(self, name), dtype=np.int64)
+            values = frozen_array(values if values.size else np.zeros(count), np.int64)
+            if values.shape != (count,):
+                raise LabelError(f"{name}: got shape {values.shape}; expected ({count},)")
+            object.__setattr__(self, name, values)
+
+    @cached_property
+    def side_role(self) -> IntArray:
+        """Role of each side: ``BOTTOM``, ``RIGHT``, ``TOP`` or ``LEFT``, shape (C,)."""
+        return self.role_of(np.arange(self.side_count))
+
+    @overload
+    def role_of(self, sides: int) -> int: ...
+    @overload
+    def role_of(self, sides: IntArray) -> IntArray: ...
+    def role_of(self, sides: IntArray | int) -> IntArray | int:
+        """Role of some sides, or of one, without a look at the whole mesh."""
+        face = self.side_face[sides]
+        above = sides - self.face_start[face] - self.n_bottom[face]  # 0 on the right wale side
+        role: IntArray = (above >= 0) + 1 * (above > 0) + (above > self.n_top[face])
+        return role
+
+    @cached_property
+    def side_place(self) -> IntArray:
+        """Place of each side within its face, counted from the lower left, shape (C,)."""
+        return np.arange(self.side_count) - self.face_start[:-1][self.side_face]
+
+    @cached_property
+    def is_wale(self) -> NDArray[np.bool_]:
+        """Whether each side is a wale side, shape (C,)."""
+        return self.side_role % 2 == 1
+
+    @cached_property
+    def right_wale(self) -> IntArray:
+        """Right wale side of each face, shape (F,)."""
+        return self.face_start[:-1] + self.n_bottom
+
+    @cached_property
+    def left_wale(self) -> IntArray:
+        """Left wale side of each face, shape (F,)."""
+        return self.face_start[1:] - 1
+
+    @cached_property
+    def mismatched(self) -> NDArray[np.bool_]:
+        """Sides whose two faces both call them top, or both bottom, or both left (section 4.4), shape (C,)."""
+        across = np.where(self.twin == BORDER, 0, self.twin)
+        return (self.twin != BORDER) & (self.side_role == self.side_role[across])
+
+    @cached_property
+    def face_stretch(self) -> FloatArray | None:
+        """Mean stretch of each face's edges, shape (F,); None before mesh relaxation."""
+        if self.stretch is None:
+            return None
+        total = np.add.reduceat(self.stretch[self.side_edge], self.face_start[:-1])
+        return total / np.diff(self.face_start)
+
+    def check_stitch_faces(self, faces: IntArray) -> None:
+        """Check that some faces are legal stitch faces that fit their neighbours.
+
+        Raises:
+            LabelError: as for the class.
+        """
+        sides = self.sides_of(faces)
+        self._check_sides(faces, sides)
+        self._check_stitches(faces)
+        self._check_marks(faces, sides)
+
+    def _check_sides(self, faces: IntArray, sides: IntArray) -> None:
+        sizes, bottom, top = np.diff(self.face_start)[faces], self.n_bottom[faces], self.n_top[faces]
+        bad = np.flatnonzero((bottom < 0) | (top < 0) | (bottom + top + 2 != sizes))
+        if len(bad):
+            found = f"{bottom[bad[0]]} bottom and {top[bad[0]]} top sides of {sizes[bad[0]]}"
+            raise LabelError(f"face {faces[bad[0]]}: got {found}; a stitch face needs exactly 2 wale sides beside them")
+        across = np.where(self.twin[sides] == BORDER, sides, self.twin[sides])
+        bad = sides[self.role_of(sides) % 2 != self.role_of(across) % 2]
+        if len(bad):
+            other = self.side_face[self.twin[bad[0]]]
+            raise LabelError(f"{self.side_name(bad[0])}: wale to one face and course to face {other}")
+
+    def _check_stitches(self, faces: IntArray) -> None:
+        stitch = self.stitch[faces]
+        if stitch.min() < 0 or stitch.max() > max(Stitch):
+            raise LabelError(f"stitch: got codes {stitch.min()} to {stitch.max()}; expected 0 to {max(Stitch)}")
+        bottom, top = _FIXED_SIDES[stitch].T
+        bad = np.flatnonzero((bottom >= 0) & ((self.n_bottom[faces] != bottom) | (self.n_top[faces] != top)))
+        if len(bad):
+            face, name = faces[bad[0]], Stitch(int(stitch[bad[0]])).name
+            found = f"{self.n_bottom[face]} bottom and {self.n_top[face]} top sides"
+            raise LabelError(f"face {face}: {name} on {found}; it needs {bottom[bad[0]]} and {top[bad[0]]}")
+
+    def _check_marks(self, faces: IntArray, sides: IntArray) -> None:
+        for name in PER_SIDE:
+            marked = sides[getattr(self, name)[sides] != 0]
+            bad = marked[self.role_of(marked) != TOP]
+            if len(bad):
+                raise LabelError(f"{self.side_name(bad[0])}: has a {name}; only top sides of a face carry one")
+        bad = sides[np.abs(self.twist[sides]) > 1]
+        if len(bad):
+            raise LabelError(f"{self.side_name(bad[0])}: twist {self.twist[bad[0]]}; expected -1, 0 or 1")
+        bad = faces[self.yarn[faces] < 0]
+        if len(bad):
+            raise LabelError(f"face {first_few(bad)}: got yarn {self.yarn[bad[0]]}; yarns are numbered from 0")

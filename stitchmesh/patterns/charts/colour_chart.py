@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Colour charts as PNG: one pixel a stitch, the bottom row of pixels the first row, every stitch knit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import fspath
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns.charts.chart_image import checked_palette, first_used, number_pixels, open_chart, write_numbers
+from stitchmesh.patterns.pattern import Cell, Pattern, Row
+
+
+def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Pattern:
+    """A pattern of knit stitches from the pixels of a PNG.
+
+    Args:
+        path: the file.
+        palette: the colour of each yarn, shape (Y, 3), 0 to 255. Without it yarns are numbered by the palette of the
+            file, and where that has none by their first use, from the lower left pixel to the right and upwards.
+
+    Raises:
+        FileError: the file cannot be read, is no PNG, is too large, or has transparent pixels.
+        PatternError: a pixel has none of the palette's colours, or there are more than 256.
+        ParameterError: the palette has a wrong shape or colours beyond 0 to 255.
+    """
+    suffix_of(path, (".png",))
+    image = open_chart(path)
+    if palette is None and image.mode == "P":
+        yarns = np.asarray(image, dtype=np.int64)
+    else:
+        pixels = np.asarray(image.convert("RGB"))
+        colours = first_used(pixels, fspath(path)) if palette is None else checked_palette(palette)
+        yarns = number_pixels(pixels, colours, fspath(path))
+    knits = {int(yarn): Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in np.unique(yarns)}
+    rows = tuple(Row(tuple(knits[yarn] for yarn in row)) for row in yarns[::-1].tolist())
+    return Pattern(Path(path).stem.replace('"', "'"), "", rows)
+
+
+def write_colour_chart(path: FilePath, pattern: Pattern, palette: ArrayLike) -> None:
+    """Write a pattern of knit stitches as a PNG with a palette.
+
+    Args:
+        path: the file.
+        pattern: a pattern of plain knit stitches without borders.
+        palette: the colour of each yarn, shape (Y, 3), 0 to 255, two to be told apart.
+
+    Raises:
+        PatternError: the pattern holds more than knit stitches.
+        ParameterError: the palette has a wrong shape, colours beyond 0 to 255, or too few of them.
+        FileError: the suffix is not ``.png``, or the file cannot be written.
+    """
+    suffix_of(path, (".png",))
+    colours = checked_palette(palette)
+    yarns = _yarns(pattern)
+    if pattern.yarn_count > len(colours):
+        found = f"got {len(colours)} colours for yarns 0 to {pattern.yarn_count - 1}"
+        raise ParameterError(f"palette: {found}; expected one for each")
+    write_numbers(path, yarns[::-1], colours)
+
+
+def chart_palette(path: FilePath) -> NDArray[np.uint8]:
+    """The colour of each yarn of a colour chart, numbered as ``read_colour_chart`` numbers them, shape (Y, 3).
+
+    Raises:
+        FileError: as for ``read_colour_chart``.
+        PatternError: there are more than 256 colours.
+    """
+    image = open_chart(path)
+    if image.mode == "P":
+        return np.array(image.getpalette("RGB"), dtype=np.uint8).reshape(-1, 3)
+    return first_used(np.asarray(image.convert("RGB")), fspath(path))
+
+
+def _yarns(pattern: Pattern) -> NDArray[np.int64]:
+    rows: Sequence[Row] = pattern.rows
+    for index, row in enumerate(rows):
+        plain = all(cell.stitch == Stitch.KNIT and cell.twist == (0,) for cell in row.cells)
+        if not plain or row.left or row.right or any(loop.shift or loop.twist for loop in row.loops):
+            found = "holds more than plain knit stitches of one tile"
+            raise PatternError(f"pattern {pattern.name!r}, row {index + 1}: {found}; a colour chart has no more")
+    return np.array([[cell.yarn for cell in row.cells] for row in rows], dtype=np.int64)

@@ -1,0 +1,214 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The text language of patterns: its statements. ``docs/patterns.md`` writes the whole grammar down.
+
+    text  = { "pattern" string | "source" string } ( { row } | chart )
+    row   = ( ( "row" | "rows" ) ranges ( "RS" | "WS" ) | ( "round" | "rounds" ) ranges ) [ "yarn" number ] ":" items
+          | ( "row" | "rows" | "round" | "rounds" ) ranges ":" "repeat" ranges
+    range = number [ "-" number ]
+
+A comma may stand between any two items, and one at the end of a line goes on in the next line.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from stitchmesh.errors import PatternError, first_few
+from stitchmesh.patterns.language.items import Items
+from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
+from stitchmesh.patterns.language.text_charts import read_chart
+from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
+from stitchmesh.patterns.pattern import Pattern
+
+ROW_WORDS = ("row", "rows", "round", "rounds")
+STATEMENTS = "pattern, source, row, rows, round, rounds or chart"
+CHART_KINDS = ("letters", "leaf", "colours")
+MOST_ROWS = 10_000
+MOST_YARNS = 999_999
+_FIRST_WORD = re.compile(rf"(pattern|source|chart|{'|'.join(ROW_WORDS)})(?![a-z0-9])", re.ASCII)
+_RANGE = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
+
+
+def parse_pattern(text: str, name: str = "pattern") -> Pattern:
+    """Read a pattern from its text.
+
+    Args:
+        text: the text, as ``docs/patterns.md`` describes it.
+        name: what messages call the text, and the pattern's name where the text gives none.
+
+    Raises:
+        PatternError: the text says no pattern; with line, column, what was found and what was expected.
+    """
+    return _Text(split_lines(text, name), name).pattern()
+
+
+def begins_with_statement(text: str) -> bool:
+    """Whether the first word of a text is one of the language."""
+    words = (word for line in split_lines(text, "") for word in line.text.split())
+    return _FIRST_WORD.match(next(words, "").lower()) is not None
+
+
+class _Text:
+    """Reads one statement after another."""
+
+    def __init__(self, lines: list[Line], name: str) -> None:
+        self.lines = lines
+        self.names = {"pattern": name, "source": ""}
+        self.file = name
+        self.rows: dict[int, WrittenRow] = {}
+        self.chart: list[WrittenRow] = []
+        self.next = 0
+
+    def pattern(self) -> Pattern:
+        """The pattern that all statements make."""
+        while self.next < len(self.lines):
+            line = self.lines[self.next]
+            self.next += 1
+            if line.text and not line.text.isspace():
+                self._statement(line)
+        rows = finish_rows(self.chart or self._in_order())
+        try:
+            return Pattern(self.names["pattern"], self.names["source"], rows)
+        except PatternError as error:
+            raise Place(self.file, 1, 1).error(str(error)) from None
+
+    def _statement(self, line: Line) -> None:
+        tokens = line.tokens()
+        word = tokens[0].text.lower()
+        if word in self.names:
+            self.names[word] = _quoted(tokens)
+        elif word in ROW_WORDS:
+            self._one_body(self.chart, tokens[0])
+            self._row(tokens)
+        elif word == "chart":
+            self._one_body(self.chart or self.rows, tokens[0])
+            self._read_chart(tokens)
+        else:
+            raise tokens[0].unexpected(STATEMENTS)
+
+    def _one_body(self, other: object, token: Token) -> None:
+        if other:
+            raise token.unexpected("no more of it: a pattern is either rows or one chart")
+
+    def _row(self, tokens: list[Token]) -> None:
+        while tokens[-2].text == "," and self.next < len(self.lines):  # a comma at its end goes on in the next line
+            tokens = tokens[:-1] + self.lines[self.next].tokens()
+            self.next += 1
+        items = Items(tokens, 0, leftwards=True)
+        word = items.take()
+        numbers = self._free_numbers(items)
+        side = _side(items, word)
+        items.yarn = _yarn(items)
+        colon = items.expect(":", "':'")
+        if items.token.text.lower() == "repeat":
+            if side:
+                raise items.token.unexpected("stitches; a repeat copies rows as they are, leave RS and WS out")
+            self._repeat(items, numbers, word.place)
+            return
+        if not side and word.text.lower().startswith("row"):
+            raise colon.unexpected("RS or WS before it (or round instead of row)")
+        pieces, bars = items.row()
+        row = WrittenRow(tuple(pieces), tuple(bars), word.place)
+        for number in numbers:
+            self.rows[number] = row.turned() if side == "ws" else row
+
+    def _free_numbers(self, items: Items) -> list[int]:
+        place = items.token.place
+        numbers = _ranges(items, "the number of a row, or a range such as 3-4")
+        seen = set(self.rows)
+        for number in numbers:
+            if number in seen:
+                raise place.error(f"got row {number} a second time; expected each row once")
+            seen.add(number)
+        return numbers
+
+    def _repeat(self, items: Items, numbers: list[int], place: Place) -> None:
+        items.take()
+        sources = items.token.place
+        copied = _ranges(items, "the rows to repeat, such as 1-2")
+        if items.token.text != END:
+            raise items.token.unexpected(END)
+        missing = [number for number in copied if number not in self.rows]
+        if missing:
+            raise sources.error(f"got row {missing[0]} to repeat; expected rows that stand above")
+        if len(numbers) % len(copied):
+            found = f"got {len(copied)} rows to repeat for {len(numbers)}"
+            raise sources.error(f"{found}; expected a whole number of times")
+        for index, number in enumerate(numbers):
+            self.rows[number] = replace(self.rows[copied[index % len(copied)]], place=place)
+
+    def _read_chart(self, tokens: list[Token]) -> None:
+        items = Items(tokens, 0, leftwards=False)
+        items.take()
+        kind = items.take().text.lower() if items.token.text.lower() in CHART_KINDS else "words"
+        upwards = items.token.text.lower() == "upwards" and bool(items.take())
+        yarn = _yarn(items)
+        items.expect(":", f"{', '.join(CHART_KINDS)}, upwards, yarn or ':'")
+        if items.token.text != END:
+            raise items.token.unexpected("the chart on the lines below")
+        lines = self._block()
+        if not lines:
+            raise tokens[0].place.error("got a chart without lines; expected one for each row, right below it")
+        self.chart = read_chart(kind, lines, yarn, upwards=upwards)
+
+    def _block(self) -> list[Line]:
+        start = self.next
+        while self.next < len(self.lines) and self.lines[self.next].text.strip():
+            self.next += 1
+        return self.lines[start : self.next]
+
+    def _in_order(self) -> list[WrittenRow]:
+        if not self.rows:
+            end = self.lines[-1].place if self.lines else Place(self.file, 1, 1)
+            raise end.error("got the end of a pattern without rows; expected row 1 RS: and stitches, or a chart")
+        missing = [number for number in range(1, max(self.rows) + 1) if number not in self.rows]
+        if missing:
+            last = max(self.rows)
+            found = f"got row {last}, but not row {first_few(missing)}"
+            raise self.rows[last].place.error(f"{found}; expected all rows from 1")
+        return [self.rows[number] for number in sorted(self.rows)]
+
+
+def _quoted(tokens: list[Token]) -> str:
+    if not tokens[1].text.startswith('"'):
+        raise tokens[1].unexpected(f'a text in quotes, such as {tokens[0].text} "Seed stitch"')
+    if tokens[2].text != END:
+        raise tokens[2].unexpected(END)
+    return tokens[1].text[1:-1]
+
+
+def _side(items: Items, word: Token) -> str | None:
+    side = items.token.text.lower()
+    if side not in ("rs", "ws"):
+        return None
+    if word.text.lower().startswith("round"):
+        raise items.token.unexpected("':'; a round has the right side facing")
+    items.take()
+    return side
+
+
+def _yarn(items: Items) -> int:
+    if items.token.text.lower() != "yarn":
+        return 0
+    items.take()
+    return items.number("the number of a yarn", MOST_YARNS)
+
+
+def _ranges(items: Items, expected: str) -> list[int]:
+    numbers: list[int] = []
+    while True:
+        token = items.token
+        match = _RANGE.fullmatch(token.text)
+        if not match:
+            if numbers:
+                return numbers
+            raise token.unexpected(expected)
+        items.take()
+        first, last = int(match[1]), int(match[2] or match[1])
+        if not 1 <= min(first, last) <= max(first, last) <= MOST_ROWS:
+            raise token.unexpected(f"rows numbered 1 to {MOST_ROWS}")
+        numbers += range(first, last + 1) if first <= last else range(first, last - 1, -1)
+        if items.token.text == ",":
+            items.take()

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From pieces to rows: tucks are worked together, and every row is checked at its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from stitchmesh.errors import PatternError
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns.language.tokens import Place
+from stitchmesh.patterns.language.word_stitches import Piece, single
+from stitchmesh.patterns.pattern import Cell, Loop, Row, first_fault
+
+_TOGETHER = {Stitch.KNIT: Stitch.D12K, Stitch.PURL: Stitch.D12P}
+
+
+@dataclass(frozen=True)
+class WrittenRow:
+    """A row as its words say it, left to right as seen from the right side."""
+
+    pieces: tuple[Piece, ...]
+    bars: tuple[int, ...]
+    """How many pieces stand before each bar: none, or two."""
+    place: Place
+    """Where it is written."""
+
+    def turned(self) -> WrittenRow:
+        """The row seen from the other side."""
+        count = len(self.pieces)
+        pieces = tuple(piece.turned() for piece in reversed(self.pieces))
+        return replace(self, pieces=pieces, bars=tuple(count - bar for bar in reversed(self.bars)))
+
+
+def finish_rows(written: Sequence[WrittenRow]) -> tuple[Row, ...]:
+    """The rows of a pattern, from the bottom up.
+
+    A tuck in the last row is worked together by the first, as the pattern repeats.
+
+    Raises:
+        PatternError: a tuck cannot be worked together, or counts do not carry over; with the place of the row.
+    """
+    rows = [_finish(_with_tucks(written[index - 1], row)) for index, row in enumerate(written)]
+    fault = first_fault(rows)
+    if fault:
+        raise written[fault[0]].place.error(f"row {fault[0] + 1}: {fault[1]}")
+    return tuple(rows)
+
+
+def _finish(row: WrittenRow) -> Row:
+    counts = [len(piece.cells) for piece in row.pieces]
+    left = sum(counts[: row.bars[0]]) if row.bars else 0
+    right = sum(counts[row.bars[1] :]) if row.bars else 0
+    cells = tuple(cell for piece in row.pieces for cell in piece.cells)
+    loops = tuple(loop for piece in row.pieces for loop in piece.loops)
+    try:
+        return Row(cells, loops, left, right)
+    except PatternError as error:
+        raise row.place.error(str(error)) from None
+
+
+def _with_tucks(below: WrittenRow, row: WrittenRow) -> WrittenRow:
+    """The row with one stitch through both loops of every tuck in the row below."""
+    sizes = [size for piece in below.pieces for size in _stitch_sizes(piece)]
+    if 2 not in sizes:
+        return row
+    pieces, start = [], 0
+    for piece in row.pieces:
+        end = start + len(piece.loops)
+        pieces.append(_together(piece, row.place) if 2 in sizes[start:end] else piece)
+        start = end
+    return replace(row, pieces=tuple(pieces))
+
+
+def _stitch_sizes(piece: Piece) -> list[int]:
+    """How many loops there are for each stitch of the next row: two for a tuck."""
+    return [2] if piece.tuck else [1] * sum(cell.n_top for cell in piece.cells)
+
+
+def _together(piece: Piece, place: Place) -> Piece:
+    stitch = piece.cells[0].stitch
+    if len(piece.cells) != 1 or stitch not in _TOGETHER or piece.loops != (Loop(),):
+        found = " ".join(cell.stitch.name for cell in piece.cells)
+        raise place.error(f"got {found} above a tuck; only a plain k or p works its two loops together")
+    return single(Cell(_TOGETHER[stitch], piece.cells[0].twist, piece.cells[0].yarn))

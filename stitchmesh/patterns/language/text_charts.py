@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Charts: rows as pictures, seen from the right side, columns left to right.
+
+    chart [letters | leaf | colours] [upwards] [yarn N]:
+
+Under it stands one line for each row, the top row first, or the bottom row first with ``upwards``; a blank line ends
+it. Without a kind its lines hold words; ``letters`` and ``leaf`` hold one code after another without blanks, and
+``colours`` one figure a stitch, the number of the yarn it is knit with. ``leaf`` reads the codes of Leaf et al. 2018,
+table 2: as many letters as loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+from stitchmesh.patterns.language.items import BAR, Items
+from stitchmesh.patterns.language.rows import WrittenRow
+from stitchmesh.patterns.language.tokens import Line
+from stitchmesh.patterns.language.word_stitches import Piece
+from stitchmesh.patterns.language.words import read_word
+
+LETTERS: dict[str, str] = {
+    "k": "k", "p": "p", "b": "b", "f": "f", "x": "x", "t": "t",
+    "o": "yo", "/": "k2tog", "\\": "ssk", "^": "s2kp", ".": "none",
+}  # fmt: skip
+"""What one sign of a ``letters`` chart means, as a word."""
+
+LEAF: dict[str, tuple[str, ...]] = {
+    "k": ("k",), "p": ("p",), "f": ("f",), "b": ("b",),
+    "ys": ("yo", "ssk"), "2u": ("k2tog", "yo"), "y3y": ("yo", "sk2p", "yo"),
+}  # fmt: skip
+"""What the codes of Leaf et al. 2018, table 2, mean, left to right."""
+
+FIGURES = "0123456789abcdefghijklmnopqrstuvwxyz"
+"""Yarns of a ``colours`` chart."""
+
+_Split = Callable[[Line, int, int], tuple[int, list[Piece]]]
+
+
+def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool) -> list[WrittenRow]:
+    """The rows of a chart, from the bottom up.
+
+    Args:
+        kind: ``words``, ``letters``, ``leaf`` or ``colours``.
+        lines: its lines as they stand.
+        yarn: the yarn of stitches that name none.
+        upwards: whether the bottom row is listed first.
+
+    Raises:
+        PatternError: a code means nothing, or the lines differ in width; with its place.
+    """
+    if kind == "words":
+        rows = [_worded(line, yarn) for line in lines]
+    else:
+        split = {"letters": _letter, "leaf": _leaf, "colours": _figure}[kind]
+        rows = [_signs(line, yarn, split) for line in lines]
+    _check_widths(rows, "add what is missing" if kind == "leaf" else "use none or . for a square without a stitch")
+    return rows if upwards else rows[::-1]
+
+
+def _worded(line: Line, yarn: int) -> WrittenRow:
+    pieces, bars = Items(line.tokens(), yarn, leftwards=False).row()
+    return WrittenRow(tuple(pieces), tuple(bars), line.place)
+
+
+def _signs(line: Line, yarn: int, split: _Split) -> WrittenRow:
+    pieces: list[Piece] = []
+    bars = []
+    column = 0
+    while column < len(line.text):
+        if line.text[column] == BAR:
+            bars.append(len(pieces))
+        if line.text[column] == BAR or line.text[column].isspace():
+            column += 1
+            continue
+        column, found = split(line, column, yarn)
+        pieces += found
+    if len(bars) not in (0, 2):
+        raise line.place.error(f"got {len(bars)} bars; expected none, or two around the stitches that repeat")
+    return WrittenRow(tuple(pieces), tuple(bars), line.place)
+
+
+def _letter(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
+    sign = line.text[column].lower()
+    if sign not in LETTERS:
+        raise line.at(column).error(f"got {line.text[column]!r}; expected one of {' '.join(LETTERS)}")
+    return column + 1, read_word(LETTERS[sign], yarn)
+
+
+def _leaf(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
+    for width in (3, 2, 1):
+        code = line.text[column : column + width].lower()
+        if code in LEAF:
+            return column + width, list(leaf_pieces(code, yarn))
+    found = line.text[column : column + 3]
+    raise line.at(column).error(f"got {found!r}; expected one of {' '.join(LEAF).upper()}")
+
+
+@cache
+def leaf_pieces(code: str, yarn: int) -> tuple[Piece, ...]:
+    """What a code of ``LEAF`` works, left to right."""
+    return tuple(piece for word in LEAF[code] for piece in read_word(word, yarn))
+
+
+def _figure(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
+    number = FIGURES.find(line.text[column].lower())
+    if number < 0:
+        raise line.at(column).error(f"got {line.text[column]!r}; expected the number of a yarn, 0 to 9 or a to z")
+    return column + 1, read_word(f"k@{number}", yarn)
+
+
+def _check_widths(rows: list[WrittenRow], remedy: str) -> None:
+    widths = [sum(piece.columns for piece in row.pieces) for row in rows]
+    for row, width in zip(rows, widths, strict=True):
+        if width != widths[0]:
+            found = f"got {width} columns where the chart's first line has {widths[0]}"
+            raise row.place.error(f"{found}; make them equal, {remedy}")

@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The words of knitting: what each abbreviation works, as its reader faces it.
+
+Codes of ``stitch.CODES`` are read from left to right as they are seen, also where the row around them is read from
+right to left; abbreviations say what a hand knitter does. A loop entered through its back leg, and a backward loop
+(made one, leaning left), have the leg from the right in front: a twist of -1. ``docs/patterns.md`` lists them all.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+
+from stitchmesh.mesh.stitch import CODES, Stitch
+from stitchmesh.patterns.language.word_stitches import Piece, cable, single
+from stitchmesh.patterns.pattern import Cell
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What an abbreviation stands for."""
+
+    stitch: Stitch
+    twist: int = 0
+    """Half turn of the loop it makes."""
+    below: int = 0
+    """Half turn it gives to the loop it is worked on."""
+
+
+ABBREVIATIONS: dict[str, Meaning] = {
+    "yo": Meaning(Stitch.YARN_OVER),
+    "m1l": Meaning(Stitch.YARN_OVER, twist=-1),
+    "m1r": Meaning(Stitch.YARN_OVER, twist=1),
+    "m1": Meaning(Stitch.YARN_OVER, twist=-1),
+    "ktbl": Meaning(Stitch.KNIT, below=-1),
+    "ptbl": Meaning(Stitch.PURL, below=-1),
+    "slwyib": Meaning(Stitch.SLIP_BACK),
+    "slwyif": Meaning(Stitch.SLIP_FRONT),
+    "sl": Meaning(Stitch.SLIP_BACK),
+    "k2tog": Meaning(Stitch.D12K),
+    "ssk": Meaning(Stitch.D21K),
+    "skp": Meaning(Stitch.D21K),
+    "p2tog": Meaning(Stitch.D12P),
+    "ssp": Meaning(Stitch.D21P),
+    "k3tog": Meaning(Stitch.D123K),
+    "sssk": Meaning(Stitch.D321K),
+    "sk2p": Meaning(Stitch.D312K),
+    "s2kp": Meaning(Stitch.D231K),
+    "cdd": Meaning(Stitch.D231K),
+    "p3tog": Meaning(Stitch.D123P),
+    "sssp": Meaning(Stitch.D321P),
+    "kfb": Meaning(Stitch.PK),
+    "pfb": Meaning(Stitch.KP),
+    "kyok": Meaning(Stitch.KYK),
+}
+"""Abbreviations beside the codes of ``stitch.CODES``."""
+
+TUCK = "t"
+"""A slipped loop with a yarn-over; the next row's k or p works both together."""
+NO_STITCH = "none"
+"""A square of a chart that holds no stitch."""
+CROSSING_EXAMPLES = tuple("lt rt c4f c4b c6f c6b t3f t3b t4f t4b 2/1lc 2/1rc 2/1lpc 2/1rpc".split())
+"""Some words for cables, to be named where a word is not known."""
+
+_MARKS = re.compile(r"(?P<code>[a-z0-9/]+)(?P<twist>([+-][01])*)(~(?P<below>([+-][01])+))?(@(?P<yarn>\d{1,6}))?")
+_COUNTED = re.compile(r"(?P<word>[a-z]+)(?P<count>\d{1,6})")
+_COUNT_INSIDE = re.compile(r"(?P<start>k|p|sl)(?P<count>\d{1,6})(?P<end>tbl|wyib|wyif)")
+_EVEN_CABLE = re.compile(r"c(?P<width>\d{1,3})(?P<hand>[fb])")
+_TRAVELLING = re.compile(r"t(?P<width>\d{1,3})(?P<hand>[fb])")
+_CROSS = re.compile(r"(?P<front>\d{1,3})/(?P<back>\d{1,3})(?P<hand>[lr])(?P<purl>p?)c")
+_TWISTS = {"lt": "1/1lc", "rt": "1/1rc"}
+
+
+class WordError(ValueError):
+    """A word means nothing; the parser adds the place."""
+
+
+def read_word(text: str, yarn: int) -> list[Piece]:
+    """What a word works, left to right as its reader faces it: several pieces where it has a count.
+
+    Args:
+        text: the word, in any case.
+        yarn: the yarn where the word names none.
+
+    Raises:
+        WordError: there is no such word.
+    """
+    marks = _MARKS.fullmatch(text.lower())
+    if not marks:
+        raise WordError(unknown(text))
+    code, count = _without_count(marks["code"])
+    if count == 0:
+        raise WordError(f"got {text!r}; expected a count of 1 or more")
+    chosen = int(marks["yarn"]) if marks["yarn"] else yarn
+    crossing = read_crossing(code, chosen)
+    if crossing or code == NO_STITCH:
+        if marks["twist"] or marks["below"]:
+            raise WordError(f"got {text!r}; expected no twists on {code}, write them within cross(...)")
+        return [crossing or Piece((), ())] * count
+    return [_stitch(text, code, _signs(marks["twist"]), _signs(marks["below"]), chosen)] * count
+
+
+def is_word(code: str) -> bool:
+    """Whether a word without count and marks means a stitch."""
+    return code in ABBREVIATIONS or code in CODES or code in (TUCK, NO_STITCH)
+
+
+def unknown(text: str) -> str:
+    """Why a word cannot be read, with the words that come near."""
+    known = [*ABBREVIATIONS, *CODES, *CROSSING_EXAMPLES, TUCK, NO_STITCH]
+    near = difflib.get_close_matches(text.lower(), known, n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else "docs/patterns.md lists them all"
+    return f"got {text!r}; expected a stitch such as k, p2, yo, k2tog, c4f: {hint}"
+
+
+def read_crossing(code: str, yarn: int) -> Piece | None:
+    """A cable of one word: so many loops to the left or right in front of so many others."""
+    match = _CROSS.fullmatch(_TWISTS.get(code, code))
+    if match:
+        return _crossing(int(match["front"]), int(match["back"]), match["hand"] == "l", bool(match["purl"]), yarn)
+    match = _EVEN_CABLE.fullmatch(code)
+    if match:
+        width = int(match["width"])
+        if width % 2 or not width:
+            half = width // 2
+            raise WordError(f"got {code!r}; expected an even number of loops, or say {half + 1}/{max(half, 1)}lc")
+        return _crossing(width // 2, width // 2, match["hand"] == "f", False, yarn)
+    match = _TRAVELLING.fullmatch(code)
+    if match:
+        width = int(match["width"])
+        if width < 2:
+            raise WordError(f"got {code!r}; expected 2 loops or more")
+        return _crossing(width - width // 2, width // 2, match["hand"] == "f", True, yarn)
+    return None
+
+
+def _crossing(front: int, back: int, leftwards: bool, purl: bool, yarn: int) -> Piece:
+    """The front loops go left or right over the back ones and are knit; the back ones are knit or purled."""
+    if not front or not back:
+        raise WordError(f"got {front} loops over {back}; expected at least 1 of each to cross")
+    knit, behind = Cell(Stitch.KNIT, yarn=yarn), Cell(Stitch.PURL if purl else Stitch.KNIT, yarn=yarn)
+    width = front + back
+    if leftwards:
+        target = [front + place for place in range(back)] + list(range(front))
+        return cable((knit,) * front + (behind,) * back, target, [0] * back + [1] * front, [0] * width)
+    target = [back + place for place in range(front)] + list(range(back))
+    return cable((behind,) * back + (knit,) * front, target, [1] * front + [0] * back, [0] * width)
+
+
+def _without_count(code: str) -> tuple[str, int]:
+    if is_word(code):
+        return code, 1
+    match = _COUNT_INSIDE.fullmatch(code)
+    if match:
+        return match["start"] + match["end"], int(match["count"])
+    match = _COUNTED.fullmatch(code)
+    if match and is_word(match["word"]):
+        return match["word"], int(match["count"])
+    return code, 1
+
+
+def _stitch(text: str, code: str, twist: tuple[int, ...], below: tuple[int, ...], yarn: int) -> Piece:
+    if not is_word(code):
+        raise WordError(unknown(text))
+    if code == TUCK:
+        meaning = Meaning(Stitch.SY)
+    else:
+        meaning = ABBREVIATIONS.get(code) or Meaning(CODES[code])
+    plain = Cell(meaning.stitch)
+    twist = twist or (meaning.twist,) * plain.n_top
+    below = below or (meaning.below,) * plain.n_bottom
+    if len(twist) != plain.n_top or len(below) != plain.n_bottom:
+        needed = f"{plain.n_top} on top and {plain.n_bottom} below"
+        raise WordError(f"got {text!r}; expected a twist for each of its loops or for none: {needed}")
+    return single(Cell(meaning.stitch, twist, yarn), below, tuck=code == TUCK)
+
+
+def _signs(text: str | None) -> tuple[int, ...]:
+    return tuple(int(sign) for sign in re.findall(r"[+-][01]", text or ""))

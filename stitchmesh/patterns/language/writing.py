@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Patterns back to text, as knitted flat: odd rows on the right side, even rows on the wrong side.
+
+Reading the text gives the same pattern. A row with a crossing that has no word of its own is written from the right
+side, so that its layers stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import groupby, pairwise
+
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.patterns.language.word_stitches import Piece
+from stitchmesh.patterns.language.words import ABBREVIATIONS, read_crossing
+from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, crossings
+
+LINE_LENGTH = 110
+_PLAIN = {Stitch.KNIT: "k", Stitch.PURL: "p"}
+
+
+def format_pattern(pattern: Pattern) -> str:
+    """The text of a pattern: ``parse_pattern(format_pattern(pattern)) == pattern``."""
+    lines = [f'pattern "{pattern.name}"', f'source "{pattern.source}"']
+    for number, row in enumerate(pattern.rows, start=1):
+        lines.append(_row(row, number))
+    return "\n".join(lines) + "\n"
+
+
+def pieces_of(row: Row) -> list[Piece]:
+    """The stitches of a row, those on crossing loops together; left to right as seen from the right side."""
+    pieces = []
+    for cells, loops in _spans(row):
+        pieces.append(Piece(row.cells[cells.start : cells.stop], row.loops[loops.start : loops.stop]))
+    return pieces
+
+
+def _spans(row: Row) -> Iterator[tuple[range, range]]:
+    """Cells and loops of each piece."""
+    starts = [0]
+    for cell in row.cells:
+        starts.append(starts[-1] + cell.n_bottom)
+    cables = crossings(row.loops)
+    first = 0
+    while first < len(row.cells):
+        last = _reach(starts, cables, first)
+        yield range(first, last), range(starts[first], starts[last])
+        first = last
+
+
+def _reach(starts: list[int], cables: list[range], first: int) -> int:
+    """The cell after the piece that begins with a cell: on, until no cable is cut."""
+    last = first + 1
+    while any(cable.start < starts[last] < cable.stop for cable in cables):
+        last += 1
+    return last
+
+
+def _row(row: Row, number: int) -> str:
+    pieces = pieces_of(row)
+    yarns = {cell.yarn for cell in row.cells}
+    yarn = yarns.pop() if len(yarns) == 1 else 0
+    wrong = number % 2 == 0 and not any(_is_cable(piece) and not _cable_word(piece.turned()) for piece in pieces)
+    bars = _bars(row, pieces)
+    facing = [piece.turned() for piece in reversed(pieces)] if wrong else pieces
+    places = {len(pieces) - bar for bar in bars} if wrong else set(bars)
+    words = list(_words(facing[::-1], {len(pieces) - place for place in places}, yarn))
+    head = f"row {number} {'WS' if wrong else 'RS'}{f' yarn {yarn}' if yarn else ''}:"
+    return _wrapped([head, *words])
+
+
+def _bars(row: Row, pieces: list[Piece]) -> list[int]:
+    """How many pieces stand before each bar."""
+    if not row.left and not row.right:
+        return []
+    counts = [0]
+    for piece in pieces:
+        counts.append(counts[-1] + len(piece.cells))
+    return [counts.index(row.left), counts.index(len(row.cells) - row.right)]
+
+
+def _words(pieces: list[Piece], bars: Iterable[int], yarn: int) -> Iterator[str]:
+    """The words of pieces in the order of work, equal ones counted."""
+    cuts = sorted({0, len(pieces), *bars})
+    if 0 in bars:
+        yield "|"
+    for start, end in pairwise(cuts):
+        for word, run in groupby(_word(piece, yarn) for piece in pieces[start:end]):
+            yield _counted(word, len(list(run)))
+        if end in bars:
+            yield "|"
+
+
+def _counted(word: str, count: int) -> str:
+    if count == 1:
+        return word
+    name, at, yarn = word.partition("@")
+    if name in ("ktbl", "ptbl", "slwyib", "slwyif"):
+        start = 1 if name.endswith("tbl") else 2
+        return f"{name[:start]}{count}{name[start:]}{at}{yarn}"
+    if name.isalpha():
+        return f"{name}{count}{at}{yarn}"
+    return f"{word}*{count}"
+
+
+def _is_cable(piece: Piece) -> bool:
+    return any(loop.shift for loop in piece.loops)
+
+
+def _word(piece: Piece, yarn: int) -> str:
+    if not _is_cable(piece):
+        return _stitch_word(piece.cells[0], piece.loops, yarn)
+    word = _cable_word(piece)
+    if word:
+        return word + _at(piece.cells[0].yarn, yarn)
+    width = len(piece.loops)
+    target = [width - 1 - place - loop.shift for place, loop in enumerate(piece.loops)]
+    twists = [0] * width
+    for place, loop in enumerate(piece.loops):
+        twists[place + loop.shift] = loop.twist
+    places = " ".join(str(end) for end in reversed(target))
+    layers = " ".join(str(loop.layer) for loop in reversed(piece.loops))
+    return f"cross({places}; {layers}: {' '.join(_within(piece.cells, twists, yarn))})"
+
+
+def _within(cells: tuple[Cell, ...], twists: list[int], yarn: int) -> list[str]:
+    """The stitches within a crossing, in the order of work."""
+    words, start = [], 0
+    for cell in cells:
+        end = start + cell.n_bottom
+        words.append(_stitch_word(cell, tuple(Loop(twist=twist) for twist in twists[start:end]), yarn))
+        start = end
+    return [_counted(word, len(list(run))) for word, run in groupby(reversed(words))]
+
+
+def _cable_word(piece: Piece) -> str | None:
+    """The word of a cable that has one: loops that go over others together."""
+    width = len(piece.loops)
+    words = {2: ["lt", "rt"]}.get(width, [f"c{width}f", f"c{width}b"] if width % 2 == 0 else [])
+    for front in range(1, width):
+        words += [f"{front}/{width - front}{hand}c" for hand in ("l", "r", "lp", "rp")]
+    for word in words:
+        known = read_crossing(word, piece.cells[0].yarn)
+        if known and known.cells == piece.cells and known.loops == piece.loops:
+            return word
+    return None
+
+
+def _stitch_word(cell: Cell, loops: tuple[Loop, ...], yarn: int) -> str:
+    below = tuple(loop.twist for loop in loops)
+    for word, meaning in ABBREVIATIONS.items():
+        plain = (meaning.twist,) * cell.n_top, (meaning.below,) * cell.n_bottom
+        if meaning.stitch == cell.stitch and plain == (cell.twist, below):
+            return word + _at(cell.yarn, yarn)
+    text = _PLAIN.get(cell.stitch) or VOCABULARY[cell.stitch].code
+    if any(cell.twist):
+        text += "".join(f"{twist:+d}" for twist in cell.twist)
+    if any(below):
+        text += "~" + "".join(f"{twist:+d}" for twist in below)
+    return text + _at(cell.yarn, yarn)
+
+
+def _at(yarn: int, common: int) -> str:
+    return f"@{yarn}" if yarn != common else ""
+
+
+def _wrapped(words: list[str]) -> str:
+    lines, line = [], words[0]
+    for word in words[1:]:
+        if len(line) + len(word) > LINE_LENGTH and line != words[0]:
+            lines.append(line + ",")
+            line = "  " + word
+        else:
+            line += " " + word
+    return "\n".join([*lines, line])

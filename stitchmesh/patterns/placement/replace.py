@@ -1,0 +1,269 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Blocks of a pattern in the place of plain stitches, all at once.
+
+Course lines keep their shape: the new loops of a row are placed along the old line, and only inside a block.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import BORDER, BOTTOM, LEFT, PER_SIDE, RIGHT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.change import UNKNOWN_STRETCH, Marks, Patch, stretch_at, vertices_left
+from stitchmesh.mesh.courses import right_neighbours
+from stitchmesh.mesh.renumbering import Numbering
+from stitchmesh.patterns.pattern import Pattern
+from stitchmesh.patterns.placement.block import Block
+from stitchmesh.patterns.placement.columns import OUTSIDE, TILE, columns_of
+from stitchmesh.patterns.placement.crossing_marks import CrossingMarks, crossings_of
+from stitchmesh.patterns.placement.placement import Placement, is_plain, plain_above, side_below
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """Where copies of a block go."""
+
+    section: int
+    block: Block
+    grids: IntArray
+    """Plain faces that each copy replaces, from the lower left, shape (copies, rows, columns)."""
+
+    @property
+    def face_count(self) -> int:
+        """Faces of all copies."""
+        return len(self.grids) * len(self.block.stitch)
+
+
+def find_site(fabric: StitchMesh, placement: Placement, section: int, block: Block) -> Site:
+    """All places where a whole block of plain stitches lies under one whole section of a pattern."""
+    plain = is_plain(fabric)
+    column = np.where(plain, columns_of(section, placement.column), OUTSIDE)
+    right, above = right_neighbours(fabric), plain_above(fabric)
+    at_corner = (column != OUTSIDE) & (column % block.width == 0) & (placement.row == 0)
+    if section != TILE:
+        at_corner &= column == 0
+    lowest = [np.flatnonzero(at_corner)]
+    for _ in range(block.width - 1):
+        lowest.append(_step(right, lowest[-1]))
+    rows = [np.stack(lowest, axis=1)]
+    for _ in range(block.height - 1):
+        rows.append(_step(above, rows[-1]))
+    grids = np.stack(rows, axis=1)
+    whole = (grids != BORDER).all(axis=(1, 2))
+    wanted = column[grids[:, :1, :1]] + np.arange(block.width)
+    whole &= (column[grids] == wanted).all(axis=(1, 2))
+    whole &= (placement.row[grids] == np.arange(block.height)[:, None]).all(axis=(1, 2))
+    whole &= (right[grids[:, :, :-1]] == grids[:, :, 1:]).all(axis=(1, 2))
+    return Site(section, block, grids[whole])
+
+
+def _first_faces(sites: list[Site]) -> list[IntArray]:
+    """Number of the first face of each copy among all faces put in."""
+    first, result = 0, []
+    for site in sites:
+        result.append(first + len(site.block.stitch) * np.arange(len(site.grids)))
+        first += site.face_count
+    return result
+
+
+def _step(step: IntArray, faces: IntArray) -> IntArray:
+    return np.where(faces == BORDER, BORDER, step[faces])
+
+
+class Replacement:
+    """The patch that puts blocks in, and the marks below them."""
+
+    def __init__(self, fabric: StitchMesh, pattern: Pattern, sites: list[Site]) -> None:
+        """Number all that goes and comes."""
+        self.fabric, self.pattern, self.sites = fabric, pattern, sites
+        self.removed = np.sort(np.concatenate([site.grids.ravel() for site in sites]))
+        self.face = Numbering.filling(fabric.face_count, self.removed, sum(site.face_count for site in sites))
+        self.first_face = _first_faces(sites)
+        self.across = self._sides_after()
+
+    def _sides_after(self) -> IntArray:
+        """(face after, place) of each old side, of its successor on a block's border where its face goes, (C, 2)."""
+        fabric = self.fabric
+        after = np.stack([self.face.after[fabric.side_face], fabric.side_place], axis=1)
+        for site, first in zip(self.sites, self.first_face, strict=True):
+            for border, sides in border_sides(fabric, site.grids).items():
+                face, place = site.block.border[border].T
+                after[sides, 0] = self.face.added[first[:, None] + face]
+                after[sides, 1] = place
+        return after
+
+    def patch(self) -> Patch:
+        """The patch."""
+        fabric = self.fabric
+        positions, corners = self._vertices()
+        count = len(fabric.vertices)
+        gone = vertices_left(fabric, self.removed, corners[corners < count])
+        vertex = Numbering.filling(count, gone, len(positions))
+        return Patch(
+            removed_faces=self.removed,
+            removed_vertices=gone,
+            added_faces=self.face.added,
+            added_vertices=vertex.added,
+            positions=positions,
+            face_size=self._of_faces("face_size"),
+            corners=np.concatenate([vertex.after, vertex.added])[corners],
+            twin=self._twins(),
+            faces={
+                "n_bottom": self._of_faces("n_bottom"),
+                "n_top": self._of_faces("n_top"),
+                "stitch": self._of_faces("stitch"),
+                "row": self._from_old("row"),
+                "yarn": self._of_faces("yarn") if self.pattern.yarn_count > 1 else self._from_old("yarn"),
+            },
+            sides={name: self._of_sides(name) for name in PER_SIDE},
+            stretch=self._stretch(),
+        )
+
+    def _of_faces(self, name: str) -> IntArray:
+        """A number of each face put in."""
+        return np.concatenate([np.tile(getattr(site.block, name), len(site.grids)) for site in self.sites])
+
+    def _from_old(self, name: str) -> IntArray:
+        """A number that each face put in has from the one in its place."""
+        old = [site.grids[:, site.block.row, site.block.column].ravel() for site in self.sites]
+        numbers: IntArray = getattr(self.fabric, name)[np.concatenate(old)]
+        return numbers
+
+    def _of_sides(self, name: str) -> IntArray:
+        """A mark of all sides put in; loops on a top border are held as before."""
+        parts = []
+        for site in self.sites:
+            marks = np.tile(getattr(site.block, name), (len(site.grids), 1))
+            if name != "twist":
+                top = _flat(site.block, TOP)
+                marks[:, top] = getattr(self.fabric, name)[border_sides(self.fabric, site.grids)[TOP]]
+            parts.append(marks.ravel())
+        return np.concatenate(parts)
+
+    def _vertices(self) -> tuple[FloatArray, IntArray]:
+        """Positions of all vertices put in [cm], and the corners of all faces; new vertices count on from the old."""
+        positions, corners, count = [], [], len(self.fabric.vertices)
+        for site in self.sites:
+            lines = [_old_line(self.fabric, site.grids, level) for level in range(site.block.height + 1)]
+            vertices = []
+            for level, (old, ends) in enumerate(zip(lines, site.block.lines, strict=True)):
+                if level in (0, site.block.height):
+                    vertices.append(old)
+                    continue
+                inner = _along(self.fabric.vertices[old], ends[1:-1])
+                own = count + np.arange(inner.shape[0] * inner.shape[1]).reshape(inner.shape[:2])
+                count += own.size
+                positions.append(inner.reshape(-1, 3))
+                vertices.append(np.concatenate([old[:, :1], own, old[:, -1:]], axis=1))
+            corners.append(np.concatenate(vertices, axis=1)[:, site.block.corners].ravel())
+        return np.concatenate(positions or [np.zeros((0, 3))]), np.concatenate(corners)
+
+    def _twins(self) -> IntArray:
+        parts = []
+        for site, first in zip(self.sites, self.first_face, strict=True):
+            inner = site.block.twin
+            faces = self.face.added[first[:, None] + inner[:, 0]]
+            twin = np.stack([faces, np.broadcast_to(inner[:, 1], faces.shape)], axis=2)
+            for border, sides in border_sides(self.fabric, site.grids).items():
+                across = self.fabric.twin[sides]
+                outer = np.where((across == BORDER)[..., None], BORDER, self.across[across])
+                twin[:, _flat(site.block, border)] = outer
+            parts.append(twin.reshape(-1, 2))
+        return np.concatenate(parts)
+
+    def _stretch(self) -> FloatArray:
+        parts = []
+        for site in self.sites:
+            stretch = np.full((len(site.grids), len(site.block.corners)), UNKNOWN_STRETCH)
+            for border, sides in border_sides(self.fabric, site.grids).items():
+                stretch[:, _flat(site.block, border)] = stretch_at(self.fabric, sides.ravel()).reshape(sides.shape)
+            parts.append(stretch.ravel())
+        return np.concatenate(parts)
+
+    def marks(self, patch: Patch) -> list[Marks]:
+        """How the first rows hold the loops below them: twists and cables, on sides as numbered after the patch."""
+        wanted = self._held()
+        start = self._starts(patch)
+        result = []
+        for name, (sides, values) in wanted.items():
+            if len(sides):
+                face, place = self.across[sides].T
+                places = start[face] + place
+                order = np.argsort(places)
+                result.append(Marks(name, places[order], values[order]))
+        return result
+
+    def _starts(self, patch: Patch) -> IntArray:
+        """First side of each face after the patch."""
+        sizes = self.face.merged(np.diff(self.fabric.face_start), patch.face_size)
+        return np.concatenate([[0], np.cumsum(sizes)])
+
+    def _held(self) -> dict[str, tuple[IntArray, IntArray]]:
+        """Marks of old top sides under first rows, wherever the pattern asks for some."""
+        fabric = self.fabric
+        crossing = CrossingMarks(fabric)
+        twist, twisted = self._own_twists(), np.zeros(fabric.side_count, dtype=bool)
+        for site in self.sites:
+            lowest = site.grids[:, 0]
+            row = self.pattern.rows[0]
+            below = side_below(fabric, lowest)
+            for place, loop in enumerate(row.loop_sections[site.section]):
+                sides = below[below[:, place] != BORDER, place]
+                if loop.twist:
+                    twist[sides] += loop.twist
+                    twisted[sides] = True
+            for section, cable in crossings_of(row):
+                if section == site.section:
+                    loops = row.loop_sections[section][cable.start : cable.stop]
+                    crossing.cross(lowest[:, cable.start : cable.stop], loops)
+        crossed = (crossing.shift != fabric.cable_shift) | (crossing.layer != fabric.cable_layer)
+        held = np.flatnonzero(twisted)
+        moved = np.flatnonzero(crossed)
+        return {
+            "twist": (held, twist[held]),
+            "cable_shift": (moved, crossing.shift[moved]),
+            "cable_layer": (moved, crossing.layer[moved]),
+        }
+
+    def _own_twists(self) -> IntArray:
+        """Twist that the stitch below gives to each loop on a block's top border; none elsewhere, shape (C,)."""
+        twist = np.zeros(self.fabric.side_count, dtype=np.int64)
+        for site in self.sites:
+            twist[border_sides(self.fabric, site.grids)[TOP]] = site.block.twist[_flat(site.block, TOP)]
+        return twist
+
+
+def border_sides(fabric: StitchMesh, grids: IntArray) -> dict[int, IntArray]:
+    """Old sides around grids of plain faces, in the order of ``Block.border``, each shape (copies, m)."""
+    start = fabric.face_start
+    return {
+        BOTTOM: start[grids[:, 0]],
+        RIGHT: start[grids[:, :, -1]] + 1,
+        TOP: start[grids[:, -1]] + 2,
+        LEFT: start[grids[:, :, 0]] + 3,
+    }
+
+
+def _flat(block: Block, border: int) -> IntArray:
+    """Places of a border's sides among all sides of a block."""
+    first = np.cumsum(block.face_size) - block.face_size
+    face, place = block.border[border].T
+    places: IntArray = first[face] + place
+    return places
+
+
+def _old_line(fabric: StitchMesh, grids: IntArray, level: int) -> IntArray:
+    """Vertices of a course line through grids, left to right, shape (copies, columns + 1)."""
+    row, left, right = (level, 0, 1) if level < grids.shape[1] else (level - 1, 3, 2)
+    first = fabric.face_start[grids[:, row]]
+    return np.concatenate([fabric.face_vertex[first + left], fabric.face_vertex[first[:, -1:] + right]], axis=1)
+
+
+def _along(line: FloatArray, ends: FloatArray) -> FloatArray:
+    """Points on polylines, at numbers of segments from their starts, shape (copies, points, 3)."""
+    segment = np.minimum(ends.astype(np.int64), line.shape[1] - 2)
+    share = (ends - segment)[:, None]
+    return line[:, segment] * (1.0 - share) + line[:, segment + 1] * share

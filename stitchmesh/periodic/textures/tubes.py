@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns as round tubes above a plan.
+
+A tube is what a ball swept along the centre line c(s) fills. Above a place p of the plan the top of the ball at s is at
+
+    f(s) = c_z(s) + sqrt(r^2 - |p - c_xy(s)|^2)
+
+and the surface at the largest f. Centre lines are cut into short straight pieces to find which piece is on top
+(``texture_visibility``); then s is improved on the curve itself (``texture_surface``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.periodic.textures.plan import Plan
+from stitchmesh.yarn import YarnSet
+
+POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
+"""Coefficients of 1, s, s^2, s^3 of a segment from its control points."""
+SHORTEST, LONGEST = 1 / 8, 1 / 2
+"""Length of a piece in radii; between them it is one pixel long."""
+
+
+@dataclass(frozen=True)
+class Tubes:
+    """The segments of yarns above a plan."""
+
+    coefficients: FloatArray
+    """c(s) of each segment in the plan's coordinates [cm], shape (S, 4, 3)."""
+    radius: FloatArray
+    """Radius of each segment [cm], shape (S,)."""
+    yarn: IntArray
+    """Yarn of each segment, shape (S,)."""
+    pieces: int
+    """Pieces that each segment is cut into."""
+
+    @property
+    def ends(self) -> FloatArray:
+        """Ends of the pieces of each segment [cm], shape (S, pieces + 1, 3)."""
+        powers = (np.arange(self.pieces + 1) / self.pieces)[:, None] ** np.arange(4)
+        return np.einsum("kp,spd->skd", powers, self.coefficients)
+
+    @property
+    def depth(self) -> tuple[float, float]:
+        """Lowest and highest z of the tubes [cm], to what the pieces are short of the curve."""
+        z = self.ends[:, :, 2]
+        return float((z - self.radius[:, None]).min()), float((z + self.radius[:, None]).max())
+
+
+def tubes_above(yarns: YarnSet, plan: Plan) -> Tubes:
+    """The tubes of a set that repeats with the plan's periods."""
+    corners = yarns.points[yarns.segment_points]
+    if yarns.point_shift is not None:
+        corners = corners + yarns.point_shift
+    radius = yarns.radius[yarns.segment_yarn]
+    finest = float(np.linalg.norm(plan.pixel, axis=1).min())
+    piece = np.clip(finest, SHORTEST * radius, LONGEST * radius)
+    return Tubes(
+        coefficients=np.einsum("pj,sjd->spd", POWERS, corners @ plan.axes.T),
+        radius=radius,
+        yarn=yarns.segment_yarn,
+        pieces=int(np.ceil((yarns.lengths / piece).max())),
+    )

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The library of weaves that comes with the package, and weaves from files."""
+
+from __future__ import annotations
+
+import difflib
+from functools import cache
+from os import fspath
+from pathlib import Path
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.periodic.weave.image import read_weave_image
+from stitchmesh.periodic.weave.text import parse_weave
+from stitchmesh.periodic.weave.weave import Weave
+
+SUFFIX = ".weave"
+_PACKAGE = Path(__file__).resolve().parents[2]
+_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
+"""Where the library lies: in an installed package, or beside it in the repository."""
+
+
+def weave_names() -> tuple[str, ...]:
+    """The names of the library's weaves, sorted."""
+    return tuple(sorted(path.stem for path in _folder().glob(f"*{SUFFIX}")))
+
+
+def read_weave(name_or_path: FilePath) -> Weave:
+    """A weave of the library, or of a file.
+
+    Args:
+        name_or_path: a name of ``weave_names``, such as ``satin-2x3``; else the path of a text file in the language of
+            ``weave_text``, or of an image of two colours as PNG. What has neither folder nor suffix is a name.
+
+    Raises:
+        ParameterError: the library has no weave of that name.
+        FileError: the file cannot be read, is empty or holds binary data.
+        PatternError: the file says no weave, or one that falls apart.
+    """
+    path = Path(name_or_path)
+    if path.name == fspath(name_or_path) and not path.suffix:
+        return _from_library(path.name)
+    if path.suffix.lower() == ".png":
+        return read_weave_image(path)
+    return parse_weave("\n".join(read_lines(path)), fspath(name_or_path))
+
+
+@cache
+def _from_library(name: str) -> Weave:
+    if name not in weave_names():
+        near = difflib.get_close_matches(name.lower(), weave_names(), n=3, cutoff=0.4)
+        hint = f"did you mean {' or '.join(near)}?" if near else "a file needs its suffix"
+        raise ParameterError(f"weave {name!r}: is not in the library of {len(weave_names())} weaves; {hint}")
+    path = _folder() / f"{name}{SUFFIX}"
+    return parse_weave("\n".join(read_lines(path)), path.name)
+
+
+def _folder() -> Path:
+    return next((folder for folder in _FOLDERS if folder.is_dir()), _FOLDERS[0])

@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Weaves as text.
+
+    text    = { "weave" string | "source" string | threads } ( matrix | layers )
+    matrix  = a line of 0 and 1 for each weft, from the top; 1 where it passes over the warp
+    layers  = "layer 1:" matrix { "layer" number ":" matrix } { stitch }       from the front to the back
+    stitch  = "stitch" ( "warp" yarn "over" "weft" yarn | "weft" yarn "over" "warp" yarn )
+    yarn    = layer "." number                                                 both from 1, from the top or the left
+    threads = ( "wefts" | "warps" ) ( "layer" | "radius" | "spacing" | "length" | "colour" ) ":" number { number }
+
+A matrix alone is the whole fabric. Layers lie on each other, and a stitch binds two of them: it brings a yarn over one
+of a layer before its own, or weft and warp the other way round. Numbers of threads go over all wefts from the top, or
+all warps from the left, and start over where they are fewer; the yarns of equal layers lie in turn, one of each.
+Radius, spacing and length are factors. Blanks between figures do not matter, and comments run from # to the line's end.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import PatternError
+from stitchmesh.mesh import IntArray
+from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
+from stitchmesh.periodic.weave.layers import Stack, stacked
+from stitchmesh.periodic.weave.weave import Thread, Weave
+
+STATEMENTS = "weave, source, layer, stitch, wefts, warps or a line of 0 and 1"
+PROPERTIES = {"layer": int, "radius": float, "spacing": float, "length": float, "colour": int}
+"""What can be said of each thread, and the kind of number."""
+_COUNT = re.compile(r"\d{1,6}", re.ASCII)
+_NUMBER = re.compile(r"\d+(\.\d*)?([eE][-+]?\d+)?|\.\d+([eE][-+]?\d+)?", re.ASCII)
+_YARN = re.compile(r"(\d{1,6})\.(\d{1,6})", re.ASCII)
+
+
+def parse_weave(text: str, name: str = "weave") -> Weave:
+    """Read a weave from its text.
+
+    Args:
+        text: the text, in the language that stands at the head of this module.
+        name: what messages call the text, and the weave's name where the text gives none.
+
+    Raises:
+        PatternError: the text says no weave; with line, column, what was found and what was expected.
+    """
+    return _Text(name).weave(split_lines(text, name))
+
+
+def format_weave(weave: Weave) -> str:
+    """The text of a weave, its whole matrix: ``parse_weave(format_weave(weave)) == weave``."""
+    lines = [f'weave "{weave.name}"', f'source "{weave.source}"']
+    for kind, threads in (("wefts", weave.wefts), ("warps", weave.warps)):
+        for what in PROPERTIES:
+            values = [getattr(thread, what) for thread in threads]
+            if any(value != getattr(Thread(), what) for value in values):
+                lines.append(f"{kind} {what}: {' '.join(_repeated(what, values))}")
+    lines += ["".join(str(sign) for sign in row) for row in weave.matrix]
+    return "\n".join(lines) + "\n"
+
+
+def _repeated(what: str, values: list[float]) -> list[str]:
+    """The fewest numbers that give all values by starting over."""
+    lengths = [count for count in range(1, len(values) + 1) if len(values) % count == 0]
+    shortest = next(count for count in lengths if values == values[:count] * (len(values) // count))
+    if what == "layer":
+        return [str(value + 1) for value in values[:shortest]]
+    return [str(int(value)) if value == int(value) else repr(float(value)) for value in values[:shortest]]
+
+
+class _Text:
+    """Reads one statement after another."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.names = {"weave": file.replace('"', "'"), "source": ""}
+        self.layers: list[list[list[int]]] = []
+        self.layered = False
+        self.stitches: list[_Stitch] = []
+        self.threads: dict[tuple[str, str], list[Token]] = {}
+
+    def weave(self, lines: list[Line]) -> Weave:
+        """The weave that all statements make."""
+        for line in lines:
+            if line.text.strip():
+                self._statement(line)
+        end = lines[-1].place if lines else Place(self.file, 1, 1)
+        if not self.layers or not self.layers[-1]:
+            raise end.error("got the end of a weave without a matrix; expected a line of 0 and 1 for each weft")
+        stack = stacked([np.array(layer, dtype=np.bool_) for layer in self.layers])
+        for stitch in self.stitches:
+            stitch.bind(stack)
+        wefts, warps = (self._threads(kind, stack) for kind in ("wefts", "warps"))
+        try:
+            return Weave(_signs(stack.over), wefts, warps, self.names["weave"], self.names["source"])
+        except PatternError as error:
+            raise PatternError(f"{self.file}: {error}") from None
+
+    def _statement(self, line: Line) -> None:
+        tokens = line.tokens()
+        word = tokens[0].text.lower()
+        if word[0].isdigit():
+            self._matrix_line(line)
+        elif word in self.names:
+            self.names[word] = _quoted(tokens)
+        elif word == "layer":
+            self._next_layer(tokens)
+        elif word == "stitch":
+            self.stitches.append(_Stitch(tokens))
+        elif word in ("wefts", "warps"):
+            self._read_threads(word, tokens)
+        else:
+            raise tokens[0].unexpected(STATEMENTS)
+
+    def _matrix_line(self, line: Line) -> None:
+        signs = []
+        for column, sign in enumerate(line.text):
+            if sign not in "01" and not sign.isspace():
+                raise line.at(column).error(f"got {sign!r}; expected 1 (weft over) or 0 (warp over)")
+            if not sign.isspace():
+                signs.append(int(sign))
+        if not self.layers:
+            self.layers.append([])
+        matrix = self.layers[-1]
+        if matrix and len(signs) != len(matrix[0]):
+            found = f"got {len(signs)} numbers where the first line has {len(matrix[0])}"
+            raise line.place.error(f"{found}; expected one for each warp")
+        matrix.append(signs)
+
+    def _next_layer(self, tokens: list[Token]) -> None:
+        number = len(self.layers) + 1
+        if self.layers and not self.layered:
+            raise tokens[0].unexpected("no layer after a matrix without one; begin with layer 1:")
+        if self.layers and not self.layers[-1]:
+            raise tokens[0].unexpected(f"a line of 0 and 1 for each weft of layer {number - 1}")
+        if tokens[1].text != str(number):
+            raise tokens[1].unexpected(f"{number}, as layers are numbered from the front")
+        _expect(tokens, 2, ":", expected="':'")
+        _expect(tokens, 3, END, expected="the matrix of the layer on the lines below")
+        self.layered = True
+        self.layers.append([])
+
+    def _read_threads(self, kind: str, tokens: list[Token]) -> None:
+        what = tokens[1].text.lower()
+        if what not in PROPERTIES:
+            raise tokens[1].unexpected(", ".join(PROPERTIES))
+        if (kind, what) in self.threads:
+            raise tokens[1].unexpected(f"it once, as the {what} of {kind} stands above")
+        _expect(tokens, 2, ":", expected="':'")
+        if tokens[3].text == END:
+            raise tokens[3].unexpected(f"a number for each of the {kind}")
+        for token in tokens[3:-1]:
+            _value(token, what)
+        self.threads[kind, what] = tokens[3:-1]
+
+    def _threads(self, kind: str, stack: Stack) -> tuple[Thread, ...]:
+        threads = stack.threads(kind)
+        for (of, what), tokens in self.threads.items():
+            if of != kind:
+                continue
+            if len(threads) % len(tokens):
+                expected = f"as many as there are {kind}, or fewer that start over a whole number of times"
+                raise tokens[0].place.error(f"got {len(tokens)} numbers for {len(threads)} {kind}; expected {expected}")
+            values = [_value(token, what) for token in tokens] * (len(threads) // len(tokens))
+            said: list[dict[str, Any]] = [{what: value} for value in values]
+            threads = tuple(replace(thread, **one) for thread, one in zip(threads, said, strict=True))
+        return threads
+
+
+class _Stitch:
+    """A statement that binds two layers."""
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self.kind, self.yarn = _named_yarn(tokens, 1, ("warp", "weft"))
+        _expect(tokens, 3, "over")
+        other = "weft" if self.kind == "warp" else "warp"
+        self.other = _named_yarn(tokens, 4, (other,))[1]
+        _expect(tokens, 6, END)
+
+    def bind(self, stack: Stack) -> None:
+        """Bring the first yarn over the second."""
+        wefts, warps = (self.yarn, self.other) if self.kind == "weft" else (self.other, self.yarn)
+        weft, warp = _place(stack.wefts, "weft", wefts), _place(stack.warps, "warp", warps)
+        behind = int(stack.wefts[weft, 0] - stack.warps[warp, 0]) * (1 if self.kind == "weft" else -1)
+        if behind <= 0:
+            raise self.yarn.unexpected("a yarn of a layer behind the other's; all others pass as their layers lie")
+        stack.over[weft, warp] = self.kind == "weft"
+
+
+def _named_yarn(tokens: list[Token], index: int, kinds: tuple[str, ...]) -> tuple[str, Token]:
+    """Kind and number of a yarn, the two tokens from an index on."""
+    _expect(tokens, index, *kinds)
+    if not _YARN.fullmatch(tokens[index + 1].text):
+        raise tokens[index + 1].unexpected(f"layer and number of a {tokens[index].text.lower()}, such as 2.1")
+    return tokens[index].text.lower(), tokens[index + 1]
+
+
+def _place(places: IntArray, kind: str, token: Token) -> int:
+    """Place among all of its kind of the yarn that a token names."""
+    layer, number = (int(part) for part in token.text.split("."))
+    found = np.flatnonzero((places == [layer - 1, number - 1]).all(axis=1))
+    if not len(found):
+        counts = np.bincount(places[:, 0])
+        there = ", ".join(f"{index}.1 to {index}.{count}" for index, count in enumerate(counts, start=1))
+        raise token.unexpected(f"a {kind} that is there: {there}")
+    return int(found[0])
+
+
+def _signs(over: NDArray[np.bool_]) -> tuple[tuple[int, ...], ...]:
+    return tuple(tuple(row) for row in over.astype(int).tolist())
+
+
+def _expect(tokens: list[Token], index: int, *words: str, expected: str = "") -> None:
+    token = tokens[index]
+    if token.text.lower() not in words:
+        raise token.unexpected(expected or " or ".join(words))
+
+
+def _value(token: Token, what: str) -> float:
+    if PROPERTIES[what] is int:
+        least = 1 if what == "layer" else 0
+        if not _COUNT.fullmatch(token.text) or int(token.text) < least:
+            raise token.unexpected(f"the number of a {what}, from {least}")
+        return int(token.text) - least
+    if not _NUMBER.fullmatch(token.text) or not 0.0 < float(token.text) < float("inf"):
+        raise token.unexpected(f"a positive factor of the {what}, such as 1.5")
+    return float(token.text)
+
+
+def _quoted(tokens: list[Token]) -> str:
+    if not tokens[1].text.startswith('"'):
+        raise tokens[1].unexpected(f'a text in quotes, such as {tokens[0].text} "Plain weave"')
+    _expect(tokens, 2, END)
+    return tokens[1].text[1:-1]

@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture of how a relaxation came to rest: its residual and its energies against iterations and time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.history import HistoryEntry, energy_terms
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarn.colours import DYES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SIZE = (8.0, 6.0)
+"""Width and height [inch]."""
+DOTS_PER_INCH = 150
+INK, PALE_INK, GRID = "#26241f", "#7a756a", "#e4e0d6"
+"""Colours of curves and text, of labels, and of lines behind them."""
+STROKES = ("-", "--", ":")
+"""Of the terms, when there are more of them than dyes."""
+FEW_ENTRIES = 12
+"""Up to this many entries are marked one by one."""
+DECADES = 6
+"""Energies smaller than the largest by more than this many powers of ten fall off the picture."""
+MARGIN = 0.02
+"""Space beside the first and the last iteration, over the way between them."""
+ROUND_STEPS = [1, 2, 5, 10]
+"""Leading digits of the steps between marks."""
+CLOSEST_TICKS = 0.04
+"""Distance of the nearest two marks of time, over the width of the picture."""
+
+
+def plot_convergence(history: Sequence[HistoryEntry], path: FilePath, *, tolerance: float | None = None) -> None:
+    """Draw residual and energies of a relaxation against its iterations, with seconds on a second axis.
+
+    Args:
+        history: what was known after some iterations, in order, at least one entry.
+        path: a ``.png`` file; missing folders are made.
+        tolerance: residual at which the relaxation counts as converged, drawn as a line.
+
+    Raises:
+        ParameterError: the history is empty.
+        FileError: the picture cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    if not history:
+        raise ParameterError("history: got no entries; expected at least one")
+    figure = Figure(figsize=SIZE, dpi=DOTS_PER_INCH, layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.2))
+    _mark_iterations(below, history)
+    _mark_seconds(above, history)
+    _draw_residual(above, history, tolerance)
+    _draw_energies(below, history)
+    figure.suptitle(_summary(history), x=0.01, ha="left", fontsize=11, color=INK)
+    with atomic_path(path) as temporary:
+        FigureCanvasAgg(figure).print_png(str(temporary))
+
+
+def _draw_residual(axes: Axes, history: Sequence[HistoryEntry], tolerance: float | None) -> None:
+    residual = _positive([entry["residual"] for entry in history])
+    axes.plot(_iterations(history), residual, color=INK, linewidth=1.6, marker=_marker(history), markersize=4)
+    if tolerance is not None:
+        axes.axhline(tolerance, color=PALE_INK, linewidth=1.0, linestyle=(0, (5, 3)))
+        axes.annotate(
+            f"tolerance {tolerance:g}", (0.0, tolerance), xycoords=("axes fraction", "data"), xytext=(4, 3),
+            textcoords="offset points", ha="left", va="bottom", fontsize=9, color=PALE_INK,
+        )  # fmt: skip
+    _dress(axes, "relative force residual")
+
+
+def _draw_energies(axes: Axes, history: Sequence[HistoryEntry]) -> None:
+    """One curve for each term, named in the order of their last values."""
+    _dress(axes, "energy [erg]")
+    curves = {term: _positive([entry["energies"].get(term, np.nan) for entry in history])
+              for term in energy_terms(history)}  # fmt: skip
+    highest = {term: float(curve[np.isfinite(curve)].max(initial=0.0)) for term, curve in curves.items()}
+    floor = max(highest.values(), default=0.0) / 10**DECADES
+    lines = {}
+    for number, term in enumerate(curves):
+        if highest[term] > floor:
+            lines[term] = axes.plot(
+                _iterations(history), curves[term], color=tuple(DYES[number % len(DYES)]),
+                linestyle=STROKES[number // len(DYES) % len(STROKES)], linewidth=1.6,
+                marker=_marker(history), markersize=4,
+            )[0]  # fmt: skip
+    if lines:
+        axes.set_ylim(bottom=max(axes.get_ylim()[0], floor))
+        order = sorted(lines, key=lambda term: -float(np.nan_to_num(curves[term][-1])))
+        axes.legend([lines[term] for term in order], order, frameon=False, fontsize=9, labelcolor=INK,
+                    loc="center left", bbox_to_anchor=(1.0, 0.5))  # fmt: skip
+
+
+def _mark_iterations(axes: Axes, history: Sequence[HistoryEntry]) -> None:
+    """Whole iterations below the picture, from the first to the last."""
+    from matplotlib.ticker import MaxNLocator
+
+    iterations = _iterations(history)
+    space = max(MARGIN * float(np.ptp(iterations)), 0.5)
+    axes.set_xlim(iterations.min() - space, iterations.max() + space)
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=ROUND_STEPS, integer=True))
+    axes.set_xlabel("iteration", color=PALE_INK)
+
+
+def _mark_seconds(axes: Axes, history: Sequence[HistoryEntry]) -> None:
+    """Round seconds above the picture, where their iterations are; time need not run evenly with iterations."""
+    from matplotlib.ticker import MaxNLocator
+
+    seconds = np.array([entry["seconds"] for entry in history], dtype=np.float64)
+    round_ones = np.asarray(MaxNLocator(8, steps=ROUND_STEPS).tick_values(seconds.min(), seconds.max()))
+    round_ones = round_ones[(round_ones >= seconds.min()) & (round_ones <= seconds.max())]
+    place = np.interp(round_ones, seconds, _iterations(history))
+    left, right = axes.get_xlim()
+    apart = np.diff(place, prepend=-np.inf) > CLOSEST_TICKS * (right - left)
+    top = axes.twiny()
+    top.set_xlim(left, right)
+    top.set_xticks(place[apart], [f"{second:g}" for second in round_ones[apart]])
+    top.set_xlabel("time [s]", color=PALE_INK)
+    top.tick_params(colors=PALE_INK, labelsize=9)
+    top.spines[:].set_visible(False)
+
+
+def _dress(axes: Axes, name: str) -> None:
+    axes.set_yscale("log")
+    axes.set_ylabel(name, color=PALE_INK)
+    axes.grid(color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(which="both", colors=PALE_INK, labelsize=9)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(PALE_INK)
+
+
+def _summary(history: Sequence[HistoryEntry]) -> str:
+    last = history[-1]
+    total = sum(last["energies"].values())
+    return (
+        f"residual {last['residual']:.3g}, energy {total:.4g} erg after {last['iteration']} iterations, "
+        f"{last['seconds']:.3g} s"
+    )
+
+
+def _iterations(history: Sequence[HistoryEntry]) -> FloatArray:
+    return np.array([entry["iteration"] for entry in history], dtype=np.float64)
+
+
+def _marker(history: Sequence[HistoryEntry]) -> str:
+    return "o" if len(history) <= FEW_ENTRIES else ""
+
+
+def _positive(values: Sequence[float]) -> FloatArray:
+    """The values that a logarithmic axis can show, the others as gaps."""
+    array = np.array(values, dtype=np.float64)
+    return np.where(np.isfinite(array) & (array > 0.0), array, np.nan)

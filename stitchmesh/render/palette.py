@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Colours of stitches by their type; those of rows stand in ``dyes.py``."""
+
+from __future__ import annotations
+
+from colorsys import hsv_to_rgb
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.mesh.stitch import CODES, Stitch
+
+_PLAIN = {
+    Stitch.PANEL: (214, 208, 196),
+    Stitch.KNIT: (226, 214, 190),
+    Stitch.PURL: (150, 168, 186),
+    Stitch.CAST_ON: (122, 150, 104),
+    Stitch.BIND_OFF: (96, 110, 148),
+    Stitch.DRAW_THROUGH: (150, 120, 96),
+}
+_FAMILIES = (
+    ("ky yk py yp kp pk", (52.0, 26.0), 0.70),
+    ("kyk pyp yky ypy kpk pkp kpy ykp pky ypk", (22.0, -14.0), 0.66),
+    ("d12k d21k d12p d21p", (172.0, 202.0), 0.46),
+    ("d123k d132k d213k d231k d312k d321k d123p d132p d213p d231p d312p d321p", (212.0, 296.0), 0.44),
+    ("b f x", (84.0, 112.0), 0.58),
+    ("sk ks sp ps sy ys", (128.0, 158.0), 0.50),
+)
+"""Codes of stitches, hue of the first and of the last [degrees], and saturation."""
+_BRIGHTNESS = (0.88, 0.70)
+"""Of every other stitch of a family, so that those with nearly one hue are told apart."""
+
+
+def _colours() -> dict[Stitch, tuple[int, int, int]]:
+    colours = {**_PLAIN, Stitch.YARN_OVER: (250, 236, 140)}
+    for codes, (first, last), saturation in _FAMILIES:
+        hues = np.linspace(first, last, len(codes.split()))
+        for number, (code, hue) in enumerate(zip(codes.split(), hues, strict=True)):
+            red, green, blue = hsv_to_rgb(hue / 360.0 % 1.0, saturation, _BRIGHTNESS[number % 2])
+            colours[CODES[code]] = round(255 * red), round(255 * green), round(255 * blue)
+    return colours
+
+
+STITCH_COLOURS = _colours()
+"""Plain stitches are pale and the others strong: increases warm, decreases cool, slips green, sRGB 0 to 255."""
+ODD_ROW = 0.9
+"""Brightness of every second row in the picture of stitches."""
+
+
+def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
+    """Colour (sRGB) of each stitch face, shape (n,) to (n, 3); odd rows are a little darker."""
+    codes = np.asarray(stitch, dtype=np.int64)
+    table = np.array([stitch_colour(code) for code in sorted(Stitch)], dtype=np.float64)
+    shade = np.where(np.asarray(row) % 2 == 1, ODD_ROW, 1.0)
+    return np.round(table[codes] * shade[..., None]).astype(np.uint8)
+
+
+def stitch_colour(code: int) -> tuple[int, int, int]:
+    """Colour (sRGB) of a stitch type, 0 to 255."""
+    return STITCH_COLOURS[Stitch(code)]

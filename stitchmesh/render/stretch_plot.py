@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture of a stretch curve: tension, and how the other size follows, against the strain."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.contents import FilePath
+from stitchmesh.mesh import FloatArray
+from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve
+from stitchmesh.render.convergence_plot import DOTS_PER_INCH, GRID, INK, PALE_INK
+from stitchmesh.yarn.colours import DYES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SIZE = (7.0, 4.2)
+"""Width and height of a picture of one panel [inch]."""
+TALL = 6.0
+"""Height of a picture of two."""
+ALONG = {"course": "along the courses", "wale": "along the wales"}
+"""What a direction is called."""
+
+
+def plot_stretch(curve: StretchCurve, path: FilePath) -> None:
+    """Draw the tensions of a curve, and the size across it where that is free.
+
+    Args:
+        curve: a stretched swatch.
+        path: a ``.png`` file; missing folders are made.
+
+    Raises:
+        FileError: the picture cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    free = curve.other == "free"
+    figure = Figure(figsize=(SIZE[0], TALL if free else SIZE[1]), dpi=DOTS_PER_INCH, layout="constrained")
+    panels = figure.subplots(1 + free, 1, sharex=True, squeeze=False)[:, 0]
+    _draw_tension(panels[0], curve)
+    if free:
+        _draw_other(panels[1], curve)
+    panels[-1].set_xlabel(f"strain {ALONG[curve.direction]} [%]", color=PALE_INK)
+    figure.suptitle(_summary(curve), x=0.01, ha="left", fontsize=11, color=INK)
+    with atomic_path(path) as temporary:
+        FigureCanvasAgg(figure).print_png(str(temporary))
+
+
+def _draw_tension(axes: Axes, curve: StretchCurve) -> None:
+    """Tension along both directions, that across only where the size is held; snaps as broken lines."""
+    percent = _percent(curve)
+    names = ("course", "wale") if curve.other == "held" else (curve.direction,)
+    for name, dye in zip(names, DYES, strict=False):
+        tension = curve.column(f"{name}_tension")
+        axes.plot(percent, tension, color=tuple(dye), linewidth=1.6, marker="o", markersize=4, label=ALONG[name])
+    for number, point in enumerate(curve.snaps):
+        place = (percent[point - 1] + percent[point]) / 2
+        label = "snapped to another shape" if number == 0 else None
+        axes.axvline(place, color=PALE_INK, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
+    axes.axhline(0.0, color=PALE_INK, linewidth=0.8)
+    axes.legend(frameon=False, fontsize=9, labelcolor=INK)
+    _dress(axes, "tension [dyn/cm]")
+    newtons = axes.secondary_yaxis("right", functions=(_in_newtons, _in_dynes))
+    newtons.set_ylabel("tension [N/m]", color=PALE_INK)
+    newtons.tick_params(colors=PALE_INK, labelsize=9)
+    newtons.spines[:].set_color(PALE_INK)
+
+
+def _draw_other(axes: Axes, curve: StretchCurve) -> None:
+    """The size that is free, over what it is without stress."""
+    width, height = size_of(curve.free.lattice)
+    name, size, rest = ("height", curve.column("height"), height) if curve.direction == "course" else (
+        "width", curve.column("width"), width)  # fmt: skip
+    axes.plot(_percent(curve), 100.0 * (size / rest - 1.0), color=INK, linewidth=1.6, marker="o", markersize=4)
+    _dress(axes, f"change of {name} [%]")
+
+
+def _dress(axes: Axes, name: str) -> None:
+    axes.set_ylabel(name, color=PALE_INK)
+    axes.grid(color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(which="both", colors=PALE_INK, labelsize=9)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(PALE_INK)
+
+
+def _summary(curve: StretchCurve) -> str:
+    width, height = size_of(curve.free.lattice)
+    across = "wale" if curve.direction == "course" else "course"
+    fabric = f"free cell {width:.3g} x {height:.3g} cm"
+    return f"{fabric}, drawn {ALONG[curve.direction]}, {curve.other} {ALONG[across]}"
+
+
+def _percent(curve: StretchCurve) -> FloatArray:
+    return 100.0 * curve.column("strain")
+
+
+def _in_newtons(tension: Any) -> Any:
+    return tension * NEWTONS_PER_METRE
+
+
+def _in_dynes(tension: Any) -> Any:
+    return tension / NEWTONS_PER_METRE

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Meshes as they are drawn: faces of any size, their edges, and arrows along the wales."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh import BORDER, FloatArray, Mesh, StitchMesh
+from stitchmesh.render.lettering import INK
+
+if TYPE_CHECKING:
+    import pyvista
+
+LIFT = 0.03
+"""Arrows and edges lie above the surface by this part of the mean side length, or they would drown in it."""
+
+
+def polygon_surface(mesh: Mesh) -> pyvista.PolyData:
+    """The faces with smooth normals; each corner is a point of its own, so that a lattice needs no seam."""
+    import pyvista
+
+    sizes = np.diff(mesh.face_start)
+    polygons = np.insert(np.arange(mesh.side_count), mesh.face_start[:-1], sizes)
+    surface = pyvista.PolyData(mesh.corner_position.astype(np.float32), faces=polygons)
+    surface.point_data["Normals"] = mesh.vertex_normal[mesh.face_vertex].astype(np.float32)
+    surface.point_data.active_normals_name = "Normals"
+    return surface
+
+
+def add_faces(plotter: pyvista.Plotter, mesh: Mesh, colours: NDArray[np.uint8]) -> None:
+    """Add the faces with one sRGB colour each, shape (F, 3)."""
+    plotter.add_mesh(
+        polygon_surface(mesh), scalars=colours, rgb=True, smooth_shading=True, ambient=0.32, diffuse=0.55, specular=0.0
+    )
+
+
+def add_edges(plotter: pyvista.Plotter, mesh: Mesh, sides: NDArray[np.bool_], width: float, opacity: float) -> None:
+    """Add the chosen sides as lines, each edge once.
+
+    Args:
+        plotter: where to.
+        mesh: whose sides.
+        sides: which of them, shape (C,).
+        width: of the lines [window pixels].
+        opacity: from 0 to 1.
+    """
+    import pyvista
+
+    chosen = np.flatnonzero(sides & ((mesh.twin == BORDER) | (np.arange(mesh.side_count) < mesh.twin)))
+    if not len(chosen):
+        return
+    corners = np.stack([chosen, mesh.side_next[chosen]], axis=1)
+    lines = np.insert(np.arange(2 * len(chosen)), np.arange(0, 2 * len(chosen), 2), 2)
+    points = lifted_corners(mesh)[corners.ravel()]
+    plotter.add_mesh(
+        pyvista.PolyData(points.astype(np.float32), lines=lines),
+        color=INK, line_width=width, opacity=opacity, lighting=False,
+    )  # fmt: skip
+
+
+def add_wale_arrows(plotter: pyvista.Plotter, fabric: StitchMesh) -> None:
+    """Add an arrowhead to each face that points along its wale."""
+    import pyvista
+
+    triangles = np.arange(3 * fabric.face_count).reshape(-1, 3)
+    arrows = pyvista.PolyData.from_regular_faces(wale_arrowheads(fabric).reshape(-1, 3).astype(np.float32), triangles)
+    plotter.add_mesh(arrows, color=INK, lighting=False, opacity=0.8)
+
+
+def wale_arrowheads(fabric: StitchMesh) -> FloatArray:
+    """Tip and two ends of the base of each face's arrowhead [cm], shape (F, 3, 3)."""
+    position = lifted_corners(fabric)
+    first, last, right = fabric.face_start[:-1], fabric.face_start[1:] - 1, fabric.right_wale
+    bottom = (position[first] + position[right]) / 2
+    top = (position[right + 1] + position[last]) / 2
+    across = (position[right] + position[right + 1] - position[first] - position[last]) / 2
+    wale = top - bottom
+    middle = (bottom + top) / 2
+    return np.stack(
+        [middle + 0.2 * wale, middle - 0.15 * wale - 0.12 * across, middle - 0.15 * wale + 0.12 * across], 1
+    )
+
+
+def lifted_corners(mesh: Mesh) -> FloatArray:
+    """Position of each corner a little above the surface [cm], shape (C, 3)."""
+    height = LIFT * float(mesh.side_length.mean())
+    return mesh.corner_position + height * mesh.vertex_normal[mesh.face_vertex]

@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns: their curves, their rest lengths, radii and colours, and their copies where a fabric repeats."""
+
+from stitchmesh.yarn.yarn_set import (
+    FLOATING,
+    GAUSS_POINTS,
+    UNKNOWN_FACE,
+    YarnSet,
+    basis,
+    basis_derivative,
+    segment_lengths,
+    segment_points,
+)
+
+__all__ = [
+    "FLOATING",
+    "GAUSS_POINTS",
+    "UNKNOWN_FACE",
+    "YarnSet",
+    "basis",
+    "basis_derivative",
+    "segment_lengths",
+    "segment_points",
+]

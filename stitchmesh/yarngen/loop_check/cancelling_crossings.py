@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which passes of yarn through yarn undo one another, so that none of it went through any other for good.
+
+Of two passes of opposite sign, of the same two stretches of yarn, the one makes a bight that the other takes back. From
+pass to pass the two stretches form a ring; where no other yarn goes through that ring, nothing holds the bight, and the
+yarns could have slid there without it. So do two opposite passes cancel, and one alone where yarn passes through itself
+and its curl is such an empty ring: it opens and closes again on the other side (Reidemeister's first move).
+
+A ring is empty where some surface over it is met by no yarn: one of the fans of triangles from its middle and from each
+of its points. All passes are matched at once, so that the rings are short together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.yarngen.loop_check.crossings_along_path import Journey, Pass
+from stitchmesh.yarngen.loop_check.strands import Ends, Strands
+
+LONGEST_RING = 48.0
+"""In yarn radii: one and a half loops of ordinary tightness."""
+ALWAYS_EMPTY = 4.0
+"""Length of a ring in yarn radii through which no yarn goes: a ring around one is pi times as long."""
+BESIDE = 2
+"""Sampled points beside a ring that may touch its surface, being of the same yarn."""
+MOMENTS_BETWEEN = (0.5, 0.25, 0.75)
+"""When a ring is looked at, from the one pass to the other: empty once, it can be opened then."""
+NEVER, FREE = 1e6, 1e-6
+"""Cost of a pass that nothing undoes, and of nothing, in yarn radii."""
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Yarn from an edge to another, in an image."""
+
+    yarn: int
+    first: int
+    """Place along the yarn where the first edge starts."""
+    last: int
+    """Likewise of the last."""
+    image: tuple[int, int]
+
+    @property
+    def between(self) -> IntArray:
+        """Places between the two edges, in order."""
+        if self.last >= self.first:
+            return np.arange(self.first + 1, self.last + 1)
+        return np.arange(self.first, self.last, -1)
+
+
+def lasting_passes(journey: Journey) -> list[Pass]:
+    """Passes that no others undo, in the order of time."""
+    passes = journey.passes
+    if not passes:
+        return []
+    rings = _Rings(journey)
+    right, left = ([k for k, found in enumerate(passes) if found.sign == sign] for sign in (1, -1))
+    alone = [rings.curl_cost(found) for found in passes]
+    pairs = {
+        (row, column): rings.pair_cost(passes[right[row]], passes[left[column]])
+        for row, column in near_passes(
+            journey.strands, [passes[k] for k in right], [passes[k] for k in left], LONGEST_RING * rings.radius
+        )
+    }
+    pairs = {which: cost for which, cost in pairs.items() if cost < NEVER}
+    lasting = _matched(pairs, [alone[k] for k in right], [alone[k] for k in left])
+    return [passes[k] for k in sorted([right[k] for k in lasting[0]] + [left[k] for k in lasting[1]])]
+
+
+def near_passes(strands: Strands, one: list[Pass], two: list[Pass], reach: float) -> list[tuple[int, int]]:
+    """Pairs of passes that lie near one another along their yarns, up to a reach [cm]."""
+    others = np.array([(found.first, found.second) for found in two], dtype=np.int64).reshape(-1, 2)
+    pairs = []
+    for number, found in enumerate(one):
+        same = _apart(strands, found.first, others[:, 0]) + _apart(strands, found.second, others[:, 1])
+        crosswise = _apart(strands, found.first, others[:, 1]) + _apart(strands, found.second, others[:, 0])
+        pairs += [(number, int(k)) for k in np.flatnonzero(np.minimum(same, crosswise) < reach)]
+    return pairs
+
+
+def _apart(strands: Strands, point: int, others: IntArray) -> FloatArray:
+    """Length of yarn between a point and others, the shorter way around [cm]; infinite to other yarns."""
+    apart = np.abs(strands.along[others] - strands.along[point])
+    yarn = int(strands.yarn[point])
+    if strands.yarns.closed[yarn]:
+        begin, end = strands.along[strands.start[yarn : yarn + 2]]
+        apart = np.minimum(apart, end - begin - apart)
+    return np.where(strands.yarn[others] == yarn, apart, np.inf)
+
+
+def _matched(pairs: dict[tuple[int, int], float], right: list[float], left: list[float]) -> tuple[list[int], list[int]]:
+    """Rows and columns that stay alone at the cost of ``NEVER`` when all are matched, or left alone, at least cost."""
+    p, m = len(right), len(left)
+    entries = [(row, column, cost) for (row, column), cost in pairs.items()]
+    entries += [(p + column, m + row, FREE) for row, column in pairs]
+    entries += [(row, m + row, cost) for row, cost in enumerate(right)]
+    entries += [(p + column, column, cost) for column, cost in enumerate(left)]
+    rows, columns, costs = np.array(entries).T
+    graph = coo_array((costs, (rows.astype(np.int32), columns.astype(np.int32))), shape=(p + m, m + p)).tocsr()
+    row, column = min_weight_full_bipartite_matching(graph)
+    alone_right = [int(k) for k, n in zip(row, column, strict=True) if k < p and n >= m and right[k] >= NEVER]
+    alone_left = [int(n) for k, n in zip(row, column, strict=True) if k >= p and n < m and left[n] >= NEVER]
+    return alone_right, alone_left
+
+
+class _Rings:
+    """Rings of yarn on a journey, and what they cost: their length, or ``NEVER`` where yarn goes through them."""
+
+    def __init__(self, journey: Journey) -> None:
+        self.journey, self.strands = journey, journey.strands
+        self.radius = float(journey.states[-1].radius.mean())
+        self.edge_at = np.full(self.strands.start[-1], -1)
+        self.edge_at[self.strands.edges] = np.arange(len(self.strands.edges))
+
+    def curl_cost(self, one: Pass) -> float:
+        """Of the curl of a yarn that passes through itself."""
+        yarn = int(self.strands.yarn[one.first])
+        first = self._place(one.first)
+        if yarn != self.strands.yarn[one.second]:
+            return NEVER
+        costs = [
+            self._cost([one.time], [_Stretch(yarn, first, self._place(one.second) + turns * self._size(yarn), (0, 0))])
+            for turns in self._turns(yarn, one.image, first - self._place(one.second))
+        ]
+        return min(costs, default=NEVER)
+
+    def pair_cost(self, right: Pass, left: Pass) -> float:
+        """Of the ring between two passes of opposite sign."""
+        turned = (-left.image[0], -left.image[1])
+        ways = [(left.first, left.second, left.image), (left.second, left.first, turned)]
+        times = [right.time + part * (left.time - right.time) for part in MOMENTS_BETWEEN]
+        return min((self._cost(times, ring) for way in ways for ring in self._rings_of(right, *way)), default=NEVER)
+
+    def _rings_of(self, one: Pass, first: int, second: int, image: tuple[int, int]) -> list[list[_Stretch]]:
+        """Rings from a pass to another one, given by its edges, in whatever images it lies."""
+        yarns = [int(self.strands.yarn[point]) for point in (one.first, one.second)]
+        if yarns != [int(self.strands.yarn[point]) for point in (first, second)]:
+            return []
+        begin = [self._place(one.first), self._place(one.second)]
+        end = [self._place(first), self._place(second)]
+        rings = []
+        for turns in self._near_turns(yarns[0], begin[0] - end[0]):
+            moved = turns * self.strands.step[yarns[0]] + image - one.image
+            for more in self._turns(yarns[1], moved, begin[1] - end[1]):
+                places = [end[0] + turns * self._size(yarns[0]), end[1] + more * self._size(yarns[1])]
+                there = _Stretch(yarns[0], begin[0], places[0], (0, 0))
+                rings.append([there, _Stretch(yarns[1], places[1], begin[1], one.image)])
+        return rings
+
+    def _turns(self, yarn: int, image: IntArray | tuple[int, int], missing: int) -> list[int]:
+        """Turns along a yarn that lead into an image; where it repeats none, those that come near."""
+        step = self.strands.step[yarn]
+        if not step.any():
+            return self._near_turns(yarn, missing) if not np.any(image) else []
+        turns = int(round(float(np.dot(image, step) / np.dot(step, step))))
+        return [turns] if np.array_equal(turns * step, image) else []
+
+    def _near_turns(self, yarn: int, missing: int) -> list[int]:
+        """Turns along a yarn that come near to so many places further."""
+        if not self.strands.yarns.closed[yarn]:
+            return [0]
+        nearest = round(missing / self._size(yarn))
+        return [nearest - 1, nearest, nearest + 1]
+
+    def _place(self, point: int) -> int:
+        return point - int(self.strands.start[self.strands.yarn[point]])
+
+    def _size(self, yarn: int) -> int:
+        return int(self.strands.start[yarn + 1] - self.strands.start[yarn])
+
+    def _cost(self, times: list[float], ring: list[_Stretch]) -> float:
+        length = sum(self.strands.distance(part.yarn, part.first, part.last) for part in ring) / self.radius
+        if length >= LONGEST_RING or (length >= ALWAYS_EMPTY and not any(self._is_empty(time, ring) for time in times)):
+            return NEVER
+        return max(length, FREE)
+
+    def _is_empty(self, time: float, ring: list[_Stretch]) -> bool:
+        """Whether no yarn goes through a ring at a time."""
+        ends, lattice = self.journey.at(time)
+        corners = np.concatenate([self._positions(ends, lattice, part) for part in ring])
+        if len(corners) < 3:
+            return True
+        first, second = self._edges_near(ends, lattice, corners, ring)
+        return any(not _meets_fan(apex, corners, first, second) for apex in (corners.mean(axis=0), *corners))
+
+    def _positions(self, ends: Ends, lattice: Lattice | None, part: _Stretch) -> FloatArray:
+        """Sampled points of a stretch [cm], shape (n, 3)."""
+        points, images = self.strands.numbered(part.yarn, part.between)
+        positions: FloatArray = ends.first[self.edge_at[points]]
+        return positions if lattice is None else positions + lattice.shift(images + part.image)
+
+    def _edges_near(
+        self, ends: Ends, lattice: Lattice | None, corners: FloatArray, ring: list[_Stretch]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Ends of the edges near a ring that are not its own, shape (n, 3) each."""
+        middle = corners.mean(axis=0)
+        reach = np.linalg.norm(corners - middle, axis=1).max() + np.linalg.norm(ends.second - ends.first, axis=1).max()
+        images = [(0, 0)]
+        if lattice is not None:
+            images = [(a, b) for a, b in lattice.near_images(np.concatenate([ends.first, corners]), reach).tolist()]
+        found = []
+        for image in images:
+            shift = np.zeros(3) if lattice is None else lattice.shift(image)
+            near = np.flatnonzero(((ends.first + shift - middle) ** 2).sum(axis=1) < reach**2)
+            near = np.setdiff1d(near, [edge for part in ring for edge in self._own_edges(part, image)])
+            found.append((ends.first[near] + shift, ends.second[near] + shift))
+        return np.concatenate([first for first, _ in found]), np.concatenate([second for _, second in found])
+
+    def _own_edges(self, part: _Stretch, image: tuple[int, int]) -> IntArray:
+        """Edges of a stretch and beside it, those in an image."""
+        low, high = sorted((part.first, part.last))
+        places = np.arange(low - BESIDE, high + BESIDE + 1)
+        if not self.strands.yarns.closed[part.yarn]:
+            places = places[(places >= 0) & (places < self._size(part.yarn))]
+        points, images = self.strands.numbered(part.yarn, places)
+        edges = self.edge_at[points[(images + part.image == image).all(axis=1)]]
+        return edges[edges >= 0]
+
+
+def _meets_fan(apex: FloatArray, corners: FloatArray, first: FloatArray, second: FloatArray) -> bool:
+    """Whether any edge goes through a triangle of an apex and two corners that follow one another."""
+    a, b = corners[:, None], np.roll(corners, -1, axis=0)[:, None]
+    normal = np.cross(a - apex, b - apex)
+    begin, end = ((side[None] - apex) @ np.swapaxes(normal, 1, 2) for side in (first, second))
+    begin, end = begin[..., 0], end[..., 0]
+    pierces = (begin > 0.0) != (end > 0.0)
+    triangle, edge = np.nonzero(pierces)
+    part = begin[triangle, edge] / (begin - end)[triangle, edge]
+    place = first[edge] + part[:, None] * (second - first)[edge]
+    inside = np.ones(len(place), dtype=bool)
+    sides = (apex, corners[triangle]), (corners[triangle], b[triangle, 0]), (b[triangle, 0], apex)
+    for start, stop in sides:
+        inside &= (np.cross(stop - start, place - start) * normal[triangle, 0]).sum(axis=1) >= 0.0
+    return bool(inside.any())

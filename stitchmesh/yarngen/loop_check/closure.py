@@ -1,0 +1,252 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How loops and links (``loops``) are closed to rings, the probes of ``loop_linking``.
+
+- A loop is closed by the straight line between its two cuts.
+- A link is closed by the straight line between its two cuts: the needle on which its row hangs. Where other loops
+  hang between them, slipped ones or those of another yarn, the line passes in front of these.
+- A link that ends beside its row is closed by a line that leaves the needle beyond its last loop.
+- A link drawn through loops is closed by a line that leaves it to both sides and passes in front of them.
+- A leg of a slipped loop, downwards, is closed by a line far behind it.
+
+In front is the right side of the fabric, ``across x up``: across a top side from its left crossing to its right one,
+and up from needle to needle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.errors import YarnError
+from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.bridges import SLOTS
+from stitchmesh.yarngen.loop_check.loops import Arc, Arcs
+from stitchmesh.yarngen.loop_check.passes import SlippedLegs, is_drawn, spanned_sides
+from stitchmesh.yarngen.loop_check.polygon_linking import Polygons
+from stitchmesh.yarngen.loop_check.strands import SAMPLES, sampled_points
+
+IN_FRONT = 2.0
+"""How far in front of other loops a link is closed, in yarn radii."""
+BEHIND = 8.0
+"""How far behind itself a leg is closed, in yarn radii: a stitch width."""
+BEYOND = 3.0
+"""How far beyond itself a link that is drawn through loops is closed, over the height of a row."""
+DRAWN_BESIDE = 2
+"""Stitches on either side that a link drawn through loops is extended by, as it slides through them."""
+
+
+Frame = tuple[int, int, int, int, int, int]
+"""Sampled points: left and right crossing of a top side, two below and two above, by which up is known."""
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A corner of a closing: ``base + (base - inner) / 2 + lift front + rise up``."""
+
+    base: int
+    inner: int
+    frame: Frame
+    lift: float = 0.0
+    """In yarn radii."""
+    rise: float = 0.0
+    """Over the height of a row."""
+
+
+@dataclass(frozen=True, eq=False)
+class Probes:
+    """Closed curves as numbers of sampled points, and of corners after these."""
+
+    loops: list[list[int]]
+    """One for each loop."""
+    links: list[list[int]]
+    """One for each link, empty where it has no loop to pass through."""
+    legs: list[list[int]]
+    """One for each leg of a slipped loop."""
+    corners: list[Corner]
+    point_count: int
+    """Number of sampled points."""
+
+    def positions(self, yarns: YarnSet) -> FloatArray:
+        """Sampled points and corners [cm], shape (n, 3)."""
+        points = sampled_points(yarns)
+        columns = np.array([(corner.base, corner.inner) for corner in self.corners], dtype=np.int64).reshape(-1, 2)
+        frames = np.array([corner.frame for corner in self.corners], dtype=np.int64).reshape(-1, 3, 2)
+        base, inner = points[columns].swapaxes(0, 1)
+        across = np.diff(points[frames[:, 0]], axis=1)[:, 0]
+        up = np.diff(points[frames[:, 1:]].mean(axis=2), axis=1)[:, 0]
+        lift = np.array([corner.lift for corner in self.corners]).reshape(-1, 1) * yarns.radius.mean()
+        front = np.cross(across, up)
+        front /= np.maximum(np.linalg.norm(front, axis=1, keepdims=True), 1e-300)
+        rise = np.array([corner.rise for corner in self.corners]).reshape(-1, 1)
+        return np.concatenate([points, base + (base - inner) / 2 + lift * front + rise * up])
+
+
+def as_polygons(points: FloatArray, curves: list[list[int]]) -> Polygons:
+    """Closed curves as polygons."""
+    start = np.concatenate([[0], np.cumsum([len(curve) for curve in curves])])
+    return Polygons(points, start, np.array([corner for curve in curves for corner in curve], dtype=np.int64))
+
+
+def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> Probes:
+    """Close all loops, links and legs of slipped loops."""
+    closer = _Closer(arcs, yarns)
+    loops = [closer.points_of(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
+    links = [closer.link(link) for link in arcs.links]
+    legs = [closer.leg(piece) for piece in slipped.piece.tolist()]
+    return Probes(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES)
+
+
+class _Closer:
+    """Closes arcs one by one."""
+
+    def __init__(self, arcs: Arcs, yarns: YarnSet) -> None:
+        self.arcs, self.pieces, self.whole = arcs, arcs.pieces, arcs.whole
+        self.start = yarns.start.tolist()
+        self.role = self.whole.side_role.tolist()
+        self.corners: list[Corner] = []
+        self.point_count = len(yarns.points) * SAMPLES
+        self.crossing_point = self._crossing_points()
+        # arcs by the cut at which they start (-1) or end (1)
+        self.beside = {(arc.first, -1): arc for arc in (*arcs.loops, *arcs.links)}
+        self.beside |= {(arc.last, 1): arc for arc in (*arcs.loops, *arcs.links)}
+
+    def points_of(self, arc: Arc) -> list[int]:
+        """Sampled points of an arc in the order of the yarn."""
+        return self._points(arc.yarn, arc.first, arc.count)
+
+    def link(self, link: Arc) -> list[int]:
+        """The closed curve of a link; nothing where it has no loop to pass through."""
+        if is_drawn(self.arcs, link):
+            return [] if int(self.pieces.face[link.pieces[0]]) in self.arcs.chained else self._drawn(link)
+        if not any(link.hangs):
+            return self.points_of(link) if self._is_ring(link) else []
+        ways = [self._along(side, rightwards) for side, rightwards in spanned_sides(self.arcs, link)]
+        return [*self.points_of(link), *self._needle(link, ways)]
+
+    def _drawn(self, link: Arc) -> list[int]:
+        """The closed curve of a link that is drawn through loops: a stretch of that yarn, or all of a short ring."""
+        row = [link]
+        for way in (-1, 1):
+            for _ in range(DRAWN_BESIDE):
+                beside = self.beside.get((row[0].first, 1) if way < 0 else (row[-1].last, -1))
+                if beside is None or not is_drawn(self.arcs, beside):
+                    break
+                row = [beside, *row] if way < 0 else [*row, beside]
+        if row[0].first == row[-1].last or len({arc.first for arc in row}) < len(row):
+            return self._points(link.yarn, self.start[link.yarn] * SAMPLES, self._size(link.yarn))
+        back = [(arc.last, self._side_below(arc, -1)) for arc in row[::-1]]
+        back.append((row[0].first, self._side_below(row[0], 0)))
+        points = [point for arc in row for point in self.points_of(arc)]
+        return [*points, *(self._corner(Corner(end, end, self._frame(side), rise=BEYOND)) for end, side in back)]
+
+    def _side_below(self, link: Arc, place: int) -> int:
+        """The top side on which the first (0) or last (-1) loop hangs that a link is drawn through."""
+        first, bottom = (int(n[self.pieces.face[link.pieces[0]]]) for n in (self.whole.face_start, self.whole.n_bottom))
+        sides: list[int] = self.whole.twin[first : first + bottom].tolist()
+        return sides[place] if self.role[link.ends[0] // SLOTS] == LEFT else sides[-1 - place]
+
+    def leg(self, piece: int) -> list[int]:
+        """The closed curve of a leg, downwards."""
+        yarn, (first, after) = int(self.pieces.yarn[piece]), self.pieces.points[piece].tolist()
+        before = first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1
+        points = self._points(yarn, before * SAMPLES + SAMPLES // 2, (after - first) * SAMPLES + 1)
+        start, end = (int(crossing) // SLOTS for crossing in self.pieces.ends[piece])
+        top = end if self.role[start] == 0 else start
+        downwards = points if top == start else points[::-1]
+        frame = self._frame(top)
+        behind = [self._corner(Corner(point, point, frame, -BEHIND)) for point in (downwards[-1], downwards[0])]
+        return [*downwards, *behind]
+
+    def _needle(self, link: Arc, ways: list[tuple[int, int, int]]) -> list[int]:
+        """Corners from the end of a link back to its start; ``ways`` are sides as the link passes them."""
+        passing = [
+            self._corner(Corner(point, point, self._frame(side), IN_FRONT))
+            for side, near, far in reversed(ways)
+            for point in (far, near)
+        ]
+        if all(link.hangs):
+            return passing
+        crossing = link.ends[0] if link.hangs[0] else link.ends[1]
+        if link.hangs[0]:
+            side, near, far = ways[-1] if ways else self._along(crossing // SLOTS, self._leaves_right(link, 1))
+        else:
+            side, far, near = ways[0] if ways else self._along(crossing // SLOTS, self._leaves_right(link, 0))
+        lift = IN_FRONT if ways else 0.0
+        outer = self._corner(Corner(far, near, self._frame(side), lift))
+        return [outer, *passing] if link.hangs[0] else [*passing, outer]
+
+    def _leaves_right(self, link: Arc, end: int) -> bool:
+        """Whether a link runs rightwards where it is entered (0) or left (1) through a wale side."""
+        return self.role[link.ends[end] // SLOTS] == (LEFT, RIGHT)[end]
+
+    def _along(self, side: int, rightwards: bool) -> tuple[int, int, int]:
+        """A top side and its two crossings in the order in which they are passed."""
+        left, right = self._crossings(side)
+        return (side, left, right) if rightwards else (side, right, left)
+
+    def _frame(self, side: int) -> Frame:
+        """Where across and up are at a top side: up to the needle above, else from that below the row."""
+        own, above = self._crossings(side), int(self.whole.twin[side])
+        over = self._some_crossings(self._top_sides(int(self.whole.side_face[above]))) if above != BORDER else None
+        return (*own, *own, *over) if over is not None else (*own, *self._from_below(int(self.whole.side_face[side])))
+
+    def _from_below(self, face: int) -> tuple[int, int, int, int]:
+        """Crossings on the needle below and on that above a face, or the nearest one in its row that has both."""
+        for wales in (self.whole.left_wale, self.whole.right_wale):
+            beside, seen = face, {BORDER}
+            while beside not in seen:
+                seen.add(beside)
+                first, bottom = int(self.whole.face_start[beside]), int(self.whole.n_bottom[beside])
+                under = self._some_crossings(self.whole.twin[first : first + bottom].tolist())
+                over = self._some_crossings(self._top_sides(beside))
+                if under is not None and over is not None:
+                    return (*under, *over)
+                across = int(self.whole.twin[wales[beside]])
+                beside = BORDER if across == BORDER else int(self.whole.side_face[across])
+        raise YarnError(f"face {face}: its row is worked on no loops, so that nothing tells its front from its back")
+
+    def _some_crossings(self, sides: list[int]) -> tuple[int, int] | None:
+        """The crossings of the middle one of those sides that have any."""
+        some = [side for side in sides if side * SLOTS in self.crossing_point]
+        return self._crossings(some[len(some) // 2]) if some else None
+
+    def _crossings(self, side: int) -> tuple[int, int]:
+        """Sampled points at the left and the right crossing of a top side."""
+        return self.crossing_point[side * SLOTS + 1], self.crossing_point[side * SLOTS]
+
+    def _top_sides(self, face: int) -> list[int]:
+        return list(range(int(self.whole.right_wale[face]) + 1, int(self.whole.left_wale[face])))
+
+    def _corner(self, corner: Corner) -> int:
+        self.corners.append(corner)
+        return self.point_count + len(self.corners) - 1
+
+    def _points(self, yarn: int, first: int, count: int) -> list[int]:
+        start, size = self.start[yarn] * SAMPLES, self._size(yarn)
+        if start <= first and first + count <= start + size:
+            return list(range(first, first + count))
+        return [start + (point - start) % size for point in range(first, first + count)]
+
+    def _is_ring(self, link: Arc) -> bool:
+        return link.count == self._size(link.yarn)
+
+    def _size(self, yarn: int) -> int:
+        """Number of sampled points of a yarn."""
+        return (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
+
+    def _crossing_points(self) -> dict[int, int]:
+        """The sampled point at each crossing of a top side."""
+        found: dict[int, int] = {}
+        for link in self.arcs.links:
+            found.update(zip(link.ends, (link.first, link.last), strict=True))
+        for loop in self.arcs.loops:
+            for piece in loop.pieces:
+                first, after = self.pieces.points[piece].tolist()
+                start = self.start[loop.yarn]
+                before = first - 1 if first > start else self.start[loop.yarn + 1] - 1
+                for crossing, point in zip(self.pieces.ends[piece].tolist(), (before, after - 1), strict=True):
+                    found.setdefault(crossing, point * SAMPLES + SAMPLES // 2)
+        return found

@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Loops of yarns and the yarn between them, found and named by the stitches that made them.
+
+Yarn is cut wherever a row's own yarn crosses a top side, the line on which loops hang from a needle. Above the cuts
+lie *loops*: from the two places where a loop crosses the top side of its stitch up to where it is held, through
+slipped stitches and cables as well. Below lie *links*: from one loop down its leg, along the row, and up into the
+next; at the ends of a row, and beside yarn that is drawn through loops, a link has one loop or none. What is drawn
+through the last loops is cut into one link for each face.
+
+Loops and links are index ranges of sampled points and stay what they are when yarns are relaxed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from stitchmesh.mesh import BOTTOM, StitchMesh
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.bridges import SLOTS
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
+from stitchmesh.yarngen.loop_check.pieces import YarnPieces, yarn_pieces
+from stitchmesh.yarngen.loop_check.strands import SAMPLES
+
+DRAWN = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
+"""Stitches whose yarn is drawn through loops and makes none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A stretch of yarn between two cuts, or a ring without any."""
+
+    yarn: int
+    first: int
+    """Sampled point at its first cut."""
+    count: int
+    """Number of its sampled points."""
+    last: int
+    """Sampled point at its last cut."""
+    pieces: tuple[int, ...]
+    """Its pieces (``YarnPieces``)."""
+    ends: tuple[int, int]
+    """Crossings at its two cuts."""
+    hangs: tuple[bool, bool]
+    """Whether yarn goes on across a course side at each end: for a link, into a loop."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """All loops and links of a fabric's yarns."""
+
+    pieces: YarnPieces
+    loops: list[Arc]
+    """Above the cuts."""
+    links: list[Arc]
+    """Below the cuts."""
+
+    @property
+    def whole(self) -> StitchMesh:
+        """The stitch mesh with its bind-off row."""
+        return self.pieces.course.whole
+
+    @cached_property
+    def turned_at(self) -> frozenset[int]:
+        """Bottom sides that loops cross with their legs exchanged, having been slipped and twisted below."""
+        found: set[int] = set()
+        role = self.whole.side_role
+        for loop in self.loops:
+            crossings = self.pieces.ends[list(loop.pieces)].ravel()
+            seen: set[int] = set()
+            for crossing in crossings[role[crossings // SLOTS] == 0].tolist():
+                if crossing // SLOTS not in seen and crossing % SLOTS != crossings[0] % SLOTS:
+                    found.add(crossing // SLOTS)
+                seen.add(crossing // SLOTS)
+        return frozenset(found)
+
+    @cached_property
+    def slip_pieces(self) -> frozenset[int]:
+        """Pieces in faces that slip a loop."""
+        codes = [stitch for stitch, making in VOCABULARY.items() if "s" in making.made]
+        return frozenset(np.flatnonzero(np.isin(self.whole.stitch[self.pieces.face], codes)).tolist())
+
+    @cached_property
+    def chained(self) -> frozenset[int]:
+        """Faces that are bound off in a chain, whose loops cross wale sides."""
+        crossings = self.pieces.ends
+        is_leg = self.whole.is_wale[crossings // SLOTS] & (crossings % SLOTS > 0)
+        return frozenset(self.pieces.face[is_leg.any(axis=1)].tolist())
+
+    @cached_property
+    def loop_at(self) -> dict[int, int]:
+        """The loop that starts or ends at each cut, by the cut's sampled point."""
+        return {point: number for number, loop in enumerate(self.loops) for point in (loop.first, loop.last)}
+
+    @cached_property
+    def loop_over(self) -> dict[int, int]:
+        """The loop that crosses each bottom side, and each top side that it goes on over or was made on."""
+        found = {
+            crossing // SLOTS: number
+            for number, loop in enumerate(self.loops)
+            for crossing in self.pieces.ends[list(loop.pieces)].ravel().tolist()
+        }
+        for link in self.links:
+            for crossing, point in zip(link.ends, (link.first, link.last), strict=True):
+                if point in self.loop_at:
+                    found[crossing // SLOTS] = self.loop_at[point]
+        return found
+
+
+def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FINISH) -> Arcs:
+    """Cut yarns into loops and links.
+
+    Args:
+        fabric: the stitch mesh.
+        yarns: the yarns generated from it, relaxed or not.
+        finish: how its first and last rows were finished.
+
+    Raises:
+        YarnError: the yarns were not generated from this stitch mesh.
+    """
+    pieces = yarn_pieces(fabric, yarns, finish)
+    cutter = _Cutter(pieces, yarns)
+    starts = np.searchsorted(pieces.yarn, np.arange(yarns.yarn_count + 1)).tolist()
+    found = [arc for yarn in range(yarns.yarn_count) for arc in cutter.arcs_of(yarn, *starts[yarn : yarn + 2])]
+    loops = [arc for arc in found if cutter.is_loop[arc.pieces[0]]]
+    links = [arc for arc in found if not cutter.is_loop[arc.pieces[0]]]
+    return Arcs(pieces, loops, links)
+
+
+class _Cutter:
+    """Cuts yarns, as lists of pieces."""
+
+    def __init__(self, pieces: YarnPieces, yarns: YarnSet) -> None:
+        whole = pieces.course.whole
+        role = whole.side_role[pieces.ends // SLOTS]
+        self.ends, self.points = pieces.ends.tolist(), pieces.points.tolist()
+        self.is_loop = (role == BOTTOM).any(axis=1).tolist()
+        self.leaves_course = (role[:, 1] % 2 == 0).tolist()
+        self.is_drawn = np.isin(whole.stitch[pieces.face], DRAWN).tolist()
+        self.row = whole.row[pieces.face].tolist()
+        self.ways = pieces.course.bridges.ways
+        self.start, self.closed = yarns.start.tolist(), yarns.closed.tolist()
+
+    def arcs_of(self, yarn: int, first: int, last: int) -> list[Arc]:
+        """The arcs of one yarn, whose pieces are numbered from ``first`` to before ``last``."""
+        order = list(range(first, last))
+        cut = [self._is_cut(i, j) for i, j in zip(order, [*order[1:], first], strict=True)]
+        if not self.closed[yarn]:
+            cut[-1] = True
+        elif not any(cut):
+            return [self._ring(yarn, order)]
+        turn = 0 if cut[-1] else cut.index(True) + 1
+        order, cut = order[turn:] + order[:turn], cut[turn:] + cut[:turn]
+        ends = [place + 1 for place, is_cut in enumerate(cut) if is_cut]
+        return [self._arc(yarn, order, a, b) for a, b in pairwise([0, *ends])]
+
+    def _is_cut(self, i: int, j: int) -> bool:
+        """Whether yarn is cut between piece i and the next one, j."""
+        if self.leaves_course[i]:
+            return not (self.is_loop[i] and self.is_loop[j])
+        if self.is_drawn[i] or self.is_drawn[j]:
+            return True
+        return self.ends[i][1] in self.ways and self.row[i] != self.row[j]
+
+    def _arc(self, yarn: int, order: list[int], begin: int, end: int) -> Arc:
+        """The pieces from ``begin`` to before ``end``; the points of bridges beside a loop are the loop's."""
+        own, before, after = order[begin:end], order[begin - 1], order[end % len(order)]
+        is_loop = self.is_loop[own[0]]
+        first = self.points[before][1] - 1 if is_loop else self._point_before(yarn, own[0])
+        last = self._point_before(yarn, after) if is_loop else self.points[own[-1]][1] - 1
+        size = self.start[yarn + 1] - self.start[yarn]
+        return Arc(
+            yarn=yarn,
+            first=first * SAMPLES + SAMPLES // 2,
+            count=(last - first) % size * SAMPLES + 1,
+            last=last * SAMPLES + SAMPLES // 2,
+            pieces=tuple(own),
+            ends=(self.ends[own[0]][0], self.ends[own[-1]][1]),
+            hangs=(self._hangs(yarn, before, begin == 0), self._hangs(yarn, own[-1], end == len(order))),
+        )
+
+    def _ring(self, yarn: int, order: list[int]) -> Arc:
+        start, size = self.start[yarn] * SAMPLES, (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
+        ends = self.ends[order[0]][0], self.ends[order[-1]][1]
+        return Arc(yarn, start, size, start + size - 1, tuple(order), ends, (False, False))
+
+    def _hangs(self, yarn: int, before: int, is_outer: bool) -> bool:
+        """Whether yarn is cut on a course side after a piece."""
+        return self.leaves_course[before] and (self.closed[yarn] or not is_outer)
+
+    def _point_before(self, yarn: int, piece: int) -> int:
+        """Control point before a piece's own."""
+        first = self.points[piece][0]
+        return first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which yarn of a stitch is its own and which is of the loop below, that it is drawn through.
+
+Rows and yarns tell the two apart, but not in a repeat of one row, where a stitch is drawn through itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.yarn import FLOATING, YarnSet
+from stitchmesh.yarngen.templates.table import template
+
+
+def in_heads(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool_]:
+    """Whether each control point is of a loop below its stitch (``Part.is_head``), shape (N,).
+
+    Args:
+        yarns: generated from the fabric.
+        fabric: stitches without borders.
+    """
+    kinds = np.stack([fabric.stitch, fabric.n_bottom, fabric.n_top], axis=1)
+    unique, kind = np.unique(kinds, axis=0, return_inverse=True)
+    shapes = [template(Stitch(stitch), *sides).parts for stitch, *sides in unique.tolist()]
+    heads = np.zeros((len(shapes), max(map(len, shapes))), dtype=bool)
+    for number, parts in enumerate(shapes):
+        heads[number, : len(parts)] = [part.is_head for part in parts]
+    found: NDArray[np.bool_] = heads[kind[yarns.face], yarns.part] & (yarns.part != FLOATING)
+    return found

@@ -1,0 +1,261 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A hand knitter who does what written instructions say, and remembers which loop was drawn through which.
+
+Knows the language of patterns only: needles, rows, rounds and abbreviations, no meshes. Loops are numbered as they
+are made. A stitch is written down as seen from the right side: its code, the loops it was worked through and the
+loops it made, each from left to right.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, from_wrong_side
+
+NAMES = {
+    "k": "k", "p": "p", "yo": "y", "sl1 wyib": "b", "sl1 wyif": "f", "w1": "x", "k2tog": "d12k", "ssk": "d21k",
+    "p2tog": "d12p", "ssp": "d21p", "k3tog": "d123k", "sssk": "d321k", "p3tog": "d123p", "sssp": "d321p",
+    "s2kp": "d231k", "sk2p": "d312k", "co": "co", "dt": "dt", "k1": "k", "p1": "p",
+}  # fmt: skip
+INSIDE = {"k1": "k", "p1": "p", "yo": "y", "keep": "s"}
+
+
+@dataclass(frozen=True)
+class Worked:
+    """A stitch as it was worked, seen from the right side."""
+
+    code: str
+    through: tuple[int, ...]
+    made: tuple[int, ...]
+    yarn: str
+    turned: tuple[str, ...]
+    """``L`` or ``R`` for each loop it was worked through that was turned first, else nothing."""
+
+
+@dataclass
+class Needle:
+    """One piece of work."""
+
+    in_rounds: bool
+    loops: list[int] = field(default_factory=list)
+    """From left to right seen from the right side."""
+    at: int = 0
+    """Loops to the right of the yarn."""
+    rows: list[list[Worked]] = field(default_factory=list)
+    """Stitches from right to left, also of rows worked from left to right."""
+    sources: list[int] = field(default_factory=list)
+    ends: dict[int, str] = field(default_factory=dict)
+    """What becomes of loops: ``bound``, ``grafted`` or the piece that takes them."""
+
+
+@dataclass
+class HandKnitter:
+    """All needles."""
+
+    needles: list[Needle] = field(default_factory=list)
+    count: int = 0
+    crossed: list[tuple[tuple[int, ...], tuple[int, ...]]] = field(default_factory=list)
+    """Bundles that crossed, the one in front, seen from the right side, first."""
+    grafted: list[tuple[int, int]] = field(default_factory=list)
+
+    def knit(self, text: str) -> HandKnitter:
+        """Follow a whole text."""
+        said: dict[int, tuple[bool, str]] = {}
+        for line in text.split("\n"):
+            if match := re.fullmatch(r"Piece \d+, worked (in rounds|to and fro)", line):
+                self.needles.append(Needle(match[1] == "in rounds"))
+                said = {}
+            elif match := re.match(r"Cast on (\d+) sts", line):
+                self._cast_on(int(match[1]))
+            elif match := re.fullmatch(r"Take up (.*); join the yarn\.", line):
+                self._take_up(match[1])
+            elif match := re.fullmatch(r"(?:Row|Round) (\d+)( \([RW]S\))?(.*)", line):
+                said[int(match[1])] = match[2] != " (WS)", match[3]
+                if not match[3].startswith(": as "):
+                    self._row(*said[int(match[1])])
+                else:
+                    self._again(said, int(match[1]), int(match[1]), match[3])
+            elif match := re.fullmatch(r"(?:Rows|Rounds) (\d+) to (\d+)(: as .*)", line):
+                self._again(said, int(match[1]), int(match[2]), match[3])
+            elif match := re.match(r"(Bind off|Leave) (all|sts?) ([\d, -]+?)(?: sts)?( on a thread.*)?\.$", line):
+                self._end(match[2], match[3], match[4] or "")
+            elif match := re.fullmatch(r"Graft sts? (.*) of piece (\d+) to sts? (.*) of piece (\d+) \(.*\)\.", line):
+                self._graft(*match.groups())
+        return self
+
+    def _again(self, said: dict[int, tuple[bool, str]], low: int, high: int, words: str) -> None:
+        numbers = [int(number) for number in re.findall(r"\d+", words)]
+        like = range(numbers[0], numbers[-1] + 1)
+        for number in range(low, high + 1):
+            said[number] = said[like[(number - low) % len(like)]]
+            self._row(*said[number])
+
+    def _new(self) -> int:
+        self.count += 1
+        return self.count - 1
+
+    def _cast_on(self, count: int) -> None:
+        needle = self.needles[-1]
+        needle.loops = [self._new() for _ in range(count)]
+        needle.rows.append([Worked("co", (), (loop,), "", ()) for loop in needle.loops[::-1]])
+
+    def _take_up(self, words: str) -> None:
+        loops: list[int] = []
+        for part in re.findall(r"\d+ cast on|sts? [\d, -]+ of piece \d+", words):
+            if part.endswith("cast on"):
+                loops += [self._new() for _ in range(int(part.split()[0]))]
+                continue
+            numbers, owner = re.fullmatch(r"sts? (.*) of piece (\d+)", part).groups()
+            needle = self.needles[int(owner) - 1]
+            for number in numbered(numbers):
+                loop = needle.loops[::-1][number - 1]
+                assert needle.ends[loop] == str(len(self.needles))
+                loops.append(loop)
+        self.needles[-1].loops, self.needles[-1].sources = loops[::-1], loops
+
+    def _row(self, right_side: bool, words: str) -> None:
+        needle = self.needles[-1]
+        head, _, body = words.partition(": ")
+        if bound := re.match(r"first bind off sts ([\d, ]+); ", body):
+            for number in map(int, bound[1].split(",")):
+                needle.ends[needle.loops[::-1][number - 1]] = "bound"
+            needle.loops = [loop for loop in needle.loops if loop not in needle.ends]
+            needle.at = 0 if right_side else len(needle.loops)
+            body = body[bound.end() :]
+        body, _, told = body.removesuffix(".").removesuffix(")").partition(". (")
+        _Row(self, needle, right_side, head.removeprefix(" in yarn ") if head else "").work(body)
+        assert not told or int(told.split()[0]) == len(needle.loops), words
+
+    def _end(self, whole: str, words: str, fate: str) -> None:
+        needle = self.needles[-1]
+        numbers = range(1, int(words) + 1) if whole == "all" else numbered(words)
+        assert whole != "all" or int(words) == len(needle.loops)
+        for number in numbers:
+            piece = re.search(r"piece (\d+)", fate)
+            needle.ends[needle.loops[::-1][number - 1]] = piece[1] if piece else "grafted" if fate else "bound"
+
+    def _graft(self, one: str, first: str, other: str, second: str) -> None:
+        pairs = zip(numbered(one), numbered(other), strict=True)
+        left, right = self.needles[int(first) - 1].loops[::-1], self.needles[int(second) - 1].loops[::-1]
+        self.grafted += [(left[a - 1], right[b - 1]) for a, b in pairs]
+
+
+@dataclass
+class _Row:
+    """A row in work."""
+
+    knitter: HandKnitter
+    needle: Needle
+    right_side: bool
+    yarn: str
+    waiting: list[int] = field(default_factory=list)
+    """Loops not worked yet, in working order."""
+    behind: list[int] = field(default_factory=list)
+    """Loops of this row, and those passed, in working order."""
+    stitches: list[Worked] = field(default_factory=list)
+
+    def work(self, body: str) -> None:
+        """All words of the row, to its end or to the turn."""
+        loops = self.needle.loops[:: -1 if self.right_side else 1]
+        at = 0 if self.needle.in_rounds else self.needle.at if self.right_side else len(loops) - self.needle.at
+        self.behind, self.waiting = loops[:at], loops[at:]
+        passed_in_round, turned_back = [], False
+        for word in words_of(body):
+            if word.startswith("pass ") and self.needle.in_rounds:
+                passed_in_round = [self.waiting.pop(0) for _ in range(int(word[5:]))]
+                self.waiting += passed_in_round
+            elif word.startswith("pass "):
+                self.behind += [self.waiting.pop(0) for _ in range(int(word[5:]))]
+            elif word == "turn":
+                turned_back = True
+            else:
+                self._word(word)
+        assert bool(self.waiting) == turned_back, f"{len(self.waiting)} sts left at the end of {body}"
+        after = self.behind + self.waiting
+        self.needle.loops = after[:: -1 if self.right_side else 1]
+        self.needle.at = len(self.behind) if self.right_side else len(self.waiting)
+        self.needle.rows.append(self.stitches[:: 1 if self.right_side else -1])
+
+    def _word(self, word: str) -> None:
+        colour, _, bare = word.rpartition(": ")
+        if match := re.fullmatch(r"c(\d+)([fb])", bare):
+            half = int(match[1]) // 2
+            self._cross(half, half, match[2] == "f")
+            for _ in range(2 * half):
+                self._stitch("k", colour, {})
+        elif match := re.fullmatch(r"cross (\d+)/(\d+) (front|back)", bare):
+            self._cross(int(match[1]), int(match[2]), match[3] == "front")
+        else:
+            stem, _, turning = bare.partition(" turning ")
+            turned = {int(item[1:]): item[0] for item in turning.split()}
+            if stem.endswith(" tbl"):
+                stem, turned = stem.removesuffix(" tbl"), {1: "R"}
+            self._stitch(stem, colour, turned)
+
+    def _cross(self, first: int, second: int, front: bool) -> None:
+        held, others = tuple(self.waiting[:first]), tuple(self.waiting[first : first + second])
+        self.waiting[: first + second] = [*others, *held]
+        held_in_front = front == self.right_side
+        self.knitter.crossed.append((held, others) if held_in_front else (others, held))
+
+    def _stitch(self, stem: str, colour: str, turned: dict[int, str]) -> None:
+        code = self._code(stem)
+        making = VOCABULARY.get(CODES.get(code))
+        takes, makes = (making.n_bottom, making.n_top) if making else {"co": (0, 1), "dt": (1, 0)}[code]
+        through = [self.waiting.pop(0) for _ in range(takes)]
+        made = [self.knitter._new() for _ in range(makes)]
+        self.behind += made
+        marks = [turned.get(place, "") for place in range(1, takes + 1)]
+        if self.right_side:
+            through, made, marks = through[::-1], made[::-1], marks[::-1]
+        elif making:
+            code = VOCABULARY[from_wrong_side(CODES[code])].code
+        yarn = colour or self.yarn
+        self.stitches.append(Worked(code, tuple(through), tuple(made), yarn, tuple(marks)))
+
+    def _code(self, stem: str) -> str:
+        """The code of a word, as the knitter sees it."""
+        if stem in NAMES:
+            return NAMES[stem]
+        if match := re.fullmatch(r"([kp])3tog-(\d{3})", stem):
+            return f"d{match[2]}{match[1]}"
+        inside = re.fullmatch(r"\((.*)\) in 1 st", stem)
+        assert inside, stem
+        return "".join(INSIDE[word] for word in inside[1].split(", "))[::-1]
+
+
+def words_of(body: str) -> Iterator[str]:
+    """The words of a row, one by one, repeats unfolded."""
+    for part in _split(body):
+        if match := re.fullmatch(r"\[(.*)\] (\d+) times", part):
+            for _ in range(int(match[2])):
+                yield from words_of(match[1])
+        elif match := re.fullmatch(r"((?:\w+: )?(?:k|p|co|dt))(\d+)", part):
+            yield from [match[1]] * int(match[2])
+        else:
+            yield part
+
+
+def _split(body: str) -> list[str]:
+    """Cut at the commas that stand in no brackets."""
+    parts, depth = [""], 0
+    for letter in body:
+        depth += (letter in "[(") - (letter in "])")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts]
+
+
+def numbered(words: str) -> list[int]:
+    """``1-3, 9, 7-6`` as numbers."""
+    found: list[int] = []
+    for part in words.split(", "):
+        low, _, high = part.partition("-")
+        step = -1 if high and int(high) < int(low) else 1
+        found += range(int(low), int(high or low) + step, step)
+    return found

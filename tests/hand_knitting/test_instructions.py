@@ -1,0 +1,381 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Written instructions: a knitter who follows the text makes the stitches of the mesh, each through its loops."""
+
+from __future__ import annotations
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stitchmesh import cli
+from stitchmesh.editing.spiral import spiral
+from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting import knitting_instructions
+from stitchmesh.hand_knitting.folding import folded, repeats
+from stitchmesh.hand_knitting.pieces import find_pieces
+from stitchmesh.io import read_mesh, write_stitches
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.courses import bottom_sides, top_sides
+from stitchmesh.mesh.stitch import CODES, Stitch
+from stitchmesh.tessellate import tessellate
+from tests.gallery import ROOT
+from tests.hand_knitting.hand_knitter import HandKnitter, Worked, words_of
+from tests.io.stitch_charts import chart_fabric
+from tests.io.test_knitout import FLAT, TUBES, crossed
+from tests.io.test_stitches import one_stitch_torus
+
+SPECIAL = {"co": Stitch.CAST_ON, "dt": Stitch.DRAW_THROUGH}
+
+
+class Compared:
+    """A text, knitted by hand, against its mesh.
+
+    Where a piece begins on no loop, any of a ring's stitches may come first: there the mesh's own beginning is taken.
+    From then on loops alone say which face a stitch is.
+    """
+
+    def __init__(self, fabric: StitchMesh) -> None:
+        self.fabric = fabric
+        self.knitter = HandKnitter().knit(knitting_instructions(fabric))
+        self.side_of: dict[int, int] = {}
+        self.faces: list[int] = []
+
+    def check(self) -> HandKnitter:
+        """Every face is one stitch of the text; returns the knitter for more questions."""
+        pieces = find_pieces(self.fabric)
+        assert len(pieces) == len(self.knitter.needles)
+        for piece, needle in zip(pieces, self.knitter.needles, strict=True):
+            rows = needle.rows
+            if not needle.sources:
+                tops = top_sides(self.fabric, piece.rows[0].faces)[::-1]
+                made = [stitch.made[0] for stitch in rows[0]]
+                self.side_of.update(zip(made, tops, strict=True))
+                self.faces += piece.rows[0].faces
+                rows = rows[1:]
+            else:
+                new = [loop for loop in needle.sources if loop not in self.side_of]
+                free = [side for side in bottom_sides(self.fabric, piece.rows[0].faces)[::-1] if self.is_new(side)]
+                self.side_of.update((loop, -1 - side) for loop, side in zip(new, free, strict=True))
+            for row in rows:
+                self.check_row(row)
+            for loop in needle.loops:
+                self.check_end(loop, needle.ends[loop])
+        assert sorted(self.faces) == list(range(self.fabric.face_count))
+        return self.knitter
+
+    def is_new(self, side: int) -> bool:
+        across = int(self.fabric.twin[side])
+        return across == BORDER or self.fabric.side_role[across] != 2
+
+    def face_above(self, loop: int) -> int:
+        side = self.side_of[self.placed(loop)]
+        return int(self.fabric.side_face[-1 - side if side < 0 else self.fabric.twin[side]])
+
+    def placed(self, loop: int) -> int:
+        """The loop whose place a cable brings this one to."""
+        for one, other in self.knitter.crossed:
+            if loop in one + other:
+                first, second = (one, other) if self.places(one[0]) > self.places(other[0]) else (other, one)
+                right = [*first, *second]  # in working order on the right side: the right ones first
+                moved = [*second, *first]
+                return right[moved.index(loop)]
+        return loop
+
+    def places(self, loop: int) -> int:
+        return int(self.fabric.side_face[self.side_of[loop]])
+
+    def check_row(self, row: list[Worked]) -> None:
+        """Stitches from right to left: known by their loops, else by the neighbour they are worked after or before."""
+        faces: list[int | None] = [self.face_above(stitch.through[0]) if stitch.through else None for stitch in row]
+        for place in [*range(len(row)), *range(len(row) - 1, -1, -1)]:
+            if faces[place] is None and place and faces[place - 1] is not None:
+                faces[place] = self.beside(faces[place - 1], self.fabric.left_wale)
+            elif faces[place] is None and place + 1 < len(row) and faces[place + 1] is not None:
+                faces[place] = self.beside(faces[place + 1], self.fabric.right_wale)
+        for before, after in pairwise(faces):
+            assert after == before or after == self.beside(before, self.fabric.left_wale)
+        for face, stitch in zip(faces, row, strict=True):
+            self.check_stitch(face, stitch)
+
+    def beside(self, face: int, wale: np.ndarray) -> int:
+        return int(self.fabric.side_face[self.fabric.twin[wale[face]]])
+
+    def check_stitch(self, face: int, stitch: Worked) -> None:
+        fabric = self.fabric
+        assert fabric.stitch[face] == SPECIAL.get(stitch.code, CODES.get(stitch.code))
+        if not self.faces or self.faces[-1] != face:
+            self.faces.append(face)
+        if stitch.code not in SPECIAL:
+            sides = bottom_sides(fabric, (face,))
+            found = [self.side_of[self.placed(loop)] for loop in stitch.through]
+            assert [-1 - side if side < 0 else int(fabric.twin[side]) for side in found] == sides
+            own = [self.side_of[loop] for loop in stitch.through]
+            turned = ["" if side < 0 else {0: "", 1: "L", -1: "R"}[int(fabric.twist[side])] for side in own]
+            assert list(stitch.turned) == turned
+        if fabric.yarn.any():
+            assert stitch.yarn == "ABC"[fabric.yarn[face]]
+        self.side_of.update(zip(stitch.made, top_sides(fabric, (face,)), strict=True))
+
+    def check_end(self, loop: int, end: str) -> None:
+        across = int(self.fabric.twin[self.side_of[loop]])
+        assert (end == "bound") == (across == BORDER)
+        assert (end == "grafted") == (across != BORDER and self.fabric.side_role[across] == 2)
+
+
+MORE = {
+    "pairs": ["co co co co", "kp pk ky py", "k k k k k k k k", "k k k k k k k k"],
+    "threes": ["co co co", "kpk yky kpy", "k k k k k k k k k", "ykp k k k k k k k ypk", " ".join(["p"] * 13)],
+    "purled threes": ["co co co", "pkp pyp ypy", " ".join(["k"] * 9), "pky k k k k k k k kyk"],
+    "kept loops": ["co co co co", "sk ks sp ps", "k k k k k k k k"],
+    "tucks": ["co co", "sy ys", "d12k d21k", "ys sy", "d21p d12p"],
+    "wraps": ["co co co", "k x k", "x k k"],
+}
+
+
+@pytest.mark.parametrize("rows", [*FLAT.values(), *MORE.values()], ids=[*FLAT, *MORE])
+def test_a_flat_piece_by_its_text(rows):
+    Compared(chart_fabric(rows)).check()
+
+
+@pytest.mark.parametrize("rows", [*TUBES.values(), *MORE.values()], ids=[*TUBES, *MORE])
+def test_a_tube_by_its_text(rows):
+    wide = rows if len(rows[0].split()) > 3 else [f"{row} {row} {row}" for row in rows]
+    Compared(chart_fabric(wide, ring=True)).check()
+
+
+def test_a_round_may_start_beside_a_stitch_that_spans_its_start():
+    """A decrease takes the first loop of the round and the last: the round starts one stitch on."""
+    fabric = chart_fabric(["co co co co co co", "d12k k k k k", "k k k k k"], ring=True)
+    fabric = _turned_first_row(fabric, np.roll(np.arange(6), -1))
+    lines = knitting_instructions(fabric).split("\n")
+    assert "Round 1: pass 1, k4, k2tog. (5 sts)" in lines and "Round 2: k5." in lines
+    Compared(fabric).check()
+
+
+def _turned_first_row(fabric: StitchMesh, around: np.ndarray) -> StitchMesh:
+    """The same tube with the faces of its first row numbered from another one, where rings begin."""
+    order = np.concatenate([around, np.arange(6, fabric.face_count)])
+    sides = np.concatenate([np.arange(fabric.face_start[face], fabric.face_start[face + 1]) for face in order])
+    new = np.empty_like(sides)
+    new[sides] = np.arange(len(sides))
+    twin = fabric.twin[sides]
+    return dataclasses.replace(
+        fabric,
+        face_start=np.concatenate([[0], np.cumsum(np.diff(fabric.face_start)[order])]),
+        face_vertex=fabric.face_vertex[sides], twin=np.where(twin == BORDER, BORDER, new[twin]),
+        **{name: getattr(fabric, name)[order] for name in ("n_bottom", "n_top", "stitch", "row", "yarn")},
+        **{name: getattr(fabric, name)[sides] for name in ("twist", "cable_shift", "cable_layer")},
+    )  # fmt: skip
+
+
+def test_a_spiral_is_knitted_in_rounds():
+    fabric = spiral(chart_fabric(["co co co co co co", "k k p k k k", "k d12k k ky k", "k k k k k k"], ring=True))
+    Compared(fabric).check()
+    text = knitting_instructions(fabric)
+    assert "Piece 1, worked in rounds" in text and "Seam" not in text
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_colours_and_twists(ring):
+    rows = ["co co co co co"] + ["k k p k k"] * 4 + ["d12k k p k"]
+    plain = chart_fabric(rows, ring=ring, yarns=["00000", "00000", "11111", "01012", "22002", "0000"])
+    twist = np.zeros(plain.side_count, dtype=np.int64)
+    for face, turn in [(5, -1), (6, 1), (8, -1), (12, -1), (20, -1), (21, 1)]:
+        twist[plain.left_wale[face] - 1] = turn
+    fabric = dataclasses.replace(plain, twist=twist)
+    Compared(fabric).check()
+    text = knitting_instructions(fabric)
+    assert f"{'k' if ring else 'p'}1 tbl" in text and "k2tog turning L1 R2" in text
+
+
+@pytest.mark.parametrize("row", [1, 2])
+@pytest.mark.parametrize("layers", [[0, 0, 1, 1], [1, 1, 0, 0]])
+def test_cables_lie_in_front_as_they_are_marked(row, layers):
+    """The same words for a row of the right side and, turned, of the wrong side."""
+    plain = chart_fabric([" ".join(["co"] * 6), *[" ".join(["k"] * 6)] * 3])
+    first = 6 * row + 1
+    fabric = crossed(plain, first, [2, 3, 0, 1], layers)
+    knitter = Compared(fabric).check()
+    ((front, _),) = knitter.crossed
+    compared = Compared(fabric)
+    compared.check()
+    faces = sorted(compared.places(loop) for loop in front)
+    assert faces == ([first + 2, first + 3] if layers[0] == 0 else [first, first + 1])
+    text = knitting_instructions(fabric)
+    if row == 1:  # worked by the second row, on the wrong side, in purl; its first two are the left two
+        assert f"cross 2/2 {'back' if layers[0] else 'front'}, p5" in text
+    else:
+        assert f"k1, c4{'f' if layers[0] == 0 else 'b'}, k1" in text
+
+
+@pytest.mark.parametrize(("name", "width"), [
+    ("hat", 2.0), ("sock", 2.0), ("swatch", 2.0), ("tea_cozy", 2.0), ("glove", 2.0), ("sweater", 4.0), ("dress", 4.0),
+])  # fmt: skip
+def test_garments_by_their_text(name, width):
+    Compared(tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)).check()
+
+
+def test_mismatched_wales_are_grafted():
+    """The underarms of the sweater: what the text grafts is what the mesh joins, loop by loop."""
+    fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / "sweater.obj")), stitch_width=4.0)
+    compared = Compared(fabric)
+    knitter = compared.check()
+    grafted = {frozenset((compared.side_of[one], compared.side_of[other])) for one, other in knitter.grafted}
+    tops = np.flatnonzero(fabric.mismatched & (fabric.side_role == 2))
+    assert grafted == {frozenset((int(side), int(fabric.twin[side]))) for side in tops}
+    assert "(Kitchener stitch)" in knitting_instructions(fabric)
+
+
+def short_rows() -> StitchMesh:
+    """Four wales; after two rows the left two are worked to and fro once more, then all four again.
+
+    Beside the two short rows the right two wales have no vertices of their own; the slit between is two sides long.
+    """
+    names: dict[tuple[object, ...], int] = {}
+
+    def vertex(column: int, level: int) -> int:
+        missing = (4,) if column == 2 else (3, 4) if column > 2 else ()
+        return names.setdefault((column, 2 if level in missing else level), len(names))
+
+    faces, edges, rows = [], [], []
+    for level in range(6):
+        for column in range(2 if level in (2, 3) else 4):
+            low, high = level, level + 1
+            under = 2 if level == 4 and column >= 2 else low
+            faces.append([vertex(column, low), vertex(column + 1, low), vertex(column + 1, high), vertex(column, high)])
+            wales = ("wale", column + 1, level), ("wale", column, level)
+            edges.append([("course", column, under), wales[0], ("course", column, high), wales[1]])
+            rows.append(level)
+    flat = [edge for face in edges for edge in face]
+    places: dict[tuple[object, ...], list[int]] = {}
+    for side, edge in enumerate(flat):
+        places.setdefault(edge, []).append(side)
+    twin = np.full(len(flat), BORDER)
+    for sides in places.values():
+        if len(sides) == 2:
+            twin[sides] = sides[::-1]
+    points = np.zeros((len(names), 3))
+    for (column, level), number in names.items():
+        points[number] = [1.6, 2.0, 0.5] if (column, level) == (2, 3) else [column, level, 0.0]
+    ones = np.ones(len(faces), dtype=np.int64)
+    return StitchMesh(
+        points, 4 * np.arange(len(faces) + 1), np.array(faces).ravel(), twin, n_bottom=ones, n_top=ones,
+        stitch=np.where(np.array(rows) == 0, int(Stitch.CAST_ON), int(Stitch.KNIT)), row=rows,
+    )  # fmt: skip
+
+
+def test_short_rows_turn_and_leave_stitches():
+    fabric = short_rows()
+    Compared(fabric).check()
+    lines = knitting_instructions(fabric).split("\n")
+    assert "Row 2 (WS): p2, turn." in lines and "Row 3 (RS): k2." in lines and "Row 4 (WS): p4." in lines
+
+
+def patchwork(places: list[tuple[int, int, int, bool]]) -> StitchMesh:
+    """Plain faces at (column, level), of a row, some turned upside down; row 0 is cast on."""
+    vertex = {}
+    for column, level, _, _ in places:
+        for corner in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            vertex.setdefault((column + corner[0], level + corner[1]), len(vertex))
+    faces = []
+    for column, level, _, turned in places:
+        face = [vertex[column + x, level + y] for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        faces.append(face[2:] + face[:2] if turned else face)
+    row = np.array([place[2] for place in places])
+    corners, start = np.array(faces).ravel(), 4 * np.arange(len(faces) + 1)
+    return StitchMesh(
+        np.array([[*place, 0.0] for place in vertex]), start, corners, find_twins(start, corners, len(vertex)),
+        n_bottom=row ** 0, n_top=row ** 0, row=row,
+        stitch=np.where(row == 0, int(Stitch.CAST_ON), int(Stitch.KNIT)),
+    )  # fmt: skip
+
+
+def test_stitches_are_bound_off_before_a_row():
+    full = [(column, level, level, False) for level in range(2) for column in range(6)]
+    fabric = patchwork(full + [(column, level, level, False) for level in (2, 3) for column in range(1, 5)])
+    Compared(fabric).check()
+    lines = knitting_instructions(fabric).split("\n")
+    assert "Row 2 (WS): first bind off sts 1, 6; p4. (4 sts)" in lines and "Bind off all 4 sts." in lines
+
+
+def test_edges_that_meet_are_seamed():
+    """Two pieces side by side, the right one upside down: right edge to right edge."""
+    upright = [(column, level, level, False) for level in range(3) for column in range(2)]
+    fabric = patchwork(upright + [(column, level, 2 - level, True) for level in range(3) for column in (2, 3)])
+    Compared(fabric).check()
+    lines = knitting_instructions(fabric).split("\n")
+    assert "Seam the right edge of piece 1 to the right edge of piece 2, 3 rows (mattress stitch)." in lines
+
+
+def test_beginnings_that_meet_are_grafted():
+    """Two pieces foot to foot: both are cast on provisionally."""
+    above = [(column, level, level - 2, False) for level in (2, 3) for column in range(3)]
+    fabric = patchwork(above + [(column, level, 1 - level, True) for level in (0, 1) for column in range(3)])
+    lines = knitting_instructions(fabric).split("\n")
+    assert "Join 3 sts where pieces 1 and 2 begin: cast them on provisionally, then graft them." in lines
+
+
+def test_repeats_are_folded_and_unfolded():
+    words = ["k", "k", "p", "k2tog", "yo", "k2tog", "yo", "k2tog", "yo", "k", "ssk", "ssk"]
+    line = "k2, p1, [k2tog, yo] 3 times, k1, [ssk] 2 times"
+    assert folded(words) == line
+    assert list(words_of(line)) == words
+
+
+def test_folding_loses_nothing():
+    """Random rows of few words, so that there are repeats of all kinds."""
+    draw = np.random.default_rng(4)
+    for _ in range(50):
+        words = draw.choice(["k", "p", "yo", "(k1, yo) in 1 st", "A: k"], size=30).tolist()
+        assert list(words_of(folded(words))) == words
+        blocks = repeats(words)
+        assert sum(length * times for _, length, times in blocks) == len(words)
+
+
+def test_a_chart_is_drawn_of_a_grid_and_shows_one_repeat():
+    rows = [" ".join(["co"] * 6), "k p k p k p", "k k p k k p", "k p k p k p", "k k p k k p", "d12k k k k k"]
+    lines = knitting_instructions(chart_fabric(rows)).split("\n")
+    first = lines.index("Chart of stitches, rows 1 to 4 (one repeat: 2 rows, 2 times):")
+    assert lines[first + 1 : first + 5] == [
+        "     2 ..-..-",
+        "       .-.-.- 1",
+        "  . knit on the right side",
+        "  - purl on the right side",
+    ]
+
+
+def test_a_chart_of_colours():
+    fabric = chart_fabric(["co co co co"] + ["k k k k"] * 2, ring=True, yarns=["0000", "0101", "1010"])
+    lines = knitting_instructions(fabric).split("\n")
+    first = lines.index("Chart of colours, rounds 1 to 2 (one repeat: 2 sts, 2 times):")
+    assert lines[first + 1 : first + 3] == ["       BA 2", "       AB 1"]
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: label(read_mesh(ROOT / "assets" / "meshes" / "swatch.obj")), "face 0: is a panel of a coarse mesh"),
+        (one_stitch_torus, "face 0: their rows stand on each other in a circle"),
+    ],
+)
+def test_what_has_no_rows_to_knit_is_refused(make, message):
+    with pytest.raises(ParameterError, match=message):
+        knitting_instructions(make())
+
+
+def test_on_the_command_line(tmp_path, capsys):
+    fabric = chart_fabric(FLAT["lace"])
+    for name in ("lace.h5", "lace.smobj"):
+        write_stitches(tmp_path / name, fabric)
+        assert cli.main(["instructions", str(tmp_path / name)]) == 0
+        assert capsys.readouterr().out == knitting_instructions(fabric)
+    assert cli.main(["instructions", str(tmp_path / "lace.h5"), "-o", str(tmp_path / "lace.txt")]) == 0
+    assert (tmp_path / "lace.txt").read_text() == knitting_instructions(fabric)
+    write_stitches(tmp_path / "torus.h5", one_stitch_torus())
+    assert cli.main(["instructions", str(tmp_path / "torus.h5")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

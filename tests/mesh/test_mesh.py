@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The mesh nouns: topological facts, and one message for each thing that can be wrong."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError, replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import LabelError, MeshError
+from stitchmesh.labeling import label
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import BORDER, Mesh
+from stitchmesh.mesh.stitch import Stitch
+from tests.gallery import FLAT_AND_ROUND, closed_cone, grid, moebius, torus, tube
+
+SQUARE = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+EULER = {"one quad": 1, "flat": 1, "tube": 0, "narrowing tube": 0, "three around": 0, "closed cone": 1,
+         "pentagons": 1, "two tubes": 0}  # fmt: skip
+"""Euler characteristic: 1 for a disc, 0 for an annulus."""
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+def test_euler_characteristic_is_that_of_the_surface(name):
+    mesh = FLAT_AND_ROUND[name]()
+    assert len(mesh.vertices) - len(mesh.edge_side) + mesh.face_count == EULER[name]
+
+
+def test_torus_is_closed_and_of_genus_one():
+    mesh = torus(5, 7)
+    assert len(mesh.boundary_loops) == 0
+    assert len(mesh.vertices) - len(mesh.edge_side) + mesh.face_count == 0
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+def test_twins_are_mutual_and_borders_close(name):
+    mesh = FLAT_AND_ROUND[name]()
+    inner = np.flatnonzero(mesh.twin != BORDER)
+    assert (mesh.twin[mesh.twin[inner]] == inner).all()
+    border = np.concatenate(mesh.boundary_loops)
+    assert sorted(border) == sorted(np.flatnonzero(mesh.twin == BORDER))
+    for loop in mesh.boundary_loops:
+        ends = mesh.face_vertex[mesh.side_next[loop]]
+        assert (ends == np.roll(mesh.face_vertex[loop], -1)).all()
+
+
+def test_area_of_a_rectangle_is_exact():
+    area = np.linalg.norm(grid(3, 2, width=2.0, height=0.5).face_vector_area, axis=1)
+    np.testing.assert_allclose(area, 1.0, rtol=1e-15)
+
+
+def test_normals_of_a_tube_point_outwards():
+    mesh = tube(12, 2)
+    outward = mesh.vertices * [1.0, 0.0, 1.0]
+    assert (np.einsum("vd,vd->v", mesh.vertex_normal, outward) > 0).all()
+
+
+def test_nouns_cannot_be_changed():
+    mesh = grid(1, 1)
+    with pytest.raises(FrozenInstanceError):
+        mesh.vertices = mesh.vertices  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.vertices[0] = 1.0
+
+
+def test_a_caller_keeps_no_hold_of_the_arrays():
+    vertices = np.array(SQUARE)
+    mesh = Mesh.from_polygons(vertices, [[0, 1, 2, 3]])
+    vertices[:] = np.nan
+    assert np.isfinite(mesh.vertices).all()
+
+
+BAD = {
+    "nan": ([[np.nan, 0, 0], *SQUARE[1:]], [[0, 1, 2, 3]], "vertex 0: coordinates are not finite"),
+    "range": (SQUARE, [[0, 1, 2, 9]], "face 0: vertex 9 does not exist"),
+    "negative": (SQUARE, [[0, 1, 2, -1]], "face 0: vertex -1 does not exist"),
+    "no faces": (SQUARE, [], "no faces"),
+    "two corners": (SQUARE, [[0, 1, 2, 3], [0, 1]], "face 1: got 2 corners"),
+    "repeated corner": (SQUARE, [[0, 1, 1, 3]], "face 0: vertex 1 occurs twice"),
+    "duplicate": (SQUARE, [[0, 1, 2, 3], [1, 2, 3, 0]], "face 1: has the same vertices as face 0"),
+    "zero area": ([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]], [[0, 1, 2]], "face 0: area is zero"),
+    "isolated": ([*SQUARE, [5, 5, 5]], [[0, 1, 2, 3]], "vertex 4: no face uses it"),
+    "three on an edge": (
+        [*SQUARE, [0, 0, 1], [1, 0, 1], [0, 0, -1], [1, 0, -1]],
+        [[0, 1, 2, 3], [1, 0, 4, 5], [1, 0, 6, 7]],
+        "edge 0-1: 3 faces share it",
+    ),
+    "turned over": ([*SQUARE, [2, 0, 0], [2, 1, 0]], [[0, 1, 2, 3], [1, 2, 5, 4]], "reverse the vertex order of face"),
+    "touching fans": (
+        [*SQUARE, [2, 1, 0], [2, 2, 0], [1, 2, 0]],
+        [[0, 1, 2, 3], [2, 4, 5, 6]],
+        "vertex 2: separate parts of the surface touch",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_each_bad_mesh_has_its_message(name):
+    vertices, faces, message = BAD[name]
+    with pytest.raises(MeshError, match=message) as caught:
+        Mesh.from_polygons(vertices, faces)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_moebius_strip_is_told_from_turned_faces():
+    with pytest.raises(MeshError, match="one side only"):
+        Mesh.from_polygons(*moebius())
+
+
+def test_twins_that_are_not_the_same_edge_are_refused():
+    mesh = grid(2, 1)
+    twin = np.full(mesh.side_count, BORDER)
+    twin[0], twin[2] = 2, 0
+    with pytest.raises(MeshError, match="not the same edge reversed"):
+        replace(mesh, twin=twin)
+
+
+def test_a_one_quad_torus_is_a_mesh_with_a_lattice():
+    lattice = Lattice([[1.0, 0, 0], [0, 0.7, 0]])
+    mesh = Mesh(
+        vertices=[[0.0, 0, 0]], face_start=[0, 4], face_vertex=[0, 0, 0, 0], twin=[2, 3, 0, 1],
+        lattice=lattice, corner_image=[[0, 0], [1, 0], [1, 1], [0, 1]],
+    )  # fmt: skip
+    np.testing.assert_allclose(mesh.side_length, [1.0, 0.7, 1.0, 0.7], rtol=1e-15)
+    assert len(mesh.boundary_loops) == 0
+
+
+@pytest.mark.parametrize("periods", [[[1.0, 0, 0], [2.0, 0, 0]], [[1.0, 0, 0], [np.nan, 1, 0]], [[1.0, 0, 0]]])
+def test_a_lattice_spans_a_plane(periods):
+    with pytest.raises(MeshError, match="lattice"):
+        Lattice(periods)
+
+
+def test_roles_of_sides_follow_their_position():
+    fabric = label(closed_cone(6))
+    for face in range(fabric.face_count):
+        roles = fabric.side_role[fabric.face_start[face] : fabric.face_start[face + 1]].tolist()
+        bottom, top = fabric.n_bottom[face], fabric.n_top[face]
+        assert roles == [0] * bottom + [1] + [2] * top + [3]
+
+
+def test_a_face_has_exactly_two_wale_sides():
+    fabric = label(grid(2, 2))
+    with pytest.raises(LabelError, match="face 0: got 2 bottom and 1 top sides of 4"):
+        replace(fabric, n_bottom=np.array([2, 1, 1, 1]))
+
+
+def test_an_edge_is_wale_to_both_its_faces():
+    mesh = grid(2, 1)
+    fabric = label(mesh)
+    with pytest.raises(LabelError, match="wale to one face and course to face"):
+        replace(fabric, n_bottom=np.array([2, 1]), n_top=np.array([0, 1]))
+
+
+def test_a_stitch_fits_its_face():
+    fabric = label(grid(1, 1))
+    with pytest.raises(LabelError, match="face 0: D12K on 1 bottom and 1 top sides; it needs 2 and 1"):
+        replace(fabric, stitch=np.array([Stitch.D12K]))

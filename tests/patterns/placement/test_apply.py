@@ -1,0 +1,277 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Patterns on fabrics: where they come to lie, and what stays."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stitchmesh.editing.spiral import spiral
+from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.io import read_mesh
+from stitchmesh.labeling import label
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.change import Marks, Patch, apply_change, inverse_change
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns import Cell, Loop, Pattern, Row, apply_pattern, pattern_changes, read_pattern
+from stitchmesh.patterns.placement.apply import changed_face_count
+from stitchmesh.patterns.placement.placement import plain_above
+from stitchmesh.tessellate import tessellate
+from tests.gallery import GARMENTS, ROOT
+from tests.gallery import tube as coarse_tube
+from tests.patterns.fabrics import checked, codes, differing, flat, pattern, tube
+
+ASSETS = ROOT / "assets" / "meshes"
+NAMES = [path.stem for path in GARMENTS]
+RIB = pattern("k k p p")
+PURL = pattern("p p p p")
+CROSSED = pattern("k k k k", "k k k k", below={1: (Loop(2, 1), Loop(2, 1), Loop(-2, 0), Loop(-2, 0))})
+LACE = pattern("k k k k", "y d12k y d12k")
+SHIFTING = pattern("k k y d21k k d12k y", "k k k k k k k", "y k k k k k k k", "d12k k k k k k k")
+
+
+def restored(fabric: StitchMesh, *args, **kwargs) -> StitchMesh:
+    """The fabric after a pattern and its inverse."""
+    inverses = []
+    for change in pattern_changes(fabric, *args, **kwargs):
+        inverses.append(inverse_change(fabric, change))
+        fabric = apply_change(fabric, change)
+    for change in reversed(inverses):
+        fabric = apply_change(fabric, change)
+    return fabric
+
+
+@cache
+def garment(name: str) -> StitchMesh:
+    """A garment of the assets in wide stitches."""
+    return tessellate(label(read_mesh(ASSETS / f"{name}.obj")), stitch_width=1.6)
+
+
+def narrowing_tube() -> StitchMesh:
+    """A tube of plain stitches but for four decreases of each slant."""
+    return tessellate(label(coarse_tube(4, 1, radius=5.0, height=6.0, top_radius=3.8)), stitch_width=0.8)
+
+
+def test_ribs_run_along_wales_of_a_tube():
+    made = apply_pattern(tube(12, 5), RIB)
+    assert codes(made) == ["c" * 12, *["kkpp" * 3] * 4]
+
+
+def test_loops_left_over_stay_as_they_are():
+    assert codes(apply_pattern(tube(11, 3), PURL))[1:] == ["kkkpppppppp"] * 2
+    assert codes(apply_pattern(flat(11, 3), PURL))[1:] == ["kppppppppkk"] * 2
+
+
+def test_borders_stand_at_the_ends_of_flat_rows_only():
+    bordered = pattern("p k p p", left=1, right=1)
+    assert codes(apply_pattern(flat(8, 2), bordered))[1] == "pkpkpkpp"
+    assert codes(apply_pattern(tube(8, 2), bordered))[1] == "kpkpkpkp"
+
+
+def test_stretched_tiles_cover_all():
+    assert codes(apply_pattern(tube(10, 2), RIB, remainder="stretch"))[1] == "kkpppkkppp"
+    assert codes(apply_pattern(flat(7, 2), RIB, remainder="stretch"))[1] == "kkpkkpp"
+
+
+def test_stretched_lace_has_plain_stitches_between_its_tiles():
+    made = checked(apply_pattern(tube(10, 3), LACE, remainder="stretch"))
+    lace = np.flatnonzero(made.row == 2)
+    signs = [Stitch(int(stitch)).name for stitch in made.stitch[lace]]
+    assert signs.count("YARN_OVER") == signs.count("D12K") == 4
+    assert signs.count("KNIT") == 2
+
+
+def test_refused_remainders_say_what_would_do():
+    with pytest.raises(ParameterError, match=r"row 0 \(face 0\): got 10 loops for pattern 'tried'; .* 8 or 12"):
+        apply_pattern(tube(10, 3), RIB, remainder="refuse")
+    with pytest.raises(ParameterError, match="grid at face 8: got 5 rows for the 2 of pattern 'tried'"):
+        apply_pattern(tube(8, 6), LACE, face=9, remainder="refuse")
+
+
+def test_a_pattern_that_keeps_counts_goes_on_to_the_last_row():
+    rows = codes(apply_pattern(tube(4, 5), pattern("p p", "k k", "k p")))
+    assert rows == ["cccc", "pppp", "kkkk", "kpkp", "pppp"]
+
+
+def test_applying_twice_changes_nothing_more():
+    made = apply_pattern(tube(16, 6), CROSSED)
+    assert pattern_changes(made, CROSSED) == []
+
+
+def test_yarns_of_the_fabric_stay_under_a_pattern_of_one():
+    base = tube(8, 3)
+    striped = apply_change(base, Marks("yarn", np.arange(8, 16), np.full(8, 2)))
+    assert "yarn" not in differing(apply_pattern(striped, RIB), striped)
+    colours = Pattern("two", "", (Row((Cell(Stitch.KNIT, yarn=1), Cell(Stitch.KNIT))),))
+    assert apply_pattern(striped, colours).yarn[8:].tolist() == [1, 0] * 8
+
+
+@pytest.mark.parametrize("chosen", [RIB, CROSSED, LACE, SHIFTING])
+@pytest.mark.parametrize("fabric", [flat(17, 10), tube(17, 10)], ids=["flat", "tube"])
+def test_the_inverse_restores_every_array(chosen, fabric):
+    assert differing(apply_pattern(fabric, chosen), fabric)
+    assert differing(restored(fabric, chosen), fabric) == []
+
+
+@pytest.mark.parametrize("chosen", [LACE, SHIFTING])
+def test_new_faces_fit_where_plain_stitches_were(chosen):
+    fabric = tube(22, 9)
+    made = checked(apply_pattern(fabric, chosen))
+    for row in (0, 8):
+        loops = [side.n_top[side.row == row].sum() for side in (fabric, made)]
+        assert loops[0] == loops[1] == 22
+    assert [len(loop) for loop in made.boundary_loops] == [len(loop) for loop in fabric.boundary_loops]
+    assert len(made.vertices) - len(made.edge_side) + made.face_count == 0  # Euler's number of a tube
+
+
+def test_new_vertices_lie_on_the_old_course_lines():
+    made = apply_pattern(tube(20, 9), SHIFTING)
+    radius = 20.0 / (2.0 * np.pi)
+    distance = np.linalg.norm(made.vertices[:, :2], axis=1)
+    rounding = 1e-12
+    assert distance.max() <= radius + rounding
+    assert distance.min() >= radius * np.cos(np.pi / 20.0) - rounding  # the chords of the old line
+    assert np.allclose(made.vertices[:, 2], np.rint(made.vertices[:, 2]), atol=rounding)
+
+
+def test_relaxed_stretch_is_unknown_at_new_edges_only():
+    fabric = flat(8, 4)
+    known = StitchMesh(**{
+        **{name: getattr(fabric, name) for name in ("vertices", "face_start", "face_vertex", "twin", "n_bottom")},
+        **{name: getattr(fabric, name) for name in ("n_top", "stitch", "row")},
+        "stretch": np.ones(len(fabric.edge_side)),
+    })  # fmt: skip
+    made = apply_pattern(known, LACE)
+    border = made.side_edge[made.twin == BORDER]
+    assert (made.stretch[border] == 1.0).all()
+    assert np.isnan(made.stretch).any()
+
+
+def test_shaping_stays_and_becomes_knit_or_purl_as_the_pattern_is():
+    fabric = narrowing_tube()
+    left, right = (np.flatnonzero(fabric.stitch == stitch) for stitch in (Stitch.D21K, Stitch.D12K))
+    assert len(left) and len(right)
+    made = apply_pattern(fabric, pattern("p"))
+    assert (made.stitch[left] == Stitch.D12P).all()
+    assert (made.stitch[right] == Stitch.D21P).all()
+    assert differing(apply_pattern(made, pattern("k")), fabric) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_ribs_follow_the_wales_of_every_garment(name):
+    fabric = garment(name)
+    made = checked(apply_pattern(fabric, read_pattern("rib2x2")))
+    below = np.flatnonzero(plain_above(made) != BORDER)
+    assert (made.stitch[below] == made.stitch[plain_above(made)[below]]).all()
+    purl = (made.stitch == Stitch.PURL).sum() / made.face_count
+    assert 0.3 < purl < 0.7  # half, but for cast-on rows, shaping, and ribs that shaping cuts
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_lace_fits_every_garment(name):
+    fabric, lace = garment(name), read_pattern("openwork-trellis")
+    made = checked(apply_pattern(fabric, lace))
+    assert changed_face_count(pattern_changes(fabric, lace)) > 0.1 * fabric.face_count  # it finds room
+    assert (made.n_top - made.n_bottom).sum() == (fabric.n_top - fabric.n_bottom).sum()
+    assert differing(restored(fabric, lace), fabric) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_cables_on_every_garment_are_whole(name):
+    made = checked(apply_pattern(garment(name), read_pattern("rope-cable")))
+    groups = cable_groups(made)
+    assert groups
+    assert {tuple(group.destination) for group in groups} == {(2, 3, 0, 1)}
+
+
+def test_a_grid_around_a_face_ends_at_shaping():
+    fabric = narrowing_tube()
+    shaped = fabric.row[fabric.n_bottom > 1].min()
+    start = int(np.flatnonzero(fabric.row == 1)[0])
+    made = apply_pattern(fabric, pattern("p"), face=start)
+    assert set(made.row[made.stitch == Stitch.PURL].tolist()) == set(range(1, shaped))
+
+
+def test_a_grid_of_rings_is_the_whole_tube():
+    assert codes(apply_pattern(tube(9, 5), pattern("p"), face=20)) == ["c" * 9, *["p" * 9] * 4]
+
+
+def test_the_grid_is_the_largest_rectangle():
+    fabric = flat(9, 8)
+    hole = [9 * 3 + 4]
+    barred = apply_change(fabric, Marks("stitch", np.array(hole), np.array([Stitch.CAST_ON])))
+    above = codes(apply_pattern(barred, pattern("p"), face=9 * 5 + 4))
+    assert above == ["c" * 9, *["k" * 9] * 2, "kkkkckkkk", *["p" * 9] * 4]
+    beside = codes(apply_pattern(barred, pattern("p"), face=9 * 3 + 3))
+    assert beside == ["c" * 9, *["ppppkkkkk"] * 2, "ppppckkkk", *["ppppkkkkk"] * 4]
+
+
+def test_a_crossing_that_does_not_fit_is_worked_without():
+    fabric = flat(8, 4)
+    barred = apply_change(fabric, Marks("stitch", np.array([8 * 2 + 1]), np.array([Stitch.CAST_ON])))
+    made = apply_pattern(barred, CROSSED)
+    assert [group.sides.tolist() for group in cable_groups(made)] == [[4 * face + 2 for face in (12, 13, 14, 15)]]
+
+
+def test_nothing_crosses_from_one_turn_of_a_spiral_to_the_next():
+    crossed = pattern("k k k k", below={0: CROSSED.rows[1].loops})
+    made = apply_pattern(spiral(tube(9, 6)), crossed, face=9 * 3)
+    groups = cable_groups(made)  # which raises where a loop is moved off its row
+    assert len(groups) == 8  # of 11: three would begin in one turn and end in the next
+
+
+@pytest.mark.parametrize("chosen", [RIB, LACE])
+def test_old_crossings_go_as_a_whole(chosen):
+    crossed = apply_pattern(flat(8, 5), CROSSED)
+    assert len(cable_groups(crossed)) == 4
+    made = apply_pattern(crossed, chosen, face=8 * 2 + 1)
+    assert cable_groups(made) == []
+    assert differing(restored(crossed, chosen, face=8 * 2 + 1), crossed) == []
+
+
+def test_a_small_grid_of_lace_leaves_the_rest():
+    fabric = apply_pattern(tube(16, 8), pattern("p", "p", "k", "k", "k", "k", "k"))
+    changes = pattern_changes(fabric, LACE, face=16 * 3)
+    assert sum(isinstance(change, Patch) for change in changes) == 1
+    assert changed_face_count(changes) == 16 * 6
+
+
+def test_tiles_are_laid_anew_beside_what_is_no_plain_stitch():
+    barred = apply_change(flat(11, 3), Marks("stitch", np.array([11 + 1]), np.array([Stitch.CAST_ON])))
+    made = apply_pattern(barred, LACE)
+    lace = made.corner_position[made.sides_of(np.flatnonzero(made.n_bottom != made.n_top)), 0]
+    assert (lace.min(), lace.max()) == (2.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "face", "message"),
+    [
+        (RIB, 999, "face 999: is gone; the mesh has faces 0 to 39"),
+        (RIB, 3, "face 3: is CAST_ON .* plain stitch such as KNIT"),
+        (pattern("k " * 9), 12, "grid at face 8: got 8 columns; pattern 'tried' needs at least 9"),
+        (pattern("k " * 9), None, "pattern 'tried': its 9 columns are more than any first row"),
+        (pattern("k y d12k", *["k k k"] * 5), None, "needs 6 rows of 3 plain stitches together; found none"),
+    ],
+)
+def test_what_does_not_fit_is_refused(chosen, face, message):
+    with pytest.raises(ParameterError, match=message):
+        apply_pattern(flat(8, 5), chosen, face=face)
+
+
+def test_a_pattern_that_does_not_close_is_refused():
+    with pytest.raises(PatternError, match="row 1: its tile leaves 3 loops, but row 1 is worked on 2"):
+        apply_pattern(flat(8, 5), pattern("k y k"))
+
+
+def test_an_unknown_remainder_is_refused():
+    with pytest.raises(ParameterError, match="remainder 'crop': is unknown; expected one of centre, stretch, refuse"):
+        apply_pattern(flat(8, 5), RIB, remainder="crop")
+
+
+def test_panels_are_refused():
+    with pytest.raises(ParameterError, match="face 0: is a panel of a coarse mesh"):
+        apply_pattern(label(coarse_tube(4, 1)), RIB)

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Weaves as images of two colours: light where the weft passes over, dark where the warp does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from stitchmesh.errors import FileError, PatternError
+from stitchmesh.periodic.weave.library import read_weave, weave_names
+
+LINEN, INDIGO, WHITE, BLACK = (240, 230, 200), (20, 30, 90), (255, 255, 255), (0, 0, 0)
+
+
+def painted(over: np.ndarray, light: tuple = WHITE, dark: tuple = BLACK) -> Image.Image:
+    return Image.fromarray(np.where(over[:, :, None], light, dark).astype(np.uint8))
+
+
+@pytest.mark.parametrize("name", weave_names())
+def test_a_painted_matrix_reads_back(name, tmp_path):
+    weave = read_weave(name)
+    painted(weave.over).save(tmp_path / "cloth.png")
+    read = read_weave(tmp_path / "cloth.png")
+    assert read.matrix == weave.matrix
+    assert read.name == "cloth"
+
+
+@pytest.mark.parametrize("mode", ["1", "L", "P", "RGB", "RGBA"])
+def test_every_kind_of_png_is_read_alike(mode, tmp_path):
+    weave = read_weave("twill-2x1")
+    painted(weave.over).convert(mode).save(tmp_path / "cloth.png")
+    assert read_weave(tmp_path / "cloth.png").matrix == weave.matrix
+
+
+def test_any_two_colours_will_do_the_lighter_is_the_weft(tmp_path):
+    weave = read_weave("satin-2x3")
+    painted(weave.over, light=LINEN, dark=INDIGO).save(tmp_path / "cloth.png")
+    assert read_weave(tmp_path / "cloth.png").matrix == weave.matrix
+
+
+def test_what_is_no_picture_of_a_weave_is_refused(tmp_path):
+    path = tmp_path / "cloth.png"
+    picture = painted(read_weave("plain").over)
+    picture.putpixel((1, 1), (128, 128, 128))
+    picture.save(path)
+    with pytest.raises(PatternError, match=r"g: pixel 2 from the left in row 2 from the top: got a third colour"):
+        read_weave(path)
+    Image.new("L", (3, 3), 255).save(path)
+    with pytest.raises(PatternError, match=r"cloth\.png: got one colour; expected light pixels"):
+        read_weave(path)
+    painted(read_weave("plain").over, light=(255, 0, 0), dark=(0, 255, 0)).save(path)
+    with pytest.raises(PatternError, match="got two colours that are equally light"):
+        read_weave(path)
+    painted(np.array([[1, 1], [1, 0]], dtype=bool)).save(path)
+    with pytest.raises(PatternError, match=r"cloth\.png: weave: weft 1 passes over every warp"):
+        read_weave(path)
+    path.write_text("01\n10\n")
+    with pytest.raises(FileError, match=r"cloth\.png: is not a whole PNG"):
+        read_weave(path)

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is a weave and what is not: it must be a matrix of 0 and 1 whose yarns hang together."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import PatternError
+from stitchmesh.periodic.weave.weave import Thread, Weave, top_sheet
+
+PLAIN = ((0, 1), (1, 0))
+TWO_PLAIN_CLOTHS = ((1, 1, 0, 1), (0, 1, 0, 0), (0, 1, 1, 1), (0, 0, 0, 1))
+"""Wefts and warps of two layers in turn, not stitched."""
+IN_TURN = (Thread(layer=0), Thread(layer=1)) * 2
+
+
+def with_sign(matrix, weft: int, warp: int, sign: int):
+    changed = [list(row) for row in matrix]
+    changed[weft][warp] = sign
+    return changed
+
+
+def lies_over_all_others(over: np.ndarray, chosen: np.ndarray) -> bool:
+    """Whether chosen wefts and warps pass over the others wherever they cross them."""
+    wefts, warps = chosen[: len(over)], chosen[len(over) :]
+    return bool(over[np.ix_(wefts, ~warps)].all() and not over[np.ix_(~wefts, warps)].any())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_fabric_hangs_together_if_no_set_of_its_yarns_can_be_lifted_off(seed):
+    """The definition, all sets tried."""
+    random = np.random.default_rng(seed)
+    fallen = 0
+    for _ in range(25):
+        over = random.random((3, 4)) < 0.5
+        sets = np.array(list(product([False, True], repeat=7))[1:-1])
+        lifting = [chosen for chosen in sets if lies_over_all_others(over, chosen)]
+        top = top_sheet(over)
+        assert top.all() == (not lifting)
+        fallen += bool(lifting)
+        if lifting:
+            assert lies_over_all_others(over, top)
+    assert 0 < fallen < 25  # both kinds were met
+
+
+def test_two_cloths_fall_apart_until_they_are_stitched():
+    with pytest.raises(PatternError, match=r"falls apart: wefts 1, 3 and warps 1, 3 lie over all other yarns"):
+        Weave(TWO_PLAIN_CLOTHS)
+    with pytest.raises(PatternError, match=r"falls apart: wefts 1\.1, 1\.2 and warps 1\.1, 1\.2 lie over"):
+        Weave(TWO_PLAIN_CLOTHS, wefts=IN_TURN, warps=IN_TURN)
+    stitched = Weave(with_sign(TWO_PLAIN_CLOTHS, 0, 1, 0), wefts=IN_TURN, warps=IN_TURN)
+    assert stitched.stitching.tolist() == [[0, 1]]
+    assert stitched.layer_count == 2
+
+
+def test_a_stitch_downwards_binds_as_one_upwards_does():
+    """A back weft over a front warp."""
+    stitched = Weave(with_sign(TWO_PLAIN_CLOTHS, 1, 2, 1), wefts=IN_TURN, warps=IN_TURN)
+    assert stitched.stitching.tolist() == [[1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        ((), "got an empty matrix"),
+        (((), ()), "got an empty matrix"),
+        (((0, 1), (1, 0, 1)), r"row 2: got 3 numbers where row 1 has 2"),
+        (((0, 1), (1, 2)), r"row 2, column 2: got 2; expected 1 \(weft over\) or 0 \(warp over\)"),
+        (((0, 1), (0.5, 1)), r"row 2, column 1: got 0\.5"),
+        (((1,),), "weft 1 passes over every warp and never interlaces"),
+        (((0, 1, 0), (1, 1, 1), (1, 0, 1)), "weft 2 passes over every warp.*let one warp pass over it"),
+        (((0, 1), (0, 0)), "weft 2 passes under every warp.*let one warp pass under it"),
+        (((0, 1, 0), (1, 0, 0)), "warp 3 passes over every weft.*let one weft pass over it"),
+        (((0, 1, 1), (1, 0, 1)), "warp 3 passes under every weft.*let one weft pass under it"),
+    ],
+)
+def test_what_is_no_weave_is_refused(matrix, message):
+    with pytest.raises(PatternError, match=message):
+        Weave(matrix)
+
+
+def test_threads_are_one_for_each_weft_and_warp():
+    assert Weave(PLAIN).warps == (Thread(), Thread())
+    with pytest.raises(PatternError, match="got 3 warps for 2 in the matrix"):
+        Weave(PLAIN, warps=(Thread(),) * 3)
+
+
+@pytest.mark.parametrize(
+    ("what", "value"),
+    [("radius", 0.0), ("spacing", -1.0), ("length", np.nan), ("length", np.inf), ("layer", -1), ("colour", -2)],
+)
+def test_bad_threads_are_refused(what, value):
+    with pytest.raises(PatternError, match=f"{what} of a yarn: got {value}"):
+        Thread(**{what: value})
+
+
+def test_names_are_lines_without_quotes():
+    with pytest.raises(PatternError, match="expected one line without quotes"):
+        Weave(PLAIN, name='the "best"')

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cameras hold what they must show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.render.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_directions, front_patch
+from stitchmesh.render.layout import ALONE, BELOW, BESIDE, CLOSE_UP_AREA, layout_for
+
+
+def cloud(*size: float) -> np.ndarray:
+    return (np.random.default_rng(1).random((500, 3)) - 0.5) * size + [3, -7, 20]
+
+
+def in_picture(camera: Camera, points: np.ndarray, aspect: float) -> np.ndarray:
+    """Picture coordinates, -1 to 1 inside the picture, shape (n, 2)."""
+    depth = (camera.focus - camera.position) / np.linalg.norm(camera.focus - camera.position)
+    offset = points - camera.position
+    reach = np.tan(np.radians(VIEW_ANGLE / 2)) * (offset @ depth)
+    return np.stack([offset @ camera.side / (reach * aspect), offset @ camera.up / reach], axis=1)
+
+
+@pytest.mark.parametrize("size", [(30, 60, 20), (60, 30, 20), (100, 1, 1), (1, 100, 1), (5, 5, 0.01)])
+@pytest.mark.parametrize("aspect", [0.5, 1.6])
+def test_all_points_are_in_the_picture_and_fill_it(size, aspect):
+    points = cloud(*size)
+    towards, up = front_directions(points)
+    place = np.abs(in_picture(camera_around(points, towards, up, aspect), points, aspect))
+    assert place.max() <= 1.0
+    assert place.max() > 0.9  # the margin is 6%
+
+
+def test_points_keep_to_their_part_of_the_picture_with_their_clearance():
+    points = cloud(30, 60, 20)
+    towards, up = front_directions(points)
+    camera = camera_around(points, towards, up, 1.6, part=(0.3, 0.5), clearance=5.0)
+    for step in 5.0 * np.concatenate([np.eye(3), -np.eye(3)]) @ np.stack([camera.side, camera.up, [0, 0, 0]]):
+        place = np.abs(in_picture(camera, points + step, 1.6))
+        assert (place.max(axis=0) <= [0.3, 0.5]).all()
+
+
+def test_wide_things_have_their_close_up_below_and_tiny_ones_have_none():
+    towards, up = np.array([0, 0, 1.0]), np.array([0, 1.0, 0])
+    assert layout_for(cloud(50, 60, 20), towards, up, 0.1) is BESIDE
+    assert layout_for(cloud(90, 20, 1), towards, up, 0.1) is BELOW
+    assert layout_for(cloud(3, 4, 1), towards, up, 0.1) is ALONE
+
+
+@pytest.mark.parametrize("layout", [BESIDE, BELOW])
+def test_close_ups_show_the_same_area_and_leave_the_rest_free(layout):
+    size = (1600, 1000)
+    assert layout.close_up_height(size, 0.1) ** 2 * layout.close_up_aspect(size) == pytest.approx(CLOSE_UP_AREA * 0.01)
+    left, _, _, high = layout.panels[1]
+    assert layout.part[0] <= left or layout.part[1] <= 1 - high
+
+
+def test_a_garment_is_seen_from_its_wide_side_and_upright():
+    towards, up = front_directions(cloud(50, 60, 20))
+    assert towards[2] > 0.9 and towards[1] > 0
+    assert up.tolist() == [0, 1, 0]
+    assert front_directions(cloud(20, 60, 50))[0][0] > 0.9
+
+
+def test_a_flat_swatch_is_seen_squarely():
+    np.testing.assert_array_equal(front_directions(cloud(30, 20, 0.5))[0], [0, 0, 1])
+    towards, up = front_directions(cloud(30, 0.5, 20))
+    np.testing.assert_array_equal(towards, [0, 1, 0])
+    np.testing.assert_array_equal(up, [0, 0, -1])
+
+
+def test_the_patch_lies_on_the_front_of_a_cylinder():
+    turn, height = np.random.default_rng(2).random((2, 20_000)) * [[2 * np.pi], [40.0]]
+    points = np.stack([10 * np.sin(turn), height, 10 * np.cos(turn)], axis=1)
+    middle, normal = front_patch(points, np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), 4.0)
+    # a patch of half-width 2 on radius 10 sags by at most 0.2 and its random points scatter its middle
+    np.testing.assert_allclose(middle, [0, 20, 10], atol=0.4)
+    np.testing.assert_allclose(normal, [0, 0, 1], atol=0.05)
+
+
+def test_a_camera_at_a_place_shows_the_height_asked_for():
+    camera = camera_at(np.array([1.0, 2, 3]), np.array([1.0, 1, 0]), np.array([0, 1.0, 0]), 6.0)
+    edge = camera.focus + 3.0 * camera.up
+    np.testing.assert_allclose(in_picture(camera, np.array([edge, camera.focus]), 1.0), [[0, 1], [0, 0]], atol=1e-12)

@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The history of a relaxation as a picture and as a table."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.history import HistoryEntry, energy_terms, write_history
+from stitchmesh.render.convergence_plot import plot_convergence
+from stitchmesh.yarn.colours import DYES
+from tests.gallery import ROOT
+
+
+def history(count: int = 40, *, shape: bool = True) -> list[HistoryEntry]:
+    """A residual that falls by a factor a turn, and energies that settle."""
+    entries: list[HistoryEntry] = []
+    for k in range(count):
+        energies = {"stretch": 300.0 * 0.9**k + 8.0, "bend": 900.0 - k / 3, "contact": 4000.0 * 0.8**k + 150.0}
+        if shape and k:
+            energies["shape"] = 30.0 * (1 - 0.9**k)
+        entries.append({"iteration": 20 * k, "seconds": 0.07 * k**2, "residual": 0.9 * 0.87**k, "energies": energies})
+    return entries
+
+
+def pixels(path: Path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+def has_colour(path: Path, colour: np.ndarray) -> bool:
+    """Whether enough of a picture is of a colour to be part of a curve."""
+    near = np.abs(pixels(path) - np.round(255 * colour)).max(axis=2) <= 2  # the colour's rounding
+    return int(near.sum()) > 200
+
+
+@pytest.fixture(scope="module")
+def picture(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("plot") / "run" / "convergence.png"
+    plot_convergence(history(), path, tolerance=0.005)
+    return path
+
+
+def test_the_picture_is_drawn_and_nothing_else_is_left(picture):
+    assert [path.name for path in picture.parent.iterdir()] == ["convergence.png"]
+    image = pixels(picture)
+    assert image.shape == (900, 1200, 3)
+    assert (image == 255).all(axis=2).mean() > 0.5  # paper, not a blot
+
+
+def test_the_same_history_makes_the_same_picture(picture, tmp_path):
+    plot_convergence(history(), tmp_path / "again.png", tolerance=0.005)
+    assert (tmp_path / "again.png").read_bytes() == picture.read_bytes()
+
+
+def test_the_tolerance_has_its_line(picture, tmp_path):
+    plot_convergence(history(), tmp_path / "without.png")
+    assert (pixels(picture) != pixels(tmp_path / "without.png")).any()
+
+
+def test_each_term_has_its_curve(picture, tmp_path):
+    plot_convergence(history(shape=False), tmp_path / "less.png")
+    assert all(has_colour(picture, colour) for colour in DYES[:4])
+    assert all(has_colour(tmp_path / "less.png", colour) for colour in DYES[:3])
+    assert not has_colour(tmp_path / "less.png", DYES[3])
+
+
+@pytest.mark.parametrize(
+    ("count", "residual", "energies"),
+    [
+        (1, 0.3, {"bend": 1.0}),
+        (2, 0.3, {}),
+        (2, 0.0, {"bend": 0.0}),
+        (2, float("nan"), {"bend": 1.0, "contact": float("inf")}),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_awkward_histories_are_drawn_too(tmp_path, count, residual, energies):
+    entry: HistoryEntry = {"iteration": 0, "seconds": 0.0, "residual": residual, "energies": energies}
+    plot_convergence([entry] * count, tmp_path / "plot.png", tolerance=0.01)
+    assert (tmp_path / "plot.png").exists()
+
+
+def test_an_empty_history_cannot_be_drawn(tmp_path):
+    with pytest.raises(ParameterError, match="history: got no entries; expected at least one"):
+        plot_convergence([], tmp_path / "plot.png")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_picture_that_cannot_be_written_is_refused(tmp_path):
+    (tmp_path / "plot.png").mkdir()
+    with pytest.raises(FileError, match="is a folder"):
+        plot_convergence(history(), tmp_path / "plot.png")
+
+
+def test_the_module_alone_loads_no_plotting():
+    code = "import sys; import stitchmesh.viewer.convergence_plot; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "False"
+
+
+def test_a_table_reads_back_the_same(tmp_path):
+    write_history(tmp_path / "run" / "convergence.csv", history())
+    rows = list(csv.DictReader((tmp_path / "run" / "convergence.csv").open(newline="")))
+    names = ["iteration", "seconds", "residual", "stretch_erg", "bend_erg", "contact_erg", "shape_erg"]
+    assert list(rows[0]) == names
+    assert len(rows) == len(history())
+    for row, entry in zip(rows, history(), strict=True):
+        assert int(row["iteration"]) == entry["iteration"]
+        assert (float(row["seconds"]), float(row["residual"])) == (entry["seconds"], entry["residual"])
+        for term in energy_terms(history()):
+            assert row[f"{term}_erg"] == str(entry["energies"].get(term, ""))
+
+
+def test_a_table_without_entries_has_its_heading(tmp_path):
+    write_history(tmp_path / "convergence.csv", [])
+    assert (tmp_path / "convergence.csv").read_text() == "iteration,seconds,residual\n"

@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures are drawn whole: written, of the size asked for, with things in them, and nothing else left behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from stitchmesh import io
+from stitchmesh.errors import DisplayError, FileError, ParameterError, StitchMeshError
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.render import (
+    check_display,
+    render_file,
+    render_mesh,
+    render_rows,
+    render_stitches,
+    render_stretch,
+    render_yarns,
+    stage,
+)
+from stitchmesh.render.surface import wale_arrowheads
+from stitchmesh.yarn import YarnSet
+from tests.gallery import tube
+
+SIZE = (320, 200)
+
+
+@pytest.fixture
+def display() -> None:
+    """A machine that can draw, or a skip that says what is missing."""
+    try:
+        check_display()
+    except DisplayError as error:
+        pytest.skip(str(error))
+
+
+def fabric(*, labeled_only: bool = False) -> StitchMesh:
+    mesh = tube(12, 5)
+    stitch = np.full(60, Stitch.PANEL) if labeled_only else np.resize([Stitch.KNIT, Stitch.PURL], 60)
+    edges = len(mesh.edge_side)
+    return StitchMesh(
+        mesh.vertices, mesh.face_start, mesh.face_vertex, mesh.twin, n_bottom=np.ones(60), n_top=np.ones(60),
+        stitch=stitch, row=np.arange(60) // 12, stretch=np.linspace(0.9, 1.1, edges),
+    )  # fmt: skip
+
+
+def rings() -> YarnSet:
+    angle = 2 * np.pi * np.arange(30) / 30
+    curves = [np.stack([3 * np.cos(angle), np.full(30, 0.4 * k), 2 * np.sin(angle)], axis=1) for k in range(9)]
+    return YarnSet.from_curves(curves, closed=[True] * 9, radius=0.15)
+
+
+def pixels(path: Path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+def is_drawn(path: Path) -> bool:
+    """Whether the picture has the size asked for and a fair part of it is neither paper nor of one colour."""
+    image = pixels(path)
+    paper = image[0, 0]
+    inked = (np.abs(image - paper) > 60).any(axis=2).mean()
+    return image.shape == (SIZE[1], SIZE[0], 3) and inked > 0.05 and len(np.unique(image.reshape(-1, 3), axis=0)) > 200
+
+
+@pytest.mark.parametrize(
+    ("render", "content"),
+    [
+        (render_yarns, rings()), (render_mesh, tube(12, 5)), (render_rows, fabric(labeled_only=True)),
+        (render_stitches, fabric()), (render_stretch, fabric()),
+    ],
+)  # fmt: skip
+def test_every_picture_is_drawn(display, tmp_path, render, content):
+    render(content, tmp_path / "deep" / "a.png", size=SIZE)
+    assert is_drawn(tmp_path / "deep" / "a.png")
+    assert [path.name for path in (tmp_path / "deep").iterdir()] == ["a.png"]
+
+
+def test_rows_of_yarn_show_their_colours(display, tmp_path):
+    render_yarns(rings(), tmp_path / "a.png", size=SIZE)
+    image = pixels(tmp_path / "a.png")
+    red, blue = image[..., 0] - image[..., 2], image[..., 2] - image[..., 0]
+    assert red.max() > 50 and blue.max() > 10  # from madder to heather
+
+
+def test_the_same_picture_twice(display, tmp_path):
+    for name in ("a.png", "b.png"):
+        render_stitches(fabric(), tmp_path / name, size=SIZE)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_a_picture_that_fails_leaves_the_old_one(display, tmp_path, monkeypatch):
+    render_mesh(tube(12, 5), tmp_path / "a.png", size=SIZE)
+    before = (tmp_path / "a.png").read_bytes()
+
+    def fail(*arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(stage, "write_caption", fail)
+    with pytest.raises(KeyboardInterrupt):
+        render_mesh(tube(12, 5), tmp_path / "a.png", size=SIZE)
+    assert (tmp_path / "a.png").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_a_single_short_yarn_is_drawn(display, tmp_path):
+    straight = np.outer(np.arange(6.0), [1.0, 0, 0])
+    render_yarns(YarnSet.from_curves([straight], closed=[False], radius=0.3), tmp_path / "a.png", size=SIZE)
+    assert is_drawn(tmp_path / "a.png")
+
+
+def test_what_is_drawn_of_a_file_follows_from_its_content(tmp_path, monkeypatch):
+    drawn: list[str] = []
+    for name in ("render_mesh", "render_yarns"):
+        monkeypatch.setattr(f"stitchmesh.viewer.file_picture.{name}", lambda *a, name=name, **k: drawn.append(name))
+    pictures = {what: lambda *a, what=what, **k: drawn.append(what) for what in ("rows", "stitches", "stretch")}
+    monkeypatch.setattr("stitchmesh.viewer.file_picture.FABRIC_PICTURES", pictures)
+    io.write_mesh(tmp_path / "m.obj", tube(12, 5))
+    for name in ("y.h5", "y.bcc", "y.obj"):
+        io.write_yarns(tmp_path / name, rings())
+    io.write_stitches(tmp_path / "s.h5", fabric())
+    io.write_stitches(tmp_path / "l.h5", fabric(labeled_only=True))
+    for name in ("m.obj", "y.h5", "y.bcc", "y.obj", "s.h5", "l.h5"):
+        render_file(tmp_path / name, tmp_path / "a.png")
+    render_file(tmp_path / "s.h5", tmp_path / "a.png", what="stretch")
+    assert drawn == ["render_mesh", "render_yarns", "render_yarns", "render_yarns", "stitches", "rows", "stretch"]
+
+
+def test_bad_requests_are_named(tmp_path):
+    io.write_stitches(tmp_path / "s.h5", fabric())
+    io.write_mesh(tmp_path / "m.obj", tube(12, 5))
+    with pytest.raises(ParameterError, match="got 'loops'; expected one of rows, stitches, stretch"):
+        render_file(tmp_path / "s.h5", tmp_path / "a.png", what="loops")
+    with pytest.raises(ParameterError, match=r"m.obj holds no stitch mesh; a picture of its stretch cannot be drawn"):
+        render_file(tmp_path / "m.obj", tmp_path / "a.png", what="stretch")
+    with pytest.raises(FileError, match=r"unknown format '.jpg'; expected one of .png"):
+        render_mesh(tube(12, 5), tmp_path / "a.jpg")
+    with pytest.raises(FileError, match=r"unknown format '.txt'"):
+        render_file(tmp_path / "m.txt", tmp_path / "a.png")
+    with pytest.raises(StitchMeshError, match="no such file"):
+        render_file(tmp_path / "none.h5", tmp_path / "a.png")
+
+
+def test_stretch_must_have_been_measured(tmp_path):
+    mesh = fabric()
+    bare = StitchMesh(
+        mesh.vertices, mesh.face_start, mesh.face_vertex, mesh.twin, n_bottom=mesh.n_bottom, n_top=mesh.n_top,
+        stitch=mesh.stitch, row=mesh.row,
+    )  # fmt: skip
+    with pytest.raises(ParameterError, match="stretch: the stitch mesh carries none; relax the mesh first"):
+        render_stretch(bare, tmp_path / "a.png")
+
+
+def test_arrowheads_point_along_the_wales():
+    tip, left, right = np.moveaxis(wale_arrowheads(fabric()), 1, 0)
+    along = tip - (left + right) / 2
+    np.testing.assert_allclose(
+        along / np.linalg.norm(along, axis=1, keepdims=True), np.tile([0, 1, 0], (60, 1)), atol=1e-12
+    )

@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The radius of yarns is found again from their curves alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import stitchmesh as sm
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.radius_estimate import estimate_radius
+from tests.gallery import ROOT, shared
+
+
+def ring(centre: list[float], size: float = 1.0, count: int = 40) -> NDArray[np.float64]:
+    angle = 2 * np.pi * np.arange(count) / count
+    return np.array(centre) + size * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+
+
+def coil(points: int, pitch: float = 0.2) -> YarnSet:
+    """Ten turns, one above the other."""
+    turn = np.linspace(0, 20 * np.pi, points)
+    curve = np.stack([np.cos(turn), np.sin(turn), pitch * turn / (2 * np.pi)], axis=1)
+    return YarnSet.from_curves([curve], closed=[False], radius=1.0)
+
+
+def plain_weave(spacing: float, radius: float, count: int = 12) -> YarnSet:
+    """Sines over and under each other, which touch where they cross and nowhere else."""
+    along = np.arange(0.5, count, 0.25)
+    waves = [radius * np.cos(np.pi * (along + number)) for number in range(count)]
+    warp = [np.stack([spacing * along, 0 * along + spacing * n, w], axis=1) for n, w in enumerate(waves)]
+    weft = [np.stack([0 * along + spacing * n, spacing * along, -w], axis=1) for n, w in enumerate(waves)]
+    return YarnSet.from_curves(warp + weft, closed=[False] * (2 * count), radius=1.0)
+
+
+@pytest.fixture(scope="module")
+def hat() -> tuple[YarnSet, sm.StitchMesh]:
+    mesh = sm.read_mesh(ROOT / "assets" / "meshes" / "hat.obj")
+    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=2.0), surface=mesh, device="cpu")
+    return sm.generate_yarns(fabric), fabric
+
+
+def test_stacked_rings_touch_at_their_distance():
+    yarns = YarnSet.from_curves([ring([0, 0, 0.3 * k]) for k in range(4)], closed=[True] * 4, radius=1.0)
+    assert estimate_radius(yarns) == pytest.approx(0.15, rel=1e-9)  # samples lie above one another, to rounding
+
+
+@pytest.mark.parametrize("points", [400, 2000, 8000])
+def test_a_coil_touches_at_its_pitch_however_finely_it_is_drawn(points):
+    slope = np.arctan(0.2 / (2 * np.pi))
+    # strands of that slope are nearest across it; chords of 160 samples a turn add a millionth
+    assert estimate_radius(coil(points)) == pytest.approx(0.1 * np.cos(slope), rel=1e-4)
+
+
+@pytest.mark.parametrize("spacing", [0.5, 2.0])
+def test_a_loose_weave_touches_where_it_crosses(spacing):
+    # a B-spline reaches (2 + cos h) / 3 of the height of control points on a cosine, h = 45 degrees apart; beside
+    # the crossing the curves are nearer by some 0.2 %
+    assert estimate_radius(plain_weave(spacing, 0.1)) == pytest.approx(0.1 * (2 + np.sqrt(0.5)) / 3, rel=5e-3)
+
+
+def test_the_estimate_grows_with_the_yarns_and_keeps_when_they_move():
+    yarns = coil(400)
+    moved = replace(yarns, points=7.0 * yarns.points[:, [1, 2, 0]] + 30.0)
+    assert estimate_radius(moved) == pytest.approx(7.0 * estimate_radius(yarns), rel=1e-9)  # rounding at 30 cm
+
+
+def test_the_radius_that_yarns_claim_does_not_matter():
+    yarns = coil(400)
+    assert estimate_radius(yarns) == estimate_radius(replace(yarns, radius=np.array([0.01])))
+
+
+def test_the_radius_of_a_garment_is_found_before_and_after_it_relaxes(hat):
+    yarns, fabric = hat
+    radius = yarns.radius[0]
+    # as generated, crossings of the templates are 0.82 diameters apart: nothing has pushed yet
+    assert 0.8 * radius < estimate_radius(yarns) < 0.9 * radius
+    relaxed = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric).yarns
+    # at rest yarns press into each other by some percent, as the contact force needs depth
+    assert 0.9 * radius < estimate_radius(relaxed) < 1.01 * radius
+
+
+def test_thick_and_thin_yarn_on_the_same_stitches_are_told_apart(hat):
+    _, fabric = hat
+    for radius in (0.08, 0.16, 0.24):
+        yarns = sm.generate_yarns(fabric, yarn_radius=radius)
+        assert 0.8 * radius < estimate_radius(yarns) < 0.9 * radius  # as above
+
+
+@pytest.mark.parametrize(("name", "loop_length"), [("glove.bcc", 2.63), ("knittube.bcc", 2.76)])
+def test_real_plain_knits_come_out_as_tight_as_plain_knits_are(name, loop_length):
+    # The files state no radius. Their loop lengths [cm] are length over courses' wave count (median of all yarns);
+    # plain knit holds 16.7 diameters in a loop where loops just touch, fewer where it is tight.
+    radius = estimate_radius(sm.read_yarns(shared("yarns") / name, radius=1.0))
+    assert 13.0 < loop_length / (2 * radius) < 17.0
+
+
+def test_a_large_set_is_sampled_alike_each_time():
+    rings = [ring([3.0 * column, 0, 0.3 * k]) for column in range(60) for k in range(12)]
+    yarns = YarnSet.from_curves(rings, closed=[True] * len(rings), radius=1.0)
+    first = estimate_radius(yarns)
+    assert first == estimate_radius(yarns)
+    assert first == pytest.approx(0.15, rel=1e-9)  # as for the few rings above
+
+
+def test_a_yarn_on_its_own_has_no_radius_to_be_found():
+    alone = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=1.0)
+    with pytest.raises(ParameterError, match=r"never come close to each other.*give it \(--yarn-radius\)"):
+        estimate_radius(alone)
+
+
+def test_yarns_in_one_place_have_no_radius_to_be_found():
+    twice = YarnSet.from_curves([ring([0, 0, 0])] * 2, closed=[True] * 2, radius=1.0)
+    with pytest.raises(ParameterError, match="never come close"):
+        estimate_radius(twice)

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every stitch, alone, beside and above others: each yarn one path, linked as the stitches say, before and after rest.
+
+Stitches that mirror one another, or are one another turned over, are drawn as such, and so are the pieces made of
+them. So each stitch that is drawn is tried with each, and of all pairs of all stitches a fixed part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen import generate_yarns, mean_stitch_width
+from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
+from stitchmesh.yarngen.templates.drawings import drawings
+from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.pins import Pins
+from stitchmesh.yarnrelax.pull import Pull
+from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
+
+KNIT = Stitch.KNIT
+DRAWN = [KNIT, *(CODES[code] for code in drawings())]
+ALL = list(VOCABULARY)
+BATCH = 64
+"""Pieces generated at once."""
+ALONE, PAIRED, SHIFTED = 0.9, 0.7, 0.4
+"""Smallest distances at the start, over the radius: of a stitch among knit ones, of pairs, and of pairs that overlap
+by a part, as measured less a tenth; touching yarns are 2 apart."""
+
+
+def under_a_plain_row(block: Block) -> Block:
+    return [*block, [KNIT] * tops(block[-1])]
+
+
+def assert_linked_and_apart(blocks: list[Block], floor: float) -> None:
+    for first in range(0, len(blocks), BATCH):
+        pieces = [under_a_plain_row(block) for block in blocks[first : first + BATCH]]
+        fabric = side_by_side([sampler(piece) for piece in pieces])
+        yarns = generate_yarns(fabric, quality="draft")
+        assert yarns.yarn_count == len(pieces) and not yarns.closed.any(), "a piece is one yarn"
+        check_loops(fabric, yarns)
+        radius = RADIUS_OVER_WIDTH * mean_stitch_width(fabric)
+        distance, point = smallest_distance(yarns, floor * radius)
+        assert distance == np.inf, f"{distance / radius:.2f} radii in {pieces[yarns.point_yarn[point]]}"
+
+
+@pytest.mark.parametrize("quality", ["draft", "standard"])
+@pytest.mark.parametrize("stitch", ALL, ids=lambda stitch: VOCABULARY[stitch].code)
+def test_a_stitch_among_knit_ones(stitch: Stitch, quality: str) -> None:
+    fabric = sampler(under_a_plain_row([[KNIT, KNIT, stitch, KNIT, KNIT]]))
+    yarns = generate_yarns(fabric, quality=quality)
+    assert yarns.yarn_count == 1
+    check_loops(fabric, yarns)
+    assert smallest_distance(yarns, ALONE * yarns.radius[0])[0] == np.inf
+
+
+def test_drawn_stitches_side_by_side() -> None:
+    assert_linked_and_apart([beside(left, right) for left, right in product(DRAWN, DRAWN)], PAIRED)
+
+
+def test_drawn_stitches_on_top_of_one_another() -> None:
+    worked = [stitch for stitch in DRAWN if sides_of(stitch)[0]]
+    assert_linked_and_apart([above(lower, upper) for lower, upper in product(DRAWN, worked)], PAIRED)
+
+
+def test_any_two_stitches_in_any_place() -> None:
+    worked = [stitch for stitch in ALL if sides_of(stitch)[0]]
+    next_to = [beside(left, right) for left, right in product(ALL, ALL)]
+    on_top = [above(a, b, place) for a, b in product(ALL, worked) for place in placements(a, b)]
+    # a prime, so that no stitch is passed by
+    assert_linked_and_apart([*next_to[::97], *on_top[::97]], SHIFTED)
+
+
+def many_stitches(stitches: list[Stitch]) -> StitchMesh:
+    """A row of stitches between knit ones, under two plain rows."""
+    row = [KNIT, KNIT, *(each for stitch in stitches for each in (stitch, KNIT)), KNIT]
+    return sampler([*under_a_plain_row([row]), [KNIT] * tops(row)])
+
+
+def height(fabric: StitchMesh, yarns: YarnSet) -> float:
+    """Mean height of the last row [cm]."""
+    return float(yarns.points[fabric.row[yarns.face] == fabric.row.max(), 1].mean())
+
+
+@pytest.mark.parametrize("part", range(3))
+def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
+    """Held at its cast-on and pulled at its last row by 250 dyn a stitch, about the weight of a quarter of a gramme."""
+    fabric = many_stitches(ALL[part::3])
+    yarns = generate_yarns(fabric, quality="draft")
+    last = np.flatnonzero(fabric.row == fabric.row.max())
+    result = relax_yarns(
+        yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
+        terms=[Pull((0.0, 250.0 * len(last), 0.0), faces=last)],
+    )  # fmt: skip
+    assert result.report["converged"]
+    assert height(fabric, result.yarns) > 1.1 * height(fabric, yarns)
+    check_loops(fabric, result.yarns)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before(seed: int) -> None:
+    """Every family of stitches, relaxed within its shape, then held at its cast-on and pulled at its last row.
+
+    From starts nudged by 1e-5 cm, from which legs of slipped stitches come to lie in quite different places.
+    """
+    fabric = many_stitches([CODES[code] for code in ("p", "y", "d12k", "b", "kp", "d21p", "sk", "d213k", "x", "kyk")])
+    yarns = generate_yarns(fabric, quality="draft")
+    nudged = replace(yarns, points=yarns.points + 1e-5 * np.random.default_rng(seed).normal(size=yarns.points.shape))
+    rest = relax_yarns(nudged, quality="draft", device="cpu", keep_shape=fabric)
+    check_loops(fabric, rest.yarns)
+    last = np.flatnonzero(fabric.row == fabric.row.max())
+    pulled = relax_yarns(
+        rest.yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
+        terms=[Pull((0.0, 100.0 * len(last), 0.0), faces=last)],
+    )  # fmt: skip
+    assert rest.report["converged"] and pulled.report["converged"]
+    assert height(fabric, pulled.yarns) > 1.05 * height(fabric, rest.yarns)
+    check_loops(fabric, pulled.yarns)
+
+
+def test_twisted_loops_are_linked_like_others() -> None:
+    fabric = many_stitches(ALL[::2])
+    tops_of = np.flatnonzero(fabric.side_role == 2)
+    twist = np.zeros(fabric.side_count, dtype=np.int64)
+    twist[tops_of] = np.random.default_rng(1).integers(-1, 2, len(tops_of))
+    twisted = replace(fabric, twist=twist)
+    check_loops(twisted, generate_yarns(twisted, quality="draft"))

@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Ways from yarns as drawn to yarns as they are, what passes through what on them, and what of it is undone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.loop_check.cancelling_crossings import lasting_passes
+from stitchmesh.yarngen.loop_check.crossings_along_path import Journey
+from stitchmesh.yarngen.loop_check.deformation_path import Way
+from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
+from stitchmesh.yarngen.loop_check.pulled_through import pulled_through
+from stitchmesh.yarngen.loop_check.strands import Ends, Strands, sampled_points
+from tests.meshrelax.fabrics import rotation
+
+RADIUS = 0.1
+
+
+def yarns_of(*curves: FloatArray, closed: bool = False) -> YarnSet:
+    return YarnSet.from_curves(curves, closed=[closed] * len(curves), radius=RADIUS)
+
+
+def line(start: tuple[float, ...], end: tuple[float, ...], count: int = 40) -> FloatArray:
+    return np.linspace(start, end, count)
+
+
+def ring(centre: tuple[float, ...], radius: float = 0.4, count: int = 24) -> FloatArray:
+    """Around the x axis."""
+    angle = 2 * np.pi * np.arange(count) / count
+    return np.array(centre) + radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
+
+
+def journey(begin: YarnSet, end: YarnSet, evening: int = 0) -> Journey:
+    return Journey.along(Way(begin, end, evening, 16))
+
+
+def knotted(seed: int) -> YarnSet:
+    """Two closed random curves, tangled."""
+    random = np.random.default_rng(seed)
+    return yarns_of(*random.normal(size=(2, 12, 3)), closed=True)
+
+
+def linking(yarns: YarnSet) -> float:
+    points, start = sampled_points(yarns), Strands(yarns).start
+    curves = Polygons(points, start, np.arange(len(points)))
+    return float(linking_numbers(curves, curves, np.array([[0, 1]]))[0])
+
+
+def test_a_way_leads_from_its_begin_to_its_end() -> None:
+    begin, end = knotted(0), knotted(1)
+    way = Way(begin, end, 3, 16)
+    for time, there in ((0.0, begin), (1e-9, begin), (1.0 - 1e-9, end), (1.0, end)):
+        # sums of some tens of numbers of size one, and a billionth of the way of length ten
+        np.testing.assert_allclose(way.at(time).points, there.points, atol=1e-7)
+
+
+@pytest.mark.parametrize("evening", [0, 10])
+def test_a_rigid_motion_is_rigid_all_the_way(evening: int) -> None:
+    turn = rotation(4)
+    turn *= np.linalg.det(turn)
+    begin = knotted(2)
+    half = Way(begin, replace(begin, points=begin.points @ turn.T + 7.0), evening, 16).at(0.5).points
+    first, there = (points - points.mean(axis=0) for points in (begin.points, half))
+    # rounding of rotations near half a turn, and of a linear system
+    np.testing.assert_allclose(there @ there.T, first @ first.T, atol=1e-6)
+
+
+def test_a_strip_that_curls_up_by_a_turn_and_a_half_does_not_collapse() -> None:
+    """On straight lines its far parts, turned by half a turn, would be points half way; length is kept here."""
+    strip = [line((0.0, y, 0.0), (6.0, y, 0.0), 61) for y in np.linspace(0.0, 1.0, 5)]
+    begin = yarns_of(*strip)
+    angle = begin.points[:, 0] * 3 * np.pi / 6.0
+    spiral = (6.0 / (3 * np.pi)) * np.stack([np.sin(angle), 0 * angle, 1.0 - np.cos(angle)], axis=1)
+    spiral[:, 1] = begin.points[:, 1] + 0.2 * angle
+    end = replace(begin, points=spiral)
+    way = Way(begin, end, 5, 16)
+    assert np.ptp(way._rotation[:, 1]) > 2.5 * np.pi  # three half turns, evened out at its ends
+    lengths = way.at(0.5).lengths / begin.lengths
+    # rotations of 16 points, evened out, are those of places up to a third of a radian away; straight lines leave 0.2
+    assert lengths.min() > 0.8 and lengths.max() < 1.25
+    assert not journey(begin, end, 5).passes
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_signs_of_passes_add_up_to_the_change_of_linking(seed: int) -> None:
+    """However two rings go from one tangle to another: each pass takes one from it, or adds one."""
+    begin, end = knotted(seed), knotted(seed + 100)
+    yarn = Strands(begin).yarn
+    for one, two in ((begin, end), (end, begin)):
+        passes = [found.sign for found in journey(one, two).passes if yarn[found.first] != yarn[found.second]]
+        assert len(passes) > 0
+        assert sum(passes) == linking(one) - linking(two)
+
+
+def test_a_yarn_that_goes_through_another_passes_once_and_lasts() -> None:
+    lying, over = line((-2.0, 0.0, 0.0), (2.0, 0.0, 0.0)), line((0.013, -2.0, 0.3), (0.013, 2.0, 0.3))
+    begin, end = yarns_of(lying, over), yarns_of(lying, over - [0.0, 0.0, 0.6])
+    found = journey(begin, end)
+    assert len(found.passes) == 1
+    assert found.passes[0].time == pytest.approx(0.5, abs=1e-6)  # half way of an even motion
+    assert lasting_passes(found) == found.passes
+    assert not pulled_through(begin, begin)
+
+
+def test_a_ring_slides_along_a_yarn_and_is_not_taken_off_it() -> None:
+    """As far as ten of its radii along; but not off it sideways, through the yarn."""
+    yarn = line((-6.0, 0.0, 0.0), (6.0, 0.0, 0.0), 120)
+    begin = yarns_of(yarn, np.concatenate([ring((-2.0, 0.0, 0.0)), ring((-2.0, 0.0, 0.0))[:3]]))
+    along = yarns_of(yarn, np.concatenate([ring((2.0, 0.0, 0.0)), ring((2.0, 0.0, 0.0))[:3]]))
+    beside = yarns_of(yarn, np.concatenate([ring((2.0, 1.1, 0.0)), ring((2.0, 1.1, 0.0))[:3]]))
+    assert not pulled_through(begin, along)
+    assert len(pulled_through(begin, beside)) == 1
+
+
+def curl(side: float) -> FloatArray:
+    """Along the x axis with one curl over itself, in front where it goes to the right if ``side`` is 1."""
+    angle = np.linspace(0.0, 2 * np.pi, 40)
+    wound = np.stack([0.4 * np.sin(angle), 0.4 - 0.4 * np.cos(angle), 0.12 * side * np.cos(angle / 2)], axis=1)
+    left = line((-3.0, 0.0, 0.12 * side), (-0.1, 0.0, 0.12 * side))
+    return np.concatenate([left, wound, line((0.1, 0.0, -0.12 * side), (3.0, 0.0, -0.12 * side))])
+
+
+def test_an_empty_curl_turns_over_and_one_around_a_yarn_does_not() -> None:
+    through = line((0.013, 0.4, -2.0), (0.013, 0.4, 2.0))
+    flipped = journey(yarns_of(curl(1.0)), yarns_of(curl(-1.0)))
+    assert [abs(found.sign) for found in flipped.passes] == [1]
+    assert not lasting_passes(flipped)
+    assert len(pulled_through(yarns_of(curl(1.0), through), yarns_of(curl(-1.0), through))) == 1
+
+
+def bight(height: float) -> FloatArray:
+    """A yarn under the x axis with a bight that comes up beside it and lies over it."""
+    x = np.linspace(-3.0, 3.0, 121)
+    up = np.exp(-((x / 0.5) ** 2))
+    return np.stack([0.013 + x, height * up - 0.5, -0.15 + 0.0 * x], axis=1)
+
+
+def test_a_bight_over_a_yarn_is_undone_unless_a_third_yarn_goes_through_it() -> None:
+    """Two passes of opposite sign, a bight's two legs; with a yarn through the bight they stay."""
+    axis = line((-3.0, 0.0, 0.0), (3.0, 0.0, 0.0), 121)
+    through = line((0.013, 0.2, -2.0), (0.013, 0.2, 2.0), 61)
+    under, over = bight(1.2), bight(1.2) * [1.0, 1.0, -1.0]
+    found = journey(yarns_of(axis, under), yarns_of(axis, over))
+    assert sorted(each.sign for each in found.passes) == [-1, 1]
+    assert not lasting_passes(found)
+    assert len(pulled_through(yarns_of(axis, under, through), yarns_of(axis, over, through))) == 2
+
+
+def test_images_pass_like_any_other_yarn() -> None:
+    """Two endless yarns of a cell smaller than their way: one pass through each of as many images as are met."""
+    lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0]]))
+    count = 10
+    along = np.stack([np.arange(count) / count, 0.2 * np.ones(count), 0.3 * np.ones(count)], axis=1)
+    across = np.stack([0.513 * np.ones(count), 0.5 * np.arange(count) / count, np.zeros(count)], axis=1)
+    flat = yarns_of(along, across, closed=True)
+    begin = replace(flat, lattice=lattice, lattice_step=np.array([[1, 0], [0, 1]]))
+    points = begin.points.copy()
+    points[:count, 2] -= 0.6
+    found = journey(begin, replace(begin, points=points))
+    assert len(found.passes) == 1
+    assert lasting_passes(found) == found.passes
+    moved = replace(begin, points=begin.points + begin.points[0] * [10.0, 0.0, 0.0])
+    assert not journey(begin, moved).passes
+
+
+def test_edges_run_on_over_the_end_of_closed_yarns() -> None:
+    lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    points = np.stack([np.arange(8) / 8, 0.2 * np.ones(8), np.zeros(8)], axis=1)
+    yarns = replace(yarns_of(points, closed=True), lattice=lattice, lattice_step=np.array([[1, 0]]))
+    ends = Ends.of(Strands(yarns), yarns)
+    np.testing.assert_allclose(ends.second - ends.first, [[1 / 16, 0.0, 0.0]] * 16, atol=1e-12)
+    assert Strands(yarns).distance(0, 3, 19) == pytest.approx(1.0, abs=1e-12)
