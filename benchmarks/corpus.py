@@ -25,8 +25,8 @@ from solvers import NotingIteration
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.resolve_pattern import pattern_or_weave
-from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch import SwatchOptions, draw_swatch
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
@@ -67,7 +67,7 @@ STITCHES_SEEN, CROSSINGS_SEEN = 20, 12
 
 def cell(name: str, quality: str) -> YarnSet:
     """The repeat as it is drawn."""
-    return drawn(pattern_or_weave(name), SwatchOptions(), quality_named(quality))[1]
+    return draw_swatch(resolve_pattern(name), SwatchOptions(), quality_named(quality))[1]
 
 
 def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> None:
@@ -154,7 +154,7 @@ def draw(folder: Path, name: str) -> None:
 
     from stitchmesh.render.swatch_picture import render_swatch
 
-    source = pattern_or_weave(name)
+    source = resolve_pattern(name)
     seen = CROSSINGS_SEEN if isinstance(source, Weave) else STITCHES_SEEN
     size = (len(source.warps), len(source.wefts)) if isinstance(source, Weave) else (source.width, source.height)
     tiles = max(1, round(seen / size[0])), max(1, round(seen * (1.0 if isinstance(source, Weave) else 1.3) / size[1]))

@@ -26,7 +26,7 @@ from stitchmesh.patterns import Pattern, pattern_names
 from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn.colours import yarn_colours
-from stitchmesh.yarn.polyline import curves_of_segments
+from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarnrelax.borders import KeepBorders
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -84,7 +84,7 @@ def draw(folder: Path, name: str) -> None:
     yarns = sm.read_yarns(folder / f"{name}.h5")
     one = bool((yarns.colour == yarns.colour[0]).all())
     colours = np.tile(WOOL, (len(yarns.points), 1)) if one else yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
-    curves = curves_of_segments(yarns, np.arange(len(yarns.segment_points)), 3)
+    curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), 3)
     tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=12)
     low, high = yarns.points.min(axis=0), yarns.points.max(axis=0)
     focus = 0.5 * (low + high)

@@ -28,7 +28,7 @@ import stitchmesh as sm
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import pattern_names
-from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.periodic.swatch import SwatchOptions, draw_swatch
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.generate import drawn_yarns
@@ -80,7 +80,7 @@ def knits() -> list[str]:
 def cells(quality: str) -> Iterator[Scene]:
     """The corpus as ``benchmarks/corpus.py`` relaxes it, its periods as drawn."""
     for name in knits():
-        fabric, yarns = drawn(sm.read_pattern(name), SwatchOptions(), quality_named(quality))
+        fabric, yarns = draw_swatch(sm.read_pattern(name), SwatchOptions(), quality_named(quality))
         assert fabric is not None
         leaf = sm.YarnMaterial.named("leaf")
         yield name, fabric, sm.relax_yarns(yarns, material=leaf, quality=quality, device="cpu").yarns

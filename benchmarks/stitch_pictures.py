@@ -26,7 +26,7 @@ from stitchmesh.render.camera import camera_at
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.stage import add_tubes, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.polyline import curves_of_segments
+from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.templates.surrounding import surrounded
@@ -85,7 +85,7 @@ def take_picture(stitch: Stitch) -> None:
     path = PICTURES / f"{VOCABULARY[stitch].code}.png"
     fabric, centre = surrounded(stitch)
     yarns = generate_yarns(fabric, yarn_radius=RADIUS_OVER_WIDTH)
-    curves = curves_of_segments(yarns, np.arange(len(yarns.segment_points)), 4)
+    curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), 4)
     tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=14)
     colours = colours_of(fabric, centre, yarns)[curves.control_point][tubes.ring]
     widest = max(VOCABULARY[stitch].n_bottom, VOCABULARY[stitch].n_top, 1)

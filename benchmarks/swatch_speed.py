@@ -26,11 +26,11 @@ from swatch_session import LONGEST, changes_of
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.resolve_pattern import pattern_or_weave
-from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch import SwatchOptions, draw_swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import tiled
+from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.batch import relax_cells
 from stitchmesh.yarnrelax.descent import CHECK
@@ -101,7 +101,7 @@ def head(*names: str) -> None:
 
 def cell_of(name: str) -> YarnSet:
     """One period as it is drawn."""
-    return drawn(pattern_or_weave(name), SwatchOptions(), QUALITY)[1]
+    return draw_swatch(resolve_pattern(name), SwatchOptions(), QUALITY)[1]
 
 
 def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
@@ -232,7 +232,7 @@ def tiled_to(yarns: YarnSet, points: int) -> YarnSet:
     """Tiles of a cell, as nearly square as it goes, of about so many control points; they repeat in their turn."""
     count = points / len(yarns.points)
     columns = max(round(math.sqrt(count)), 1)
-    return tiled(yarns, columns, max(round(count / columns), 1), periodic=True)
+    return tile_yarns(yarns, columns, max(round(count / columns), 1), periodic=True)
 
 
 def weaves(device: wp.Device, given: argparse.Namespace) -> None:
@@ -270,7 +270,7 @@ def sizes(device: wp.Device, given: argparse.Namespace) -> None:
     head("tiles", "points", "ms", "us a point", "in a run ms", "us a point")
     best, found = math.inf, None
     for side in sides(len(yarns.points), given.most):
-        found = timing(tiled(yarns, side, side, periodic=True), device)
+        found = timing(tile_yarns(yarns, side, side, periodic=True), device)
         best = min(best, found.alone / found.points)
         numbers = [
             f"{value:.4f}"

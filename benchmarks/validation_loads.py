@@ -15,7 +15,7 @@ import numpy as np
 from validation_knits import DIAMETER, MATERIAL
 from validation_stretch import PATTERNS, PUBLISHED
 
-from stitchmesh.periodic.stretch import StretchCurve, stretch
+from stitchmesh.periodic.stretch import StretchCurve, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial
 
@@ -46,7 +46,7 @@ def curves() -> Curves:
 
 def drawn(loop: float, direction: str, pattern: str, step: float, most: float) -> StretchCurve:
     """A swatch drawn to ``most``."""
-    return stretch(
+    return stretch_test(
         pattern, **{direction: (0.0, most)}, other="free", steps=round(most / step) + 1, quality=FINE, device="cpu",
         material=YarnMaterial.named(MATERIAL), loop_length=loop * DIAMETER,
     )  # fmt: skip

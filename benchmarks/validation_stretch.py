@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 from validation_knits import MATERIAL
 
-from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, stretch
+from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, stretch_test
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import YarnMaterial
 
@@ -36,8 +36,8 @@ def curves(quality: str = "standard") -> Curves:
     for pattern in PATTERNS:
         for other in ("free", "held"):
             common = {"other": other, "steps": STEPS, "material": material, "quality": quality, "device": "cpu"}
-            made[pattern, "course", other] = stretch(pattern, course=(0.0, MOST), **common)
-            made[pattern, "wale", other] = stretch(pattern, wale=(0.0, MOST), **common)
+            made[pattern, "course", other] = stretch_test(pattern, course=(0.0, MOST), **common)
+            made[pattern, "wale", other] = stretch_test(pattern, wale=(0.0, MOST), **common)
     return made
 
 
@@ -107,6 +107,6 @@ def accuracy_table() -> Iterable[list[object]]:
     """The same curve at every preset: stockinette drawn along the courses, the wales held."""
     yield ["quality", "10 %", "20 %", "30 %", "40 %"]
     for quality in PRESETS:
-        curve = stretch("stockinette", course=(0.0, MOST), other="held", steps=5, quality=quality, device="cpu",
+        curve = stretch_test("stockinette", course=(0.0, MOST), other="held", steps=5, quality=quality, device="cpu",
                         material=YarnMaterial.named(MATERIAL))  # fmt: skip
         yield [quality, *(f"{tension:.1f}" for tension in curve.tension[1:])]

@@ -16,8 +16,8 @@ from stitchmesh.tessellate import tessellate
 if TYPE_CHECKING:
     from stitchmesh.editing.edit import Edit, apply_edit
     from stitchmesh.editing.history import History
-    from stitchmesh.editing.log import replay
-    from stitchmesh.editing.spiral import spiral
+    from stitchmesh.editing.log import replay_edits
+    from stitchmesh.editing.spiral import make_spiral
     from stitchmesh.errors import StitchMeshError
     from stitchmesh.hand_knitting import knitting_instructions
     from stitchmesh.io import (
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from stitchmesh.mesh.stitch import Stitch
     from stitchmesh.meshrelax import relax_mesh
     from stitchmesh.patterns import Pattern, apply_pattern, parse_pattern, pattern_mesh, pattern_names, read_pattern
-    from stitchmesh.periodic.resolve_pattern import pattern_or_weave
+    from stitchmesh.periodic.resolve_pattern import resolve_pattern
     from stitchmesh.periodic.session.session import SwatchSession
-    from stitchmesh.periodic.stretch import StretchCurve, stretch
+    from stitchmesh.periodic.stretch import StretchCurve, stretch_test
     from stitchmesh.periodic.swatch import Swatch, swatch
     from stitchmesh.periodic.textures.textures import texture_maps
     from stitchmesh.periodic.torus import torus_mesh
@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarn.radius_estimate import estimate_radius
     from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
-    from stitchmesh.yarn.tiling import tiled
-    from stitchmesh.yarngen import Finish, check_loops, generate_yarns, regenerate_yarns
+    from stitchmesh.yarn.tiling import tile_yarns
+    from stitchmesh.yarngen import YarnFinish, check_loops, generate_yarns, regenerate_yarns
     from stitchmesh.yarnrelax import (
         RelaxCell,
         YarnMaterial,
@@ -71,8 +71,8 @@ _HOME = {
     "Edit": "editing.edit",
     "apply_edit": "editing.edit",
     "History": "editing.history",
-    "replay": "editing.log",
-    "spiral": "editing.spiral",
+    "replay_edits": "editing.log",
+    "make_spiral": "editing.spiral",
     "StitchMeshError": "errors",
     "knitting_instructions": "hand_knitting",
     "read_mesh": "io",
@@ -93,9 +93,9 @@ _HOME = {
     "pattern_names": "patterns",
     "read_pattern": "patterns",
     "SwatchSession": "periodic.session.session",
-    "pattern_or_weave": "periodic.resolve_pattern",
+    "resolve_pattern": "periodic.resolve_pattern",
     "StretchCurve": "periodic.stretch",
-    "stretch": "periodic.stretch",
+    "stretch_test": "periodic.stretch",
     "Swatch": "periodic.swatch",
     "swatch": "periodic.swatch",
     "texture_maps": "periodic.textures.textures",
@@ -108,10 +108,10 @@ _HOME = {
     "RestLengths": "yarn.rest_length",
     "apply_rest_lengths": "yarn.rest_length",
     "Stitch": "mesh.stitch",
-    "tiled": "yarn.tiling",
+    "tile_yarns": "yarn.tiling",
     "YarnSet": "yarn",
     "estimate_radius": "yarn.radius_estimate",
-    "Finish": "yarngen",
+    "YarnFinish": "yarngen",
     "check_loops": "yarngen",
     "generate_yarns": "yarngen",
     "regenerate_yarns": "yarngen",
@@ -135,7 +135,6 @@ __all__ = [
     "Body",
     "Checkpoints",
     "Edit",
-    "Finish",
     "Friction",
     "Gravity",
     "History",
@@ -155,6 +154,7 @@ __all__ = [
     "SwatchSession",
     "Twist",
     "Weave",
+    "YarnFinish",
     "YarnMaterial",
     "YarnSet",
     "apply_edit",
@@ -166,10 +166,10 @@ __all__ = [
     "knitting_instructions",
     "label",
     "linking_certificate",
+    "make_spiral",
     "parse_pattern",
     "pattern_mesh",
     "pattern_names",
-    "pattern_or_weave",
     "read_mesh",
     "read_pattern",
     "read_stitches",
@@ -178,13 +178,13 @@ __all__ = [
     "regenerate_yarns",
     "relax_mesh",
     "relax_yarns",
-    "replay",
-    "spiral",
-    "stretch",
+    "replay_edits",
+    "resolve_pattern",
+    "stretch_test",
     "swatch",
     "tessellate",
     "texture_maps",
-    "tiled",
+    "tile_yarns",
     "torus_mesh",
     "weave_names",
     "weave_yarns",

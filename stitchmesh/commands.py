@@ -34,7 +34,7 @@ from stitchmesh.swatch_command import swatch  # noqa: F401 (another)
 from stitchmesh.tessellate import tessellate as tessellate_mesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
-from stitchmesh.yarngen import Finish, generate_yarns, regenerate_yarns
+from stitchmesh.yarngen import YarnFinish, generate_yarns, regenerate_yarns
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -98,12 +98,12 @@ def pattern(arguments: Namespace) -> None:
 
 def edit(arguments: Namespace) -> None:
     """Stitches after the edits of a log; where one is refused, nothing is written."""
-    from stitchmesh.editing.log import replay
+    from stitchmesh.editing.log import replay_edits
 
     if arguments.replay is None or arguments.output is None:
         raise ParameterError("edit: needs a log of edits and a file for the result; give --replay LOG and -o FILE")
     before = read_stitches(arguments.fabric)
-    after = replay(before, arguments.replay)
+    after = replay_edits(before, arguments.replay)
     write_stitches(arguments.output, after)
     print(f"{before.face_count} stitches, now {after.face_count}")
 
@@ -253,8 +253,8 @@ def _quality(arguments: Namespace) -> str | Quality:
     return quality_with(arguments.quality, solver=arguments.solver, max_iterations=arguments.max_iterations)
 
 
-def _finish(arguments: Namespace) -> Finish:
-    return Finish(arguments.bind_off, arguments.cast_on, arguments.longest_float)
+def _finish(arguments: Namespace) -> YarnFinish:
+    return YarnFinish(arguments.bind_off, arguments.cast_on, arguments.longest_float)
 
 
 def _relax_options(arguments: Namespace, checkpoints: Path, rest_lengths: RestLengths) -> RelaxOptions:

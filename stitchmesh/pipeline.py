@@ -16,7 +16,7 @@ import numpy as np
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
 from stitchmesh.description import stitch_counts
-from stitchmesh.editing.spiral import spiral
+from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
@@ -34,7 +34,7 @@ from stitchmesh.quality import Quality, quality_named
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
-from stitchmesh.yarngen import Finish, generate_yarns
+from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -94,7 +94,7 @@ class KnitOptions:
     """What is done with stitches that whole tiles of the pattern leave over, as in ``apply_pattern``."""
     spiral: bool = False
     """Whether the rings of tubes become turns of one row that climbs."""
-    finish: Finish = field(default_factory=Finish)
+    finish: YarnFinish = field(default_factory=YarnFinish)
     """How rows are cast on and bound off, and which floats are cut."""
     relaxation: RelaxOptions = field(default_factory=RelaxOptions)
     """How the yarns are relaxed."""
@@ -238,7 +238,7 @@ def _stitches(
     )
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     if options.spiral:
-        rings, relaxed = relaxed, spiral(relaxed)
+        rings, relaxed = relaxed, make_spiral(relaxed)
         report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
     return relaxed
 

@@ -44,7 +44,7 @@ def add_stretch(commands: argparse._SubParsersAction) -> None:
 def stretch(arguments: Namespace) -> None:
     """A stretch curve, its table and its picture."""
     directions = drawn_directions(arguments.course, arguments.wale)
-    from stitchmesh.periodic.stretch import stretch as stretch_swatch
+    from stitchmesh.periodic.stretch import stretch_test as stretch_swatch
     from stitchmesh.periodic.stretch_table import write_stretch
     from stitchmesh.periodic.swatch import YARN_RADIUS
     from stitchmesh.render.stretch_plot import plot_stretch

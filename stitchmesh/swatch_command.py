@@ -132,9 +132,9 @@ def _options(arguments: Namespace) -> SwatchOptions:
 def _report(arguments: Namespace, options: SwatchOptions, made: Swatch) -> dict[str, Any]:
     """What was asked for, by which version, and the numbers of the swatch."""
     from stitchmesh import __version__
-    from stitchmesh.periodic.resolve_pattern import pattern_or_weave
+    from stitchmesh.periodic.resolve_pattern import resolve_pattern
 
-    source = pattern_or_weave(arguments.pattern)
+    source = resolve_pattern(arguments.pattern)
     asked = {"quality": arguments.quality, "material": arguments.material, "relax_cell": arguments.relax_cell}
     head = {"pattern": arguments.pattern, "name": source.name, "source": source.source, "version": __version__}
     return head | {"options": asked | asdict(options)} | made.report

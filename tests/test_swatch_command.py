@@ -18,7 +18,7 @@ from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import tiled
+from stitchmesh.yarn.tiling import tile_yarns
 from tests.gallery import ROOT
 
 DRAFT = ["--quality", "draft", "--device", "cpu"]
@@ -90,7 +90,7 @@ def test_the_report_says_what_was_asked_and_what_came_of_it(made):
 def test_its_files_are_one_fabric(made):
     cell = read_yarns(made / "cell.h5")
     pieces = read_yarns(made / "tiled.bcc", radius=0.125)
-    assert pieces.yarn_count == tiled(cell, 3, 2).yarn_count
+    assert pieces.yarn_count == tile_yarns(cell, 3, 2).yarn_count
     # a float32 file of knots; the curves between them differ by some thousandths
     assert pieces.lengths.sum() == pytest.approx(6 * cell.lengths.sum(), rel=0.01)
     again = read_yarns(made / "cell.pyp")
@@ -114,7 +114,7 @@ def test_no_picture_no_textures_and_five_by_five_unless_asked(tmp_path):
         "cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png",
     }  # fmt: skip
     pieces = read_yarns(tmp_path / "tiled.bcc", radius=0.125)
-    assert pieces.yarn_count == tiled(cell, 5, 5).yarn_count == 20
+    assert pieces.yarn_count == tile_yarns(cell, 5, 5).yarn_count == 20
 
 
 def test_options_reach_the_yarns(tmp_path):
@@ -228,7 +228,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_work(tmp_path, capsy
 
 def test_convert_writes_tiles(made, tmp_path, capsys):
     assert cli.main(["convert", str(made / "cell.h5"), str(tmp_path / "six.h5"), "--tile", "3", "2"]) == 0
-    expected = tiled(read_yarns(made / "cell.h5"), 3, 2)
+    expected = tile_yarns(read_yarns(made / "cell.h5"), 3, 2)
     np.testing.assert_array_equal(read_yarns(tmp_path / "six.h5").points, expected.points)
     words = ["convert", tmp_path / "six.h5", tmp_path / "more.bcc", "--tile", "2", "2"]
     assert "do not repeat" in refused(capsys, tmp_path, *words)

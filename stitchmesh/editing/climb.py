@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.editing.ring_rows import Turns
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
-from stitchmesh.mesh.border_lean import lean, stood_up
+from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import bottom_sides, top_sides
 
 CROWDED_STEP = 0.5
@@ -61,9 +61,9 @@ def _is_free(fabric: StitchMesh, turns: Turns) -> NDArray[np.bool_]:
 def _standing(fabric: StitchMesh, line: list[int], step: FloatArray) -> FloatArray:
     """Steps beyond a top border [cm]; where wales run together there, round a crown, they rise along the normal."""
     places = np.arange(len(line))
-    leaning = lean(fabric.vertices[line], step, np.stack([places, np.roll(places, -1)]))
+    leaning = border_lean(fabric.vertices[line], step, np.stack([places, np.roll(places, -1)]))
     part = CROWDED_STEP if leaning.any() else 1.0
-    return part * stood_up(step, leaning, fabric.vertex_normal[line])
+    return part * vertex_step(step, leaning, fabric.vertex_normal[line])
 
 
 def _steps(fabric: StitchMesh, ring: list[int], line: list[int]) -> FloatArray:

@@ -71,7 +71,7 @@ class History:
         return self._take(apply_changes(self._fabric, step[1]))
 
     def save(self, path: FilePath) -> None:
-        """Write the edits as a log that ``replay`` reads.
+        """Write the edits as a log that ``replay_edits`` reads.
 
         Raises:
             FileError: the file cannot be written.

@@ -40,7 +40,7 @@ def read_log(path: FilePath) -> list[Edit]:
     return [_edit(line, f"{fspath(path)} line {number}") for number, line in enumerate(text.splitlines(), start=1)]
 
 
-def replay(fabric: StitchMesh, path: FilePath) -> StitchMesh:
+def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
     """Apply the edits of a log.
 
     Args:

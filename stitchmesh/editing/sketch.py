@@ -22,7 +22,7 @@ from stitchmesh.editing.vertex_corners import VertexCorners
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
 from stitchmesh.mesh.change import Patch
-from stitchmesh.mesh.patch_builder import Draft, DraftFace, edge_of
+from stitchmesh.mesh.patch_builder import NewFace, PatchBuilder, edge_of
 from stitchmesh.mesh.stitch import Stitch
 
 
@@ -101,9 +101,9 @@ class SketchFace:
         self.left, self.right = self.right, self.left
         self.loops = [Loop() for _ in self.above]
 
-    def drawn(self) -> DraftFace:
+    def drawn(self) -> NewFace:
         """The face to be put in."""
-        return DraftFace(
+        return NewFace(
             corners=[*self.low, *self.high[::-1]],
             edges=[*self.below, self.right, *self.above[::-1], self.left],
             n_bottom=len(self.below), n_top=len(self.above), stitch=self.stitch, row=self.row, yarn=self.yarn,
@@ -117,7 +117,7 @@ class Sketch:
     def __init__(self, fabric: StitchMesh) -> None:
         """Start with a stitch mesh that stays as it is."""
         self.fabric = fabric
-        self._draft = Draft(fabric)
+        self._draft = PatchBuilder(fabric)
         self._positions: list[FloatArray] = []
         self._redrawn: dict[int, SketchFace] = {}
         self._dropped: set[int] = set()

@@ -23,7 +23,7 @@ from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import Course, find_courses
 
 
-def spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
+def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
     """Turn stacked rings into one row that climbs around the tube, so that it is one yarn with two ends.
 
     Every stack of two or more rings is turned, or the one that a given face lies in. A row drawn together at its top
@@ -54,7 +54,7 @@ def spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
 
 
 def unspiral(fabric: StitchMesh) -> StitchMesh:
-    """Turn every spiral back into rings: the inverse of ``spiral``, exact in how faces are connected.
+    """Turn every spiral back into rings: the inverse of ``make_spiral``, exact in how faces are connected.
 
     Vertices come down their wales by the share that they climbed, exactly where wales are straight and even. A spiral
     is a row whose faces change their row number on the way, upwards by turns.

@@ -14,7 +14,7 @@ from stitchmesh.mesh.change import Change, Patch, inverse_change
 
 def spiral(fabric: StitchMesh, seam: int | None = None) -> list[Change]:
     """Turn stacked rings into one row that climbs, as ``spiral.spiral`` does."""
-    return [_replacement(fabric, spirals.spiral(fabric, seam))]
+    return [_replacement(fabric, spirals.make_spiral(fabric, seam))]
 
 
 def unspiral(fabric: StitchMesh) -> list[Change]:

@@ -18,7 +18,7 @@ from stitchmesh.io.float32 import rounded
 from stitchmesh.mesh.tube_mesh import tubes_around
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import yarn_colours
-from stitchmesh.yarn.polyline import curves_of_segments
+from stitchmesh.yarn.polyline import polylines_of_segments
 
 METRES = 0.01
 """In a centimetre."""
@@ -44,7 +44,7 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
 
     count = len(yarns.segment_points)
     sides, samples = next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
-    curves = curves_of_segments(yarns, np.arange(count), samples)
+    curves = polylines_of_segments(yarns, np.arange(count), samples)
     tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=sides)
     visual = trimesh.visual.TextureVisuals(
         material=PBRMaterial(name="wool", metallicFactor=0.0, roughnessFactor=ROUGHNESS)

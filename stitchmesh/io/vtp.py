@@ -20,7 +20,7 @@ from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.polyline import curves_of_segments
+from stitchmesh.yarn.polyline import polylines_of_segments
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
     import pyvista
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-    curves = curves_of_segments(yarns, np.arange(len(yarns.segment_points)), samples)
+    curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), samples)
     data = pyvista.PolyData(np.concatenate(curves.points) / scale, lines=_cells(curves.points, curves.closed))
     yarn = yarns.segment_yarn[curves.segment]
     data.point_data["yarn"] = yarn

@@ -39,7 +39,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.radius_estimate import estimate_radius
-from stitchmesh.yarn.tiling import instances, tiled
+from stitchmesh.yarn.tiling import instances, tile_yarns
 
 HDF5_FORMAT = "stitchmesh yarns"
 BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
@@ -134,7 +134,7 @@ def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # control points are stored as they are
     _check_unit_left_out(path, scale)
-    write_noun(path, yarns if tiles is None else tiled(yarns, *tiles), HDF5_FORMAT)
+    write_noun(path, yarns if tiles is None else tile_yarns(yarns, *tiles), HDF5_FORMAT)
 
 
 def _read_pyp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -276,11 +276,11 @@ def _check_unit_left_out(path: FilePath, scale: float) -> None:
 def _finite(path: FilePath, yarns: YarnSet, tiles: Tiles) -> YarnSet:
     """Yarns for a format that has no lattice: as they are, or a piece of those that repeat."""
     if tiles is not None:
-        return tiled(yarns, *tiles)
+        return tile_yarns(yarns, *tiles)
     if yarns.lattice is None:
         return yarns
     logger.info("%s: holds one period of yarns that repeat, as yarns with ends; .h5 keeps the periods", fspath(path))
-    return tiled(yarns, 1, 1)
+    return tile_yarns(yarns, 1, 1)
 
 
 def _lattice(path: FilePath, yarns: YarnSet) -> Lattice:

@@ -22,7 +22,7 @@ STAND_UP = 6.0
 """How fast it stands up with what is beyond that."""
 
 
-def lean(base: FloatArray, step: FloatArray, sides: IntArray) -> FloatArray:
+def border_lean(base: FloatArray, step: FloatArray, sides: IntArray) -> FloatArray:
     """How far the row beyond each vertex of a border leans out of the fabric, 0 where it goes on in it, shape (n,).
 
     Args:
@@ -37,12 +37,12 @@ def lean(base: FloatArray, step: FloatArray, sides: IntArray) -> FloatArray:
     return result
 
 
-def stood_up(step: FloatArray, leaning: FloatArray, normal: FloatArray) -> FloatArray:
+def vertex_step(step: FloatArray, leaning: FloatArray, normal: FloatArray) -> FloatArray:
     """Steps [cm] that lean out of the fabric and are as long as before, shape (n, 3).
 
     Args:
         step: along the wales [cm], shape (n, 3).
-        leaning: as ``lean`` has it, shape (n,).
+        leaning: as ``border_lean`` has it, shape (n,).
         normal: unit normal of the fabric, shape (n, 3).
     """
     height = np.linalg.norm(step, axis=1, keepdims=True)

@@ -17,7 +17,7 @@ import numpy as np
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh.connectivity import check_fans
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, ranges
-from stitchmesh.mesh.renumbering import Numbering
+from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.mesh.stitch_mesh import PER_FACE, PER_SIDE, StitchMesh
 
 UNKNOWN_STRETCH = np.nan
@@ -137,7 +137,7 @@ def _patched(fabric: StitchMesh, patch: Patch) -> StitchMesh:
     vertex = _numbering("vertex", len(fabric.vertices), patch.removed_vertices, patch.added_vertices)
     start = np.concatenate([[0], np.cumsum(face.merged(np.diff(fabric.face_start), patch.face_size))])
     kept, moved, put = fabric.sides_of(face.kept), ranges(start, face.moved), ranges(start, patch.added_faces)
-    side = Numbering(fabric.side_count, kept, moved, put)
+    side = Renumbering(fabric.side_count, kept, moved, put)
     side_after = np.append(side.after, BORDER)  # its last entry is that of BORDER
     corner = side.merged(vertex.after[fabric.face_vertex], patch.corners)
     if corner.min(initial=0) < 0:
@@ -161,14 +161,14 @@ def _patched(fabric: StitchMesh, patch: Patch) -> StitchMesh:
     return result
 
 
-def _numbering(what: str, count: int, removed: IntArray, added: IntArray) -> Numbering:
+def _numbering(what: str, count: int, removed: IntArray, added: IntArray) -> Renumbering:
     """Numbers before and after of faces or vertices."""
     if len(removed) and (removed[0] < 0 or removed[-1] >= count):
         raise MeshError(f"change: {what} {removed[-1]} is gone; expected 0 to {count - 1}")
-    return Numbering.of(count, removed, added)
+    return Renumbering.of(count, removed, added)
 
 
-def _linked(side: Numbering, kept: IntArray, start: IntArray, wanted: IntArray) -> IntArray:
+def _linked(side: Renumbering, kept: IntArray, start: IntArray, wanted: IntArray) -> IntArray:
     """Twins after: those that stay, and those of the sides put in, both ways."""
     at_border = wanted[:, 0] < 0
     across = np.where(at_border, BORDER, start[wanted[:, 0]] + wanted[:, 1])

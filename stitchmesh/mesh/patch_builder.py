@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh.change import UNKNOWN_STRETCH, Patch, stretch_at, vertices_left
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray
-from stitchmesh.mesh.renumbering import Numbering
+from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.stitch_mesh import PER_FACE, PER_SIDE, StitchMesh
 
 
 @dataclass(frozen=True)
-class DraftFace:
+class NewFace:
     """A face to be put in."""
 
     corners: Sequence[int]
@@ -55,14 +55,14 @@ def edge_of(fabric: StitchMesh, side: int) -> int:
     return int(side) if across == BORDER else min(int(side), across)
 
 
-class Draft:
+class PatchBuilder:
     """A patch in the making."""
 
     def __init__(self, fabric: StitchMesh) -> None:
         """Start with nothing taken out of ``fabric`` and nothing put in."""
         self._fabric = fabric
         self._removed: set[int] = set()
-        self._faces: list[DraftFace] = []
+        self._faces: list[NewFace] = []
         self._positions: list[ArrayLike] = []
 
     def remove(self, face: int) -> None:
@@ -76,11 +76,11 @@ class Draft:
         self._removed.add(int(face))
 
     def vertex(self, position: ArrayLike) -> int:
-        """Put a vertex in [cm]; returns its number for ``DraftFace``."""
+        """Put a vertex in [cm]; returns its number for ``NewFace``."""
         self._positions.append(position)
         return len(self._fabric.vertices) + len(self._positions) - 1
 
-    def put(self, face: DraftFace) -> None:
+    def put(self, face: NewFace) -> None:
         """Put a face in."""
         self._faces.append(face)
 
@@ -94,8 +94,8 @@ class Draft:
         removed = np.array(sorted(self._removed), dtype=np.int64)
         corners = np.array([corner for face in self._faces for corner in face.corners], dtype=np.int64)
         gone = vertices_left(fabric, removed, corners[corners < len(fabric.vertices)])
-        vertices = Numbering.filling(len(fabric.vertices), gone, len(self._positions))
-        faces = Numbering.filling(fabric.face_count, removed, len(self._faces))
+        vertices = Renumbering.filling(len(fabric.vertices), gone, len(self._positions))
+        faces = Renumbering.filling(fabric.face_count, removed, len(self._faces))
         return Patch(
             removed_faces=removed,
             removed_vertices=gone,

@@ -20,7 +20,7 @@ GONE = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Numbering:
+class Renumbering:
     """Numbers before and after."""
 
     count: int
@@ -33,7 +33,7 @@ class Numbering:
     """Numbers after of those that come, shape (n,)."""
 
     @classmethod
-    def of(cls, count: int, removed: IntArray, added: IntArray) -> Numbering:
+    def of(cls, count: int, removed: IntArray, added: IntArray) -> Renumbering:
         """Some of ``count`` things leave, by their numbers before, and others come, by their numbers after."""
         stays = np.ones(count, dtype=bool)
         stays[removed] = False
@@ -43,7 +43,7 @@ class Numbering:
         return cls(count, kept, np.flatnonzero(free), added)
 
     @classmethod
-    def filling(cls, count: int, removed: IntArray, coming: int) -> Numbering:
+    def filling(cls, count: int, removed: IntArray, coming: int) -> Renumbering:
         """The same where so many come that take the numbers that become free, and then go on from the last one."""
         more = np.arange(count, count + max(coming - len(removed), 0))
         return cls.of(count, removed, np.concatenate([removed[:coming], more]).astype(np.int64))

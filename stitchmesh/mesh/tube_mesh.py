@@ -21,7 +21,7 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
-class Tubes:
+class TubeMesh:
     """Triangles of many tubes."""
 
     vertices: FloatArray
@@ -48,7 +48,7 @@ class _Rings:
     closed: NDArray[np.bool_]
 
 
-def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayLike, *, sides: int) -> Tubes:
+def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayLike, *, sides: int) -> TubeMesh:
     """Tubes around polylines; open ones are closed with flat caps.
 
     Args:
@@ -64,7 +64,7 @@ def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayL
     normals = np.cos(turn)[:, None] * across[:, None] + np.sin(turn)[:, None] * upward[:, None]
     vertices = rings.points[:, None] + radii[:, None, None] * normals
     ring = np.repeat(np.arange(len(rings.points)), sides)
-    return Tubes(vertices.reshape(-1, 3), normals.reshape(-1, 3), _triangles(rings, sides), ring)
+    return TubeMesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), _triangles(rings, sides), ring)
 
 
 def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:

@@ -36,7 +36,7 @@ TOO_SHORT = "yarns of these rest lengths cannot be parted; change them less, or 
 TOO_STRETCHED = "yarns cannot be parted in a repeat of this size; give a size nearer to its own, or other rest lengths"
 
 
-def grown(
+def change_radius(
     yarns: YarnSet, factor: float, material: YarnMaterial, quality: Quality, device: str | None = None
 ) -> YarnSet:
     """Yarns of so many times the radius; they shrink in one step, and grow in several.
@@ -52,7 +52,7 @@ def grown(
     return yarns if len(steps) == 1 else _settled(yarns, material, quality, device, TOO_THICK)
 
 
-def lengthened_to(
+def change_rest_length(
     yarns: YarnSet, rest_length: FloatArray, material: YarnMaterial, quality: Quality, device: str | None = None,
     cell: RelaxCell | None = None,
 ) -> YarnSet:  # fmt: skip
@@ -80,7 +80,7 @@ def lengthened_to(
     return replace(yarns, rest_length=rest_length)
 
 
-def stretched_to(
+def change_period(
     yarns: YarnSet, size: Sequence[float | None], material: YarnMaterial, quality: Quality, device: str | None = None
 ) -> YarnSet:
     """Yarns on a lattice of another size.
@@ -102,11 +102,11 @@ def stretched_to(
     for number in range(count if factors != [1.0, 1.0] else 0):
         if number:
             yarns = _settled(yarns, material, quality, device, TOO_STRETCHED)
-        yarns = stretched(yarns, *step)
+        yarns = stretch_cell(yarns, *step)
     return yarns if count == 1 else _settled(yarns, material, quality, device, TOO_STRETCHED)
 
 
-def stretched(yarns: YarnSet, along: float, across: float) -> YarnSet:
+def stretch_cell(yarns: YarnSet, along: float, across: float) -> YarnSet:
     """Yarns and their lattice scaled along the courses and across them, in the plane of the lattice."""
     assert yarns.lattice is not None
     first, second, _normal = lattice_frame(yarns.lattice.periods)

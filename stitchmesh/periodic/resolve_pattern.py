@@ -17,7 +17,7 @@ from stitchmesh.periodic.weave.weave import Weave
 Source = Pattern | Weave
 
 
-def pattern_or_weave(given: FilePath | Source) -> Source:
+def resolve_pattern(given: FilePath | Source) -> Source:
     """A pattern or a weave.
 
     Args:

@@ -30,7 +30,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.continuation import size_of, stretched_to
+from stitchmesh.periodic.continuation import change_period, size_of
 from stitchmesh.periodic.swatch import YARN_RADIUS, Swatch, SwatchOptions, close_contacts, swatch
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality, quality_named
@@ -123,7 +123,7 @@ class StretchCurve:
         return [int(k) + 1 for k in np.flatnonzero(np.abs(np.diff(energy) - work) > room + noise)]
 
 
-def stretch(
+def stretch_test(
     pattern: str | Pattern | Weave,
     *,
     course: tuple[float, float] | None = None,
@@ -172,7 +172,7 @@ def stretch(
     cell = held_cell(direction, other)
     yarns, points, states = free.yarns, [], []
     for strain in strains:
-        yarns = stretched_to(yarns, size_at(free, direction, other, strain), material, quality, device)
+        yarns = change_period(yarns, size_at(free, direction, other, strain), material, quality, device)
         rest = relax_yarns(yarns, material=material, quality=quality, device=device, cell=cell, progress=on_entry)
         yarns = rest.yarns
         points.append(measured(free, strain, yarns, rest.report, material, quality, device))

@@ -3,7 +3,7 @@
 """A swatch: one repeat of a knitted or woven pattern, relaxed on its lattice; the order of operations.
 
 The yarn of a stitch is what is given, as on a knitting machine, and the size of the fabric follows. Yarn as thick as
-loops can hold is drawn thinner at first and grows (``growing``); ``gamma`` grows it further and scales all
+loops can hold is drawn thinner at first and grows (``continuation``); ``gamma`` grows it further and scales all
 back, so that the yarn keeps its radius and the fabric has 1 / gamma of its yarn (Leaf et al. 2018, section 6.2). Yarn
 of stitches and parts of them is taken up by factors of rest lengths, in steps too (section 6.1).
 """
@@ -23,9 +23,9 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.continuation import grown, lengthened_to, size_of, stretched_to
+from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.resolve_pattern import Source, pattern_or_weave
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.slipped_loop_check import check_loops_begin
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
@@ -152,22 +152,22 @@ def swatch(
     if material is None:
         material = YarnMaterial.named("stitchmesh").scaled(chosen.yarn_radius / REFERENCE_RADIUS)
     began = time.perf_counter()
-    source = pattern_or_weave(pattern)
-    fabric, first = drawn(source, chosen, quality)
+    source = resolve_pattern(pattern)
+    fabric, first = draw_swatch(source, chosen, quality)
     quality = close_contacts(quality, chosen)
     # by the similarity the fabric is relaxed gamma times as large as it will be
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
     # wefts and warps lie straight enough to begin with as long at rest as they are drawn
     natural = first if fabric is not None else replace(first, rest_length=first.lengths)
-    yarns = grown(natural, thicker, similar, quality, device)
+    yarns = change_radius(natural, thicker, similar, quality, device)
     period = period_to_reach(first, chosen)
     cell = free_cell(relax_cell, chosen)
-    yarns = lengthened_to(yarns, taken_up(first, fabric, chosen), similar, quality, device, cell)
-    yarns = stretched_to(yarns, period, similar, quality, device)
+    yarns = change_rest_length(yarns, take_up_rest_lengths(first, fabric, chosen), similar, quality, device, cell)
+    yarns = change_period(yarns, period, similar, quality, device)
     relaxed = relax_yarns(yarns, material=similar, quality=quality, device=device, cell=cell, progress=progress)
     refuse_pull_through(first, relaxed.yarns, device)
-    result = scaled(relaxed.yarns, 1.0 / chosen.gamma)
+    result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
     measures = swatch_report(result, fabric, material, quality, relaxed.report["energy"], device)
     if isinstance(source, Weave):
         measures |= jam_report(source, result)
@@ -175,7 +175,7 @@ def swatch(
     return Swatch(result, measures | relaxed.report | seconds, fabric, relaxed.history)
 
 
-def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:
+def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:
     """The repeat as it is drawn, with yarn no thicker than loops can hold; and its stitches if it is knitted."""
     if isinstance(source, Weave):
         if options.loop_length is not None:
@@ -194,8 +194,9 @@ def drawn(source: Source, options: SwatchOptions, quality: Quality) -> tuple[Sti
     check_loops_begin(fabric)
     yarns = generate_yarns(fabric, yarn_radius=min(options.yarn_radius, THICKEST * width), quality=quality)
     if not plain_stitches(fabric).any():  # none to measure; as wide as they are drawn, plain ones would be so long
-        return fabric, evened(yarns, fabric)
-    return fabric, evened(apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric), fabric)
+        return fabric, even_rest_lengths(yarns, fabric)
+    yarns = apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric)
+    return fabric, even_rest_lengths(yarns, fabric)
 
 
 def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
@@ -210,7 +211,7 @@ def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
     return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 
 
-def taken_up(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:
+def take_up_rest_lengths(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:
     """Rest lengths that the take-up makes of those that yarns are drawn with [cm], shape (S,).
 
     Raises:
@@ -242,7 +243,7 @@ def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None
     return [None if size is None else size * options.gamma for size in options.period]
 
 
-def evened(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
+def even_rest_lengths(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
     """Yarns whose segments are equally long at rest within each stitch, its own apart from the loop's below.
 
     Where all stitches are plain and alike, segments are equally long within each loop: by symmetry, and yarn can slide
@@ -260,7 +261,7 @@ def evened(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
     return replace(yarns, rest_length=(np.bincount(run, yarns.rest_length) / count)[run])
 
 
-def scaled(yarns: YarnSet, factor: float) -> YarnSet:
+def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
     """Yarns on a lattice with every length so many times as large."""
     assert yarns.lattice is not None
     return replace(

@@ -17,7 +17,7 @@ from stitchmesh.render.layout import ALONE, layout_for
 from stitchmesh.render.stage import DUSK, add_tubes, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import yarn_colours
-from stitchmesh.yarn.polyline import curves_of_segments
+from stitchmesh.yarn.polyline import polylines_of_segments
 
 if TYPE_CHECKING:
     import pyvista
@@ -82,6 +82,6 @@ def _draw(
     plotter: pyvista.Plotter, yarns: YarnSet, segments: IntArray, detail: tuple[int, int], colours: NDArray[np.uint8]
 ) -> None:
     sides, samples = detail
-    curves = curves_of_segments(yarns, segments, samples)
+    curves = polylines_of_segments(yarns, segments, samples)
     tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=sides)
     add_tubes(plotter, tubes, colours[curves.control_point][tubes.ring])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.mesh.tube_mesh import Tubes
+from stitchmesh.mesh.tube_mesh import TubeMesh
 from stitchmesh.render.camera import VIEW_ANGLE, Camera
 from stitchmesh.render.gl_probe import check_display
 from stitchmesh.render.lettering import Colour, draw_key, write_caption
@@ -87,7 +87,7 @@ def picture(
             plotter.close()
 
 
-def add_tubes(plotter: pyvista.Plotter, tubes: Tubes, colours: NDArray[np.uint8]) -> None:
+def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8]) -> None:
     """Add tubes with one sRGB colour for each of their vertices, shape (V, 3)."""
     import pyvista
 

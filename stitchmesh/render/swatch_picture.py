@@ -14,8 +14,8 @@ from stitchmesh.render.picture import detail_for
 from stitchmesh.render.stage import add_tubes, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import WOOLS
-from stitchmesh.yarn.polyline import curves_of_segments
-from stitchmesh.yarn.tiling import tiled
+from stitchmesh.yarn.polyline import polylines_of_segments
+from stitchmesh.yarn.tiling import tile_yarns
 
 LONGER_SIDE = 1400
 """Pixels along the longer side of a picture."""
@@ -42,7 +42,7 @@ def render_swatch(yarns: YarnSet, path: FilePath, tiles: tuple[int, int], *, lon
         ParameterError: a number of tiles is not a whole number from 1.
         YarnError: the yarns do not repeat.
     """
-    around = tiled(yarns, tiles[0] + 2, tiles[1] + 2)
+    around = tile_yarns(yarns, tiles[0] + 2, tiles[1] + 2)
     assert yarns.lattice is not None  # or they could not be tiled
     corner = yarns.lattice.shift(np.array([1, 1]))
     frame, extent = _frame(yarns, tiles)
@@ -50,7 +50,7 @@ def render_swatch(yarns: YarnSet, path: FilePath, tiles: tuple[int, int], *, lon
     radius = float(yarns.radius.max())
     seen = _seen(around, frame, middle, extent, BEYOND * radius)
     sides, samples = detail_for(len(seen))
-    curves = curves_of_segments(around, seen, samples)
+    curves = polylines_of_segments(around, seen, samples)
     tubes = tubes_around(curves.points, curves.closed, around.radius[curves.yarn], sides=sides)
     wool = np.round(DIMMED * WOOLS[around.colour % len(WOOLS)]).astype(np.uint8)
     with picture(path, _pixels(extent, longer_side)) as plotter:

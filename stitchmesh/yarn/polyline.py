@@ -16,7 +16,7 @@ from stitchmesh.yarn.yarn_set import YarnSet, basis
 
 
 @dataclass(frozen=True)
-class Curves:
+class Polylines:
     """Sampled curves."""
 
     points: list[FloatArray]
@@ -31,7 +31,7 @@ class Curves:
     """Nearest control point of each point of all curves."""
 
 
-def curves_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Curves:
+def polylines_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Polylines:
     """Sample some segments of a set, an unbroken run of segments to a curve.
 
     Args:
@@ -55,7 +55,7 @@ def curves_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Curv
         control_point.append(_with_end(nearest[first:last].ravel(), nearest_to_end[last - 1], whole))
         closed.append(whole)
         starts.append(segments[first])
-    return Curves(curves, closed, yarns.segment_yarn[starts], np.concatenate(segment), np.concatenate(control_point))
+    return Polylines(curves, closed, yarns.segment_yarn[starts], np.concatenate(segment), np.concatenate(control_point))
 
 
 def _runs(yarns: YarnSet, segments: IntArray) -> Iterator[tuple[int, int]]:

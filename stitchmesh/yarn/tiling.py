@@ -42,7 +42,7 @@ class _Strand:
     """Whether it ends at the border of the box, where the cell's yarn goes on."""
 
 
-def tiled(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = False) -> YarnSet:
+def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = False) -> YarnSet:
     """A cell written out tile by tile; curves, yarn at rest and labels as the module says.
 
     Args:

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from stitchmesh.mesh import BORDER, RIGHT, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.border_lean import lean, stood_up
+from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.mesh.stitch import Stitch
 
@@ -92,7 +92,7 @@ def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: floa
     few = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
     shares = np.where(np.isin(vertices, np.concatenate(few)) if few else False, DRAWN_HEIGHT, share)
     base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
-    raised = base + stood_up(up, lean(base, up, sides), fabric.vertex_normal[vertices])
+    raised = base + vertex_step(up, border_lean(base, up, sides), fabric.vertex_normal[vertices])
     for foot, head in _steps(fabric):
         wale = fabric.vertices[head] - fabric.vertices[foot]
         raised[np.searchsorted(vertices, foot)] = fabric.vertices[foot] + max(share, 1.0) * wale

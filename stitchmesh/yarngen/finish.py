@@ -23,7 +23,7 @@ CAST_ONS = ("backward", "open")
 
 
 @dataclass(frozen=True)
-class Finish:
+class YarnFinish:
     """What a knitter chooses beside the stitches.
 
     Raises:
@@ -45,10 +45,10 @@ class Finish:
             raise ParameterError(f"longest_float: got {self.longest_float} stitches; expected 0 or more")
 
 
-DEFAULT_FINISH = Finish()
+DEFAULT_FINISH = YarnFinish()
 
 
-def edges(whole: StitchMesh, bridges: Bridges, finish: Finish) -> IntArray:
+def edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
     """How each face is drawn (``Edge``), shape (F,).
 
     Args:

@@ -19,7 +19,7 @@ from stitchmesh.yarngen.bridges import HERE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, opened_corners
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
-from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish, edges
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish, edges
 from stitchmesh.yarngen.floats_and_tails import Rows, lay_floats, parted_corners, strands_at_ends
 from stitchmesh.yarngen.row_ends import finish_row_ends
 from stitchmesh.yarngen.splines import control_points_through
@@ -91,7 +91,7 @@ def generate_yarns(
             f"{fabric.side_name(border[0])}: is a border of a fabric on a lattice; one that repeats has neighbours all "
             "around, leave the lattice out or close the fabric"
         )
-    finish = Finish(bind_off, cast_on, longest_float)
+    finish = YarnFinish(bind_off, cast_on, longest_float)
     course = yarn_course(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
     result = drawn_yarns(course, radius)
     _check_clearance(result, radius)
@@ -99,7 +99,7 @@ def generate_yarns(
 
 
 def yarn_course(
-    fabric: StitchMesh, radius: float, points_per_stitch: int, finish: Finish = DEFAULT_FINISH
+    fabric: StitchMesh, radius: float, points_per_stitch: int, finish: YarnFinish = DEFAULT_FINISH
 ) -> YarnCourse:
     """How the yarns of a stitch mesh run, for a yarn radius [cm] and so many points along a plain stitch."""
     whole = with_bind_off(fabric, CHAIN_HEIGHT if finish.bind_off == "chain" else DRAWN_HEIGHT)

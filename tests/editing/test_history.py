@@ -11,7 +11,7 @@ import pytest
 from stitchmesh import cli
 from stitchmesh.editing.edit import EDITS, Edit, apply_changes, apply_edit
 from stitchmesh.editing.history import History
-from stitchmesh.editing.log import read_log, replay, write_log
+from stitchmesh.editing.log import read_log, replay_edits, write_log
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io import read_stitches, write_stitches
 from tests.editing.fabrics import flat, top_of
@@ -77,13 +77,13 @@ def test_a_log_holds_the_edits_one_a_line(tmp_path):
     lines = (tmp_path / "log.jsonl").read_text().splitlines()
     assert json.loads(lines[1]) == {"edit": "insert_row", "arguments": {"face": 20}}
     assert tuple(read_log(tmp_path / "log.jsonl")) == EDITED
-    assert bits(replay(flat(), tmp_path / "log.jsonl")) == bits(history.fabric)
+    assert bits(replay_edits(flat(), tmp_path / "log.jsonl")) == bits(history.fabric)
 
 
 def test_an_empty_log_is_no_edit(tmp_path):
     write_log(tmp_path / "log.jsonl", [])
     fabric = flat()
-    assert replay(fabric, tmp_path / "log.jsonl") is fabric
+    assert replay_edits(fabric, tmp_path / "log.jsonl") is fabric
 
 
 BAD_LINES = {
@@ -109,14 +109,14 @@ def test_a_bad_line_is_named(tmp_path, line, message):
     log = tmp_path / "log.jsonl"
     log.write_text('{"edit": "flip_row", "arguments": {"face": 1}}\n' + line + "\n")
     with pytest.raises(FileError, match=message):
-        replay(flat(), log)
+        replay_edits(flat(), log)
 
 
 def test_an_edit_refused_in_a_replay_is_named(tmp_path):
     log = tmp_path / "log.jsonl"
     write_log(log, [*EDITED, Edit("bobble", {"face": 0})])
     with pytest.raises(ParameterError, match=r"log\.jsonl line 4: bobble: face 0: does not work one loop to one loop"):
-        replay(flat(), log)
+        replay_edits(flat(), log)
 
 
 def test_a_log_that_is_not_there_is_said(tmp_path):

@@ -12,7 +12,7 @@ import pytest
 
 from stitchmesh.editing.edit import EDITS
 from stitchmesh.editing.history import History
-from stitchmesh.editing.log import replay
+from stitchmesh.editing.log import replay_edits
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
@@ -65,7 +65,7 @@ def test_every_edit_gives_a_legal_fabric_and_can_be_undone_redone_and_replayed(n
     for _ in range(count):
         history.redo()
     assert bits(history.fabric) == end
-    assert bits(replay(coarse(name), tmp_path / "log.jsonl")) == end
+    assert bits(replay_edits(coarse(name), tmp_path / "log.jsonl")) == end
 
 
 def test_every_kind_of_edit_is_possible_on_some_garment():

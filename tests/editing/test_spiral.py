@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.editing.ring_rows import ring_stacks
-from stitchmesh.editing.spiral import spiral, unspiral
+from stitchmesh.editing.spiral import make_spiral, unspiral
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.meshes import read_mesh
 from stitchmesh.labeling import label
@@ -35,20 +35,20 @@ def knitted(name: str) -> StitchMesh:
 @pytest.mark.parametrize("name", ROUND)
 def test_a_spiral_is_one_yarn_with_two_ends(name):
     fabric = knitted(name)
-    yarns = generate_yarns(spiral(fabric), quality="draft")
+    yarns = generate_yarns(make_spiral(fabric), quality="draft")
     assert yarns.yarn_count == 1 and not yarns.closed[0]
     assert set(range(fabric.face_count)) == set(yarns.face)
 
 
 def test_a_spiral_starts_as_far_apart_as_rings():
-    yarns = generate_yarns(spiral(knitted("tube")))
+    yarns = generate_yarns(make_spiral(knitted("tube")))
     assert smallest_distance(yarns, within=2 * yarns.radius[0])[0] > yarns.radius[0]
 
 
 @pytest.mark.parametrize("name", ROUND)
 def test_rings_come_back_from_a_spiral(name):
     fabric = knitted(name)
-    again = unspiral(spiral(fabric))
+    again = unspiral(make_spiral(fabric))
     for field in fields(StitchMesh):
         if field.name != "vertices":
             np.testing.assert_array_equal(getattr(again, field.name), getattr(fabric, field.name), err_msg=field.name)
@@ -58,12 +58,12 @@ def test_rings_come_back_from_a_spiral(name):
 def test_vertices_of_an_even_tube_come_back():
     fabric = knitted("tube")
     # wales are straight and even, so that a step down is the step up, to rounding
-    np.testing.assert_allclose(unspiral(spiral(fabric)).vertices, fabric.vertices, atol=1e-13)
+    np.testing.assert_allclose(unspiral(make_spiral(fabric)).vertices, fabric.vertices, atol=1e-13)
 
 
 def test_a_spiral_has_one_vertex_more_and_one_free_wale_side_at_each_end():
     fabric = knitted("narrowing tube")
-    turned = spiral(fabric)
+    turned = make_spiral(fabric)
     assert len(turned.vertices) == len(fabric.vertices) + 1
     free = np.flatnonzero(turned.is_wale & (turned.twin == BORDER))
     assert sorted(turned.side_role[free]) == [1, 3]
@@ -75,13 +75,13 @@ def test_a_spiral_has_one_vertex_more_and_one_free_wale_side_at_each_end():
 def test_course_sides_lie_across_from_one_another_as_before():
     fabric = knitted("narrowing tube")
     course = ~fabric.is_wale
-    np.testing.assert_array_equal(spiral(fabric).twin[course], fabric.twin[course])
+    np.testing.assert_array_equal(make_spiral(fabric).twin[course], fabric.twin[course])
 
 
 def test_no_stitch_takes_the_whole_step():
     """Around an even tube each vertex rises over its neighbour by the wale over the number of stitches."""
     fabric = knitted("tube")
-    turned = spiral(fabric)
+    turned = make_spiral(fabric)
     around = int((fabric.row == 0).sum())
     wale = fabric.side_length[fabric.is_wale].mean()
     ends = turned.vertices[turned.face_vertex[turned.side_next]] - turned.vertices[turned.face_vertex]
@@ -92,9 +92,9 @@ def test_no_stitch_takes_the_whole_step():
 def test_every_stack_of_rings_is_turned_or_the_chosen_one():
     fabric = tessellate(label(two_tubes()), stitch_width=0.6)
     assert len(ring_stacks(fabric)) == 2
-    assert generate_yarns(spiral(fabric), quality="draft").yarn_count == 2
+    assert generate_yarns(make_spiral(fabric), quality="draft").yarn_count == 2
     seam = int(np.flatnonzero(fabric.row == 1)[2])
-    turned = spiral(fabric, seam)
+    turned = make_spiral(fabric, seam)
     assert len(turned.vertices) == len(fabric.vertices) + 1
     # the seam runs along the left wale side of that face: the row before ends there
     before = turned.side_face[turned.twin[turned.left_wale[seam]]]
@@ -105,7 +105,7 @@ def test_every_stack_of_rings_is_turned_or_the_chosen_one():
 def test_spirals_of_a_garment_meet_nowhere(name, spirals):
     """Tubes that end in other tubes, in slits and in flat rows: each spiral is turned, and rings come back."""
     fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=1.6)
-    turned = spiral(fabric)
+    turned = make_spiral(fabric)
     assert len(turned.vertices) == len(fabric.vertices) + spirals
     np.testing.assert_array_equal(unspiral(turned).twin, fabric.twin)
     np.testing.assert_array_equal(unspiral(turned).face_vertex, fabric.face_vertex)
@@ -113,12 +113,12 @@ def test_spirals_of_a_garment_meet_nowhere(name, spirals):
 
 def test_flat_rows_stay_as_they_are():
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
-    assert spiral(fabric) is fabric and unspiral(fabric) is fabric
+    assert make_spiral(fabric) is fabric and unspiral(fabric) is fabric
 
 
 def test_a_seam_needs_rings():
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
     with pytest.raises(ParameterError, match="face 3 does not run through two rings"):
-        spiral(fabric, 3)
+        make_spiral(fabric, 3)
     with pytest.raises(ParameterError, match="got face 9999; the mesh has faces 0 to"):
-        spiral(fabric, 9999)
+        make_spiral(fabric, 9999)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stitchmesh import cli
-from stitchmesh.editing.spiral import spiral
+from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.hand_knitting.folding import folded, repeats
@@ -174,7 +174,7 @@ def _turned_first_row(fabric: StitchMesh, around: np.ndarray) -> StitchMesh:
 
 
 def test_a_spiral_is_knitted_in_rounds():
-    fabric = spiral(chart_fabric(["co co co co co co", "k k p k k k", "k d12k k ky k", "k k k k k k"], ring=True))
+    fabric = make_spiral(chart_fabric(["co co co co co co", "k k p k k k", "k d12k k ky k", "k k k k k k"], ring=True))
     Compared(fabric).check()
     text = knitting_instructions(fabric)
     assert "Piece 1, worked in rounds" in text and "Seam" not in text

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stitchmesh import cli
-from stitchmesh.editing.spiral import spiral
+from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.hand_knitting.pieces import find_pieces
 from stitchmesh.io import read_mesh, write_stitches
@@ -185,7 +185,7 @@ def test_garments(name, width):
 
 def test_a_spiral_is_knitted_in_rounds():
     rows = ["co co co co co co", "k k p k k k", "k d12k k ky k", "k k k k k k"]
-    Checked(spiral(chart_fabric(rows, ring=True))).check()
+    Checked(make_spiral(chart_fabric(rows, ring=True))).check()
 
 
 def test_one_error_lists_all_that_cannot_be_made():

@@ -16,7 +16,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_yarns, usd, write_yarns
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import instances, tiled
+from stitchmesh.yarn.tiling import instances, tile_yarns
 from tests.gallery import shared
 from tests.io.yarn_sets import awkward_yarns, ring
 from tests.yarnrelax.stockinette import woven_cell
@@ -258,7 +258,7 @@ def test_instances_show_what_the_tiles_are(tmp_path):
     write_yarns(tmp_path / "y.usda", cell, tiles=(3, 2))
     stage = Usd.Stage.Open(str(tmp_path / "y.usda"))
     box = UsdGeom.Imageable(stage.GetPrimAtPath("/yarns")).ComputeWorldBound(Usd.TimeCode.Default(), "default")
-    piece = tiled(cell, 3, 2)
+    piece = tile_yarns(cell, 3, 2)
     low, high = piece.points.min(axis=0) - cell.radius[0], piece.points.max(axis=0) + cell.radius[0]
     np.testing.assert_allclose(box.ComputeAlignedRange().GetMin(), low, atol=1e-6)  # float32
     np.testing.assert_allclose(box.ComputeAlignedRange().GetMax(), high, atol=1e-6)

@@ -19,7 +19,7 @@ from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.yarns import FORMATS, check_writable
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import tiled
+from stitchmesh.yarn.tiling import tile_yarns
 from tests.gallery import shared
 from tests.io.yarn_sets import assert_same, awkward_yarns, ring
 from tests.yarnrelax.stockinette import woven_cell
@@ -71,10 +71,10 @@ def test_formats_without_a_lattice_hold_one_period_of_open_yarns(tmp_path, suffi
 @pytest.mark.parametrize("suffix", [".h5", ".bcc", ".glb"])
 def test_tiles_are_written_as_a_finite_piece(tmp_path, suffix):
     cell = cell_of_yarns()
-    for name, yarns, tiles in (("a", cell, (3, 2)), ("b", tiled(cell, 3, 2), None)):
+    for name, yarns, tiles in (("a", cell, (3, 2)), ("b", tile_yarns(cell, 3, 2), None)):
         write_yarns(tmp_path / f"{name}{suffix}", yarns, tiles=tiles)
     if suffix == ".h5":
-        assert_same(read_yarns(tmp_path / "a.h5"), tiled(cell, 3, 2))
+        assert_same(read_yarns(tmp_path / "a.h5"), tile_yarns(cell, 3, 2))
     else:
         assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.border_lean import NARROWING, STAND_UP, lean, stood_up
+from stitchmesh.mesh.border_lean import NARROWING, STAND_UP, border_lean, vertex_step
 
 BASE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
 SIDES = np.array([[0, 1], [1, 2]])
@@ -22,17 +22,17 @@ def towards(narrowed: float) -> np.ndarray:
 @pytest.mark.parametrize("narrowed", [-0.5, 0.0, NARROWING])
 def test_rows_that_hardly_narrow_go_on_in_the_fabric(narrowed):
     step = towards(narrowed)[:2]
-    leaning = lean(BASE[:2], step, SIDES[:, :1])
+    leaning = border_lean(BASE[:2], step, SIDES[:, :1])
     assert leaning == pytest.approx([0.0, 0.0], abs=1e-12)  # rounding of 1 - 0.8 - 0.2, six times
-    assert stood_up(step, leaning, NORMAL[:2]) == pytest.approx(step, abs=1e-12)
+    assert vertex_step(step, leaning, NORMAL[:2]) == pytest.approx(step, abs=1e-12)
 
 
 def test_both_ends_of_a_stitch_lean_by_what_it_narrows_too_much():
-    leaning = lean(BASE, towards(0.7), SIDES)
+    leaning = border_lean(BASE, towards(0.7), SIDES)
     assert leaning == pytest.approx([STAND_UP * (0.7 - NARROWING)] * 2 + [0.0])
 
 
 def test_steps_keep_their_length_and_lean_in_the_plane_of_step_and_normal():
     step = np.array([[0.0, 2.0, 0.0]])
-    stood = stood_up(step, np.array([1.0]), NORMAL[:1])
+    stood = vertex_step(step, np.array([1.0]), NORMAL[:1])
     assert stood == pytest.approx(np.array([[0.0, np.sqrt(2.0), np.sqrt(2.0)]]))  # length 2, at 45 degrees

@@ -13,7 +13,7 @@ from stitchmesh import label, tessellate
 from stitchmesh.errors import LabelError, MeshError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Marks, Patch, apply_change, inverse_change
-from stitchmesh.mesh.patch_builder import Draft, DraftFace, edge_of
+from stitchmesh.mesh.patch_builder import NewFace, PatchBuilder, edge_of
 from stitchmesh.mesh.stitch import Stitch
 from tests.gallery import grid, tube
 
@@ -43,16 +43,16 @@ def more_loops(mesh: StitchMesh, face: int) -> Patch:
     low, a = sides_and_corners(mesh, face)
     above = int(mesh.side_face[mesh.twin[low[2]]])
     high, b = sides_and_corners(mesh, above)
-    draft = Draft(mesh)
+    draft = PatchBuilder(mesh)
     draft.remove(face)
     draft.remove(above)
     middle = draft.vertex(mesh.vertices[a[2:4]].mean(axis=0))
     e, f = [edge_of(mesh, side) for side in low], [edge_of(mesh, side) for side in high]
     left, right = ("left",), ("right",)
     rows = mesh.row[[face, above]].tolist()
-    draft.put(DraftFace([a[0], a[1], a[2], middle, a[3]], [e[0], e[1], right, left, e[3]], 1, 2, Stitch.KY, rows[0],
+    draft.put(NewFace([a[0], a[1], a[2], middle, a[3]], [e[0], e[1], right, left, e[3]], 1, 2, Stitch.KY, rows[0],
                         twist=(1, -1)))  # fmt: skip
-    draft.put(DraftFace([b[0], middle, *b[1:]], [left, right, *f[1:]], 2, 1, Stitch.D12K, rows[1]))
+    draft.put(NewFace([b[0], middle, *b[1:]], [left, right, *f[1:]], 2, 1, Stitch.D12K, rows[1]))
     return draft.patch()
 
 
@@ -89,7 +89,7 @@ def test_a_patch_and_its_inverse_restore_every_array(with_stretch):
 def test_faces_and_vertices_that_leave_come_back_with_their_numbers():
     """A row of a flat piece taken out from the middle of the numbering and put back."""
     mesh = tessellate(label(grid(3, 4)), stitch_width=0.5)
-    draft = Draft(mesh)
+    draft = PatchBuilder(mesh)
     for face in np.flatnonzero(mesh.row == mesh.row.max()):
         draft.remove(int(face))
     patch = draft.patch()
@@ -140,13 +140,13 @@ def test_a_patch_of_another_mesh_is_refused():
 def test_a_face_that_is_gone_cannot_be_taken_out():
     mesh = fabric()
     with pytest.raises(MeshError, match=f"face {mesh.face_count}: is gone"):
-        Draft(mesh).remove(mesh.face_count)
+        PatchBuilder(mesh).remove(mesh.face_count)
 
 
 def test_faces_that_meet_in_a_vertex_only_are_refused():
     """Two stitches that touch at a corner after those between them have gone."""
     mesh = tessellate(label(grid(2, 2)), stitch_width=1.0, stitch_height=1.0)
-    draft = Draft(mesh)
+    draft = PatchBuilder(mesh)
     corner = int(np.flatnonzero(np.bincount(mesh.face_vertex) == 4)[0])
     around = np.unique(mesh.side_face[mesh.face_vertex == corner])
     opposite = [face for face in around[1:] if len(np.intersect1d(
@@ -161,8 +161,8 @@ def test_an_edge_with_three_sides_is_refused():
     mesh = fabric()
     face = inner_knit(mesh)
     sides, corners = sides_and_corners(mesh, face)
-    draft = Draft(mesh)
+    draft = PatchBuilder(mesh)
     edges = [edge_of(mesh, side) for side in sides]
-    draft.put(DraftFace(corners, edges, 1, 1, Stitch.KNIT, 2))
+    draft.put(NewFace(corners, edges, 1, 1, Stitch.KNIT, 2))
     with pytest.raises(MeshError, match="would belong to 3 faces"):
         draft.patch()

@@ -7,12 +7,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.editing.spiral import spiral
+from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.courses import chain_through, course_through, find_courses, left_neighbours, right_neighbours
 from tests.editing.fabrics import around, flat
 
-FABRICS = {"flat": flat, "tube": around, "spiral": lambda: spiral(around())}
+FABRICS = {"flat": flat, "tube": around, "spiral": lambda: make_spiral(around())}
 
 
 @pytest.fixture(params=FABRICS)
@@ -30,7 +30,7 @@ def test_the_course_through_a_face_is_the_one_that_is_found_among_all(fabric, cl
 
 
 def test_a_spiral_is_one_course_or_one_for_each_row():
-    fabric = spiral(around())
+    fabric = make_spiral(around())
     (whole,) = find_courses(fabric, climbing=True)
     assert not whole.closed
     rows = [set(fabric.row[list(course.faces)].tolist()) for course in find_courses(fabric)]

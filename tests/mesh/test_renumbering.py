@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.renumbering import GONE, Numbering
+from stitchmesh.mesh.renumbering import GONE, Renumbering
 
 
 @pytest.mark.parametrize(
@@ -20,13 +20,13 @@ from stitchmesh.mesh.renumbering import GONE, Numbering
     ],
 )
 def test_what_comes_fills_the_gaps_and_what_stays_closes_those_left(coming, added, after):
-    numbering = Numbering.filling(5, np.array([1, 3]), coming)
+    numbering = Renumbering.filling(5, np.array([1, 3]), coming)
     assert numbering.added.tolist() == added
     assert numbering.after.tolist() == after
 
 
 def test_values_go_with_their_things():
-    numbering = Numbering.of(4, np.array([0]), np.array([1, 4]))
+    numbering = Renumbering.of(4, np.array([0]), np.array([1, 4]))
     merged = numbering.merged(np.array([10, 11, 12, 13]), np.array([20, 21]))
     assert merged.tolist() == [11, 20, 12, 13, 21]
     assert (merged[numbering.after[1:]] == [11, 12, 13]).all()

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.tube_mesh import Tubes, tubes_around
+from stitchmesh.mesh.tube_mesh import TubeMesh, tubes_around
 
 RADIUS = 0.1
 
@@ -33,13 +33,13 @@ def ring_area(sides: int) -> float:
     return sides / 2 * np.sin(2 * np.pi / sides) * RADIUS**2
 
 
-def euler_characteristic(tubes: Tubes) -> int:
+def euler_characteristic(tubes: TubeMesh) -> int:
     corners = tubes.triangles
     edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
     return len(np.unique(corners)) - len(np.unique(edges, axis=0)) + len(corners)
 
 
-def volume(tubes: Tubes) -> float:
+def volume(tubes: TubeMesh) -> float:
     a, b, c = (tubes.vertices[tubes.triangles[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
 
@@ -101,7 +101,7 @@ def test_normals_are_units_that_point_from_the_curve():
     np.testing.assert_allclose(points[tubes.ring] + RADIUS * tubes.normals, tubes.vertices, atol=1e-12)
 
 
-def turns(tubes: Tubes, points: np.ndarray, sides: int) -> np.ndarray:
+def turns(tubes: TubeMesh, points: np.ndarray, sides: int) -> np.ndarray:
     """Angle about the tangent between the first normals of successive rings, beyond the turn of the tangent itself."""
     normal = tubes.normals.reshape(-1, sides, 3)[:, 0]
     tangent = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)

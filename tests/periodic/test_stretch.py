@@ -17,7 +17,7 @@ from PIL import Image
 from stitchmesh.cli import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, chosen_strains, stretch
+from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, chosen_strains, stretch_test
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.stretch_plot import plot_stretch
@@ -36,7 +36,7 @@ def curves() -> dict[tuple[str, str], StretchCurve]:
     made = {}
     for direction, other in WAYS:
         given: Any = {direction: (0.0, MOST), "other": other}
-        made[direction, other] = stretch(
+        made[direction, other] = stretch_test(
             "stockinette", steps=STEPS, material=KALDOR, quality=EXACT, device="cpu", **given
         )
     return made
@@ -83,14 +83,14 @@ def test_every_preset_knows_tension(curves: dict[tuple[str, str], StretchCurve])
     """Loops are as fine as tension needs: with draft's own control points it is 65 and 81 % too high."""
     for way, quality in (("course", "held"), "draft"), (("wale", "free"), "standard"):
         given: Any = {way[0]: (0.0, MOST), "other": way[1]}
-        curve = stretch("stockinette", steps=3, material=KALDOR, quality=quality, device="cpu", **given)
+        curve = stretch_test("stockinette", steps=3, material=KALDOR, quality=quality, device="cpu", **given)
         # spheres of five a segment, and a residual of 1e-3
         np.testing.assert_allclose(curve.tension[1:], curves[way].tension[[5, 10]], rtol=0.02)
 
 
 def test_a_curve_is_the_same_for_a_larger_repeat(curves: dict[tuple[str, str], StretchCurve]) -> None:
     """Tension is per width and energy per area."""
-    wide = stretch("stockinette", wale=(0.0, MOST), other="held", steps=3, material=KALDOR, quality=EXACT,
+    wide = stretch_test("stockinette", wale=(0.0, MOST), other="held", steps=3, material=KALDOR, quality=EXACT,
                    device="cpu", columns=2)  # fmt: skip
     # the way there differs; as near as the tolerance lets free cells be, some tenths of a percent
     np.testing.assert_allclose(wide.tension, curves["wale", "held"].tension[[0, 5, 10]], rtol=0.02, atol=0.5)
@@ -104,7 +104,7 @@ def test_stiffness_of_knits_comes_in_the_published_order_but_for_garter_along_th
     tension: dict[str, dict[str, float]] = {"course": {}, "wale": {}}
     for direction, pattern in itertools.product(tension, ("stockinette", "garter", "seed", "rib1x1")):
         given: Any = {direction: (0.0, 0.45), "steps": 2, "loop_length": 15 * 0.25}
-        curve = stretch(pattern, material=KALDOR, quality="standard", device="cpu", **given)
+        curve = stretch_test(pattern, material=KALDOR, quality="standard", device="cpu", **given)
         tension[direction][pattern] = float(curve.tension[-1])
     # a fifth between neighbours at least, where the preset's contacts make a few percent
     expected = {
@@ -117,7 +117,7 @@ def test_stiffness_of_knits_comes_in_the_published_order_but_for_garter_along_th
 
 
 def test_a_weave_is_stretched_too_and_may_be_pressed_together() -> None:
-    curve = stretch("plain", course=(0.02, -0.02), steps=2, other="held", material=KALDOR, quality="draft",
+    curve = stretch_test("plain", course=(0.02, -0.02), steps=2, other="held", material=KALDOR, quality="draft",
                     device="cpu")  # fmt: skip
     assert curve.tension[0] > 0.0 > curve.tension[1]
 
@@ -147,7 +147,7 @@ def test_a_snap_is_energy_that_no_tension_accounts_for() -> None:
 )
 def test_bad_requests_are_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
-        stretch("stockinette", device="cpu", **given)
+        stretch_test("stockinette", device="cpu", **given)
 
 
 def test_strains_include_both_ends() -> None:

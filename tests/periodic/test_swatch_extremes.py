@@ -12,9 +12,9 @@ import pytest
 from stitchmesh.errors import ParameterError, PatternError, SolverError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import parse_pattern
-from stitchmesh.periodic.continuation import grown, size_of
-from stitchmesh.periodic.resolve_pattern import pattern_or_weave
-from stitchmesh.periodic.swatch import Swatch, SwatchOptions, drawn, scaled, swatch
+from stitchmesh.periodic.continuation import change_radius, size_of
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch import Swatch, SwatchOptions, draw_swatch, scale_yarns, swatch
 from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
@@ -27,7 +27,7 @@ SLIPS = "slip-stitch-honeycomb"
 
 def lengths_of(name: str, words: list[str]) -> tuple[np.ndarray, np.ndarray]:
     """Factors of the rest lengths of a library pattern, and what each segment is: 0 other, 1 float, 2 held loop."""
-    fabric, yarns = drawn(pattern_or_weave(name), SwatchOptions(), quality_named("draft"))
+    fabric, yarns = draw_swatch(resolve_pattern(name), SwatchOptions(), quality_named("draft"))
     changed = apply_rest_lengths(yarns, parse_rest_lengths(words), fabric=fabric)
     face = segment_faces(yarns)
     slips = np.isin(fabric.stitch[face], [Stitch.SLIP_BACK, Stitch.SLIP_FRONT])
@@ -149,8 +149,8 @@ def test_gamma_is_the_exact_similarity(name, gamma, tolerance):
     quality = replace(quality_named("draft"), precision="float64", tolerance=1e-4)
     material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)
     made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=True)
-    _fabric, first = drawn(pattern_or_weave(name), SwatchOptions(), quality)
-    small = grown(scaled(first, 1.0 / gamma), gamma, material, quality, "cpu")
+    _fabric, first = draw_swatch(resolve_pattern(name), SwatchOptions(), quality)
+    small = change_radius(scale_yarns(first, 1.0 / gamma), gamma, material, quality, "cpu")
     np.testing.assert_allclose(small.radius, RADIUS, rtol=1e-12)  # three roundings
     cell = RelaxCell(shear=False)
     direct = relax_yarns(small, material=material, quality=quality, device="cpu", cell=cell)
@@ -163,7 +163,7 @@ def test_a_scaled_cell_of_curved_yarn_bends_alike():
     made = swatch("plain", **DRAFT).yarns
     made = replace(made, natural_curvature=np.linspace(-2.0, 2.0, len(made.points)))
     material = YarnMaterial.named("stitchmesh")
-    one, three = yarn_energies(made, material), yarn_energies(scaled(made, 3.0), material.scaled(3.0))
+    one, three = yarn_energies(made, material), yarn_energies(scale_yarns(made, 3.0), material.scaled(3.0))
     straight = replace(made, natural_curvature=0.0 * made.natural_curvature)
     assert one["bend"] != pytest.approx(yarn_energies(straight, material)["bend"], rel=0.01)
     assert three["bend"] == pytest.approx(one["bend"], rel=1e-9)  # rounding: the similarity is exact

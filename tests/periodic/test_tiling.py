@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
-from stitchmesh.yarn.tiling import instances, tiled
+from stitchmesh.yarn.tiling import instances, tile_yarns
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell
 
@@ -56,7 +56,7 @@ def ordered(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 @pytest.mark.parametrize("step", [(1, 0), (0, 1), (-1, 0), (2, 0), (1, 1), (2, -3), (0, 0)])
 def test_a_finite_piece_is_the_tiles_segments_and_no_others(step):
     cell = yarn_of_step(step)
-    piece = tiled(cell, 4, 3)
+    piece = tile_yarns(cell, 4, 3)
     assert piece.lattice is None
     expected = [corners_of_segments(cell) + np.tile(shift, 4) for shift in instances(LATTICE, 4, 3)]
     # sums of shifts, rounded in another order
@@ -80,7 +80,7 @@ def test_a_finite_piece_is_the_tiles_segments_and_no_others(step):
     ],
 )
 def test_strands_run_as_far_as_the_box_goes(step, copies):
-    piece = tiled(yarn_of_step(step), 4, 3)
+    piece = tile_yarns(yarn_of_step(step), 4, 3)
     closed = step == (0, 0)
     np.testing.assert_array_equal(piece.closed, [closed] * len(copies))
     np.testing.assert_array_equal(np.diff(piece.start), [5 * count + (0 if closed else 3) for count in copies])
@@ -93,7 +93,7 @@ def test_strands_run_as_far_as_the_box_goes(step, copies):
     [((1, 0), 3, (1, 0)), ((0, -1), 4, (0, -1)), ((2, 0), 6, (1, 0)), ((1, 1), 1, (3, 4)), ((0, 0), 12, (0, 0))],
 )
 def test_a_larger_cell_has_larger_periods_and_its_own_steps(step, count, new):
-    larger = tiled(yarn_of_step(step), 4, 3, periodic=True)
+    larger = tile_yarns(yarn_of_step(step), 4, 3, periodic=True)
     np.testing.assert_array_equal(larger.lattice.periods, LATTICE.periods * [[4], [3]])
     np.testing.assert_array_equal(larger.lattice_step, [new] * count)
     assert larger.closed.all()
@@ -104,7 +104,7 @@ def test_a_larger_cell_has_larger_periods_and_its_own_steps(step, count, new):
 @pytest.mark.parametrize("counts", [(2, 3), (1, 2)])
 def test_a_cell_equals_its_tiling(cell, counts):
     cell = numbered(cell)
-    larger = tiled(cell, *counts, periodic=True)
+    larger = tile_yarns(cell, *counts, periodic=True)
     one, many = yarn_energies(cell, LEAF, device="cpu"), yarn_energies(larger, LEAF, device="cpu")
     tiles = counts[0] * counts[1]
     for term, energy in one.items():
@@ -126,7 +126,7 @@ def test_a_diagonal_yarn_equals_its_tiling():
     lattice = Lattice([[0.5, 0.0, 0.0], [0.4, 0.75, 0.0]])
     bare = YarnSet.from_curves([points], closed=[True], radius=0.16, rest_lengths=[np.full(12, 0.09)])
     cell = numbered(replace(bare, lattice=lattice, lattice_step=np.array([[1, 1]])))
-    larger = tiled(cell, 2, 2, periodic=True)
+    larger = tile_yarns(cell, 2, 2, periodic=True)
     assert larger.yarn_count == 2
     one, four = yarn_energies(cell, LEAF, device="cpu"), yarn_energies(larger, LEAF, device="cpu")
     assert one["contact"] > 0.0
@@ -136,14 +136,14 @@ def test_a_diagonal_yarn_equals_its_tiling():
 
 def test_a_tiling_of_a_tiling_is_a_larger_tiling():
     cell = yarn_of_step((1, 0))
-    twice, once = tiled(tiled(cell, 2, 1, periodic=True), 2, 3), tiled(cell, 4, 3)
+    twice, once = tile_yarns(tile_yarns(cell, 2, 1, periodic=True), 2, 3), tile_yarns(cell, 4, 3)
     np.testing.assert_allclose(twice.points, once.points, atol=1e-12)  # sums of shifts in another order
     np.testing.assert_array_equal(twice.start, once.start)
     np.testing.assert_array_equal(twice.row, once.row)
 
 
 def test_labels_number_on_tile_by_tile():
-    piece = tiled(yarn_of_step((1, 0)), 2, 3)
+    piece = tile_yarns(yarn_of_step((1, 0)), 2, 3)
     first = piece.face[:13]
     np.testing.assert_array_equal(first, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 1, 2])  # the last three begin again
     np.testing.assert_array_equal(piece.face[13:23], first[:10] + 10)
@@ -154,7 +154,7 @@ def test_labels_number_on_tile_by_tile():
 
 def test_points_that_no_stitch_made_have_their_yarns_number_for_a_row():
     cell = replace(yarn_of_step((1, 0)), face=np.full(5, UNKNOWN_FACE))
-    piece = tiled(cell, 2, 3)
+    piece = tile_yarns(cell, 2, 3)
     np.testing.assert_array_equal(piece.row, piece.point_yarn)
     np.testing.assert_array_equal(piece.face, UNKNOWN_FACE)
 
@@ -166,8 +166,8 @@ def test_instances_are_the_tiles_along_the_courses_and_then_up():
 
 def test_what_cannot_be_tiled_is_refused():
     with pytest.raises(ParameterError, match="got 0 columns; expected a whole number from 1"):
-        tiled(yarn_of_step((1, 0)), 0, 3)
+        tile_yarns(yarn_of_step((1, 0)), 0, 3)
     with pytest.raises(ParameterError, match=r"got 1\.5 rows"):
         instances(LATTICE, 1, 1.5)
     with pytest.raises(YarnError, match="do not repeat; expected a cell on a lattice"):
-        tiled(tiled(yarn_of_step((1, 0)), 1, 1), 2, 2)
+        tile_yarns(tile_yarns(yarn_of_step((1, 0)), 1, 1), 2, 2)

@@ -15,12 +15,12 @@ import pytest
 
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.swatch import Swatch, SwatchOptions, close_contacts, drawn, swatch
+from stitchmesh.periodic.swatch import Swatch, SwatchOptions, close_contacts, draw_swatch, swatch
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import tiled
+from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.stress import cell_stress
 from tests.gallery import ROOT
@@ -124,13 +124,13 @@ def test_a_cell_of_one_stitch_equals_its_tiling() -> None:
 def test_yarn_that_is_drawn_through_its_own_row_is_as_long_at_rest_in_a_taller_cell(name: str) -> None:
     """Loops that are held over all rows of a repeat meet the yarn that they are of, one period up."""
     pattern = parse_pattern(f"round 1: {name}") if name[1] == "1" else read_pattern(name)
-    one, tall = (drawn(pattern, SwatchOptions(rows=rows), PRESETS["draft"])[1].rest_length for rows in (1, 2))
+    one, tall = (draw_swatch(pattern, SwatchOptions(rows=rows), PRESETS["draft"])[1].rest_length for rows in (1, 2))
     np.testing.assert_allclose(np.sort(tall), np.sort(np.repeat(one, 2)), rtol=1e-12)  # rounding
 
 
 def test_a_tiling_has_the_forces_of_its_cell_in_every_tile() -> None:
     one = one_stitch().yarns
-    many = tiled(one, 2, 3, periodic=True)
+    many = tile_yarns(one, 2, 3, periodic=True)
     assert sum(yarn_energies(many, KALDOR).values()) == pytest.approx(6 * sum(yarn_energies(one, KALDOR).values()))
     of_one, of_many = yarn_forces(one, KALDOR), yarn_forces(many, KALDOR)
     # which control point of the cell each of the tiling's is an image of

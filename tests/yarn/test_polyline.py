@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.polyline import curves_of_segments
+from stitchmesh.yarn.polyline import polylines_of_segments
 
 
 def yarns() -> YarnSet:
@@ -16,7 +16,7 @@ def yarns() -> YarnSet:
 
 
 def test_curves_of_all_segments_are_the_sampled_yarns():
-    curves = curves_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
+    curves = polylines_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
     assert curves.closed == [True, False, True]
     for mine, sampled in zip(curves.points, yarns().sampled(3), strict=True):
         np.testing.assert_allclose(mine, sampled, atol=1e-15)  # the same sums in another order
@@ -26,13 +26,13 @@ def test_curves_of_all_segments_are_the_sampled_yarns():
 
 
 def test_points_know_their_segment_the_end_of_an_open_yarn_among_them():
-    curves = curves_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
+    curves = polylines_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
     expected = [*np.repeat(np.arange(13), 3), 12, *np.repeat(np.arange(13, 18), 3)]
     np.testing.assert_array_equal(curves.segment, expected)
 
 
 def test_a_run_of_segments_is_an_open_piece_of_its_yarn():
-    curves = curves_of_segments(yarns(), np.array([1, 2, 6, 7, 8, 17]), 2)
+    curves = polylines_of_segments(yarns(), np.array([1, 2, 6, 7, 8, 17]), 2)
     assert [len(points) for points in curves.points] == [5, 3, 5, 3]
     assert curves.closed == [False] * 4
     assert curves.yarn.tolist() == [0, 0, 1, 2]

@@ -17,7 +17,7 @@ from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bind_off import FEW_LOOPS
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.finish import Finish
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import yarn_course
 from stitchmesh.yarngen.templates.edge_templates import BEHIND, IN_FRONT, Edge, chain, edge_template, yarn_overs
 from stitchmesh.yarngen.templates.edges import cast_on
@@ -26,7 +26,7 @@ from tests.gallery import grid, tube
 from tests.yarngen.templates.test_templates import crossings_between as crossings
 
 QUALITIES = ("draft", "standard", "reference")
-CHAIN = Finish(bind_off="chain")
+CHAIN = YarnFinish(bind_off="chain")
 
 
 def heights(first: Part, second: Part) -> list[int]:

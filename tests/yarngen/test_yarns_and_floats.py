@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stitchmesh.editing.spiral import spiral
+from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
 from stitchmesh.mesh.courses import find_courses
@@ -43,10 +43,10 @@ def dyed(fabric: StitchMesh, rule: Rule) -> StitchMesh:
 FABRICS = {
     "stripes around": dyed(ROUND, lambda row, _: row // 2 % 2),
     "stripes to and fro": dyed(FLAT, lambda row, _: row // 2 % 2),
-    "stripes in a spiral": dyed(spiral(ROUND), lambda row, _: row // 2 % 2),
+    "stripes in a spiral": dyed(make_spiral(ROUND), lambda row, _: row // 2 % 2),
     "pairs around": dyed(ROUND, lambda row, place: (place // 2 + row) % 2),
     "pairs to and fro": dyed(FLAT, lambda row, place: (row + place) // 2 % 2),
-    "pairs in a spiral": dyed(spiral(ROUND), lambda row, place: place // 2 % 2),
+    "pairs in a spiral": dyed(make_spiral(ROUND), lambda row, place: place // 2 % 2),
     "a motif": dyed(FLAT, lambda row, place: int(row > 0 and 3 <= place <= 6)),
     "one stitch": dyed(ROUND, lambda row, place: int((row, place) == (2, 3))),
     "three yarns": dyed(FLAT, lambda row, place: place // 2 % 3),

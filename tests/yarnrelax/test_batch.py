@@ -15,7 +15,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import tiled
+from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, quasi_newton_launches, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax import forces as all_terms
 from stitchmesh.yarnrelax.batch import relax_cells
@@ -177,7 +177,7 @@ def test_what_cannot_be_relaxed_together_is_refused(arguments: dict, message: st
 
 def test_large_cells_relax_beside_small_ones() -> None:
     one = periodic_patch(1, 1)
-    many = tiled(one, 10, 9, periodic=True)
+    many = tile_yarns(one, 10, 9, periodic=True)
     batch = relax_cells([one, many], free=[FREE, FREE], quality="draft", device="cpu")
     assert batch.report["converged"] == 2
     # the energy near rest is known to the square of the residual

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from stitchmesh.errors import PatternError
 from stitchmesh.patterns.language.tokens import END, Token
-from stitchmesh.patterns.language.word_stitches import Piece, cable
+from stitchmesh.patterns.language.word_stitches import WordStitches, cable
 from stitchmesh.patterns.language.words import WordError, read_word
 from stitchmesh.patterns.pattern import Loop, check_cables
 
@@ -62,7 +62,7 @@ class Items:
             raise self.token.unexpected(expected)
         return self.take()
 
-    def row(self) -> tuple[list[Piece], list[int]]:
+    def row(self) -> tuple[list[WordStitches], list[int]]:
         """All items up to the end of the line.
 
         Returns:
@@ -72,7 +72,7 @@ class Items:
             PatternError: a word means nothing, a bracket or a bar is alone, or there is no stitch at all.
         """
         first = self.token
-        pieces: list[Piece] = []
+        pieces: list[WordStitches] = []
         bars: list[tuple[int, Token]] = []
         while self.token.text != END:
             if self.token.text == BAR:
@@ -89,7 +89,7 @@ class Items:
             return pieces[::-1], [len(pieces) - place for place in places[::-1]]
         return pieces, places
 
-    def item(self, depth: int) -> list[Piece]:
+    def item(self, depth: int) -> list[WordStitches]:
         """One item, or none where a comma stands."""
         token = self.token
         if token.text == ",":
@@ -108,12 +108,12 @@ class Items:
         _check_length(pieces, token, times)
         return pieces * times
 
-    def group(self, depth: int) -> list[Piece]:
+    def group(self, depth: int) -> list[WordStitches]:
         """Items in brackets."""
         opening = self.take()
         if depth == DEEPEST:
             raise opening.unexpected(f"brackets no more than {DEEPEST} deep")
-        pieces: list[Piece] = []
+        pieces: list[WordStitches] = []
         while self.token.text != "]":
             if self.token.text == END:
                 raise opening.place.error("got '[' without its partner; expected ']' on the same row")
@@ -122,7 +122,7 @@ class Items:
         self.take()
         return pieces
 
-    def word(self) -> list[Piece]:
+    def word(self) -> list[WordStitches]:
         """A stitch, a cable, or several."""
         token = self.take()
         if token.text in ("]", ")", "(", ":", ";", "*", BAR, END) or token.text.startswith('"'):
@@ -132,7 +132,7 @@ class Items:
         except WordError as error:
             raise token.place.error(str(error)) from None
 
-    def cross(self, depth: int) -> Piece:
+    def cross(self, depth: int) -> WordStitches:
         """A crossing of any kind: places, layers, and what is worked on the reordered loops."""
         opening = self.take()
         if self.crossing:
@@ -141,7 +141,7 @@ class Items:
         target = self.numbers(";")
         layers = self.numbers(":")
         self.crossing = True
-        pieces: list[Piece] = []
+        pieces: list[WordStitches] = []
         while self.token.text != ")":
             if self.token.text == END:
                 raise opening.place.error("got cross( without its partner; expected ')' on the same row")
@@ -171,7 +171,9 @@ class Items:
             raise token.unexpected(f"{what}, {least} to {most}")
         return int(token.text)
 
-    def _crossing(self, opening: Token, target: list[int], layers: list[int], pieces: list[Piece]) -> Piece:
+    def _crossing(
+        self, opening: Token, target: list[int], layers: list[int], pieces: list[WordStitches]
+    ) -> WordStitches:
         ordered = pieces[::-1] if self.leftwards else pieces
         cells = tuple(cell for piece in ordered for cell in piece.cells)
         below = [loop for piece in ordered for loop in piece.loops]
@@ -192,6 +194,6 @@ class Items:
         return cable(cells, target, layers, [loop.twist for loop in below])
 
 
-def _check_length(pieces: list[Piece], token: Token, times: int = 1) -> None:
+def _check_length(pieces: list[WordStitches], token: Token, times: int = 1) -> None:
     if times * sum(max(len(piece.cells), 1) for piece in pieces) > LONGEST:
         raise token.place.error(f"got more than {LONGEST} stitches in a row; expected fewer")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from stitchmesh.errors import PatternError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.language.tokens import Place
-from stitchmesh.patterns.language.word_stitches import Piece, single
+from stitchmesh.patterns.language.word_stitches import WordStitches, single
 from stitchmesh.patterns.pattern import Cell, Loop, Row, first_fault
 
 _TOGETHER = {Stitch.KNIT: Stitch.D12K, Stitch.PURL: Stitch.D12P}
@@ -20,7 +20,7 @@ _TOGETHER = {Stitch.KNIT: Stitch.D12K, Stitch.PURL: Stitch.D12P}
 class WrittenRow:
     """A row as its words say it, left to right as seen from the right side."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[WordStitches, ...]
     bars: tuple[int, ...]
     """How many pieces stand before each bar: none, or two."""
     place: Place
@@ -73,12 +73,12 @@ def _with_tucks(below: WrittenRow, row: WrittenRow) -> WrittenRow:
     return replace(row, pieces=tuple(pieces))
 
 
-def _stitch_sizes(piece: Piece) -> list[int]:
+def _stitch_sizes(piece: WordStitches) -> list[int]:
     """How many loops there are for each stitch of the next row: two for a tuck."""
     return [2] if piece.tuck else [1] * sum(cell.n_top for cell in piece.cells)
 
 
-def _together(piece: Piece, place: Place) -> Piece:
+def _together(piece: WordStitches, place: Place) -> WordStitches:
     stitch = piece.cells[0].stitch
     if len(piece.cells) != 1 or stitch not in _TOGETHER or piece.loops != (Loop(),):
         found = " ".join(cell.stitch.name for cell in piece.cells)

@@ -18,7 +18,7 @@ from functools import cache
 from stitchmesh.patterns.language.items import BAR, Items
 from stitchmesh.patterns.language.rows import WrittenRow
 from stitchmesh.patterns.language.tokens import Line
-from stitchmesh.patterns.language.word_stitches import Piece
+from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.language.words import read_word
 
 LETTERS: dict[str, str] = {
@@ -36,7 +36,7 @@ LEAF: dict[str, tuple[str, ...]] = {
 FIGURES = "0123456789abcdefghijklmnopqrstuvwxyz"
 """Yarns of a ``colours`` chart."""
 
-_Split = Callable[[Line, int, int], tuple[int, list[Piece]]]
+_Split = Callable[[Line, int, int], tuple[int, list[WordStitches]]]
 
 
 def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool) -> list[WrittenRow]:
@@ -66,7 +66,7 @@ def _worded(line: Line, yarn: int) -> WrittenRow:
 
 
 def _signs(line: Line, yarn: int, split: _Split) -> WrittenRow:
-    pieces: list[Piece] = []
+    pieces: list[WordStitches] = []
     bars = []
     column = 0
     while column < len(line.text):
@@ -82,14 +82,14 @@ def _signs(line: Line, yarn: int, split: _Split) -> WrittenRow:
     return WrittenRow(tuple(pieces), tuple(bars), line.place)
 
 
-def _letter(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
+def _letter(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]]:
     sign = line.text[column].lower()
     if sign not in LETTERS:
         raise line.at(column).error(f"got {line.text[column]!r}; expected one of {' '.join(LETTERS)}")
     return column + 1, read_word(LETTERS[sign], yarn)
 
 
-def _leaf(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
+def _leaf(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]]:
     for width in (3, 2, 1):
         code = line.text[column : column + width].lower()
         if code in LEAF:
@@ -99,12 +99,12 @@ def _leaf(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
 
 
 @cache
-def leaf_pieces(code: str, yarn: int) -> tuple[Piece, ...]:
+def leaf_pieces(code: str, yarn: int) -> tuple[WordStitches, ...]:
     """What a code of ``LEAF`` works, left to right."""
     return tuple(piece for word in LEAF[code] for piece in read_word(word, yarn))
 
 
-def _figure(line: Line, column: int, yarn: int) -> tuple[int, list[Piece]]:
+def _figure(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]]:
     number = FIGURES.find(line.text[column].lower())
     if number < 0:
         raise line.at(column).error(f"got {line.text[column]!r}; expected the number of a yarn, 0 to 9 or a to z")

@@ -11,7 +11,7 @@ from stitchmesh.patterns.pattern import Cell, Loop
 
 
 @dataclass(frozen=True)
-class Piece:
+class WordStitches:
     """Stitches that stay together: one stitch, a cable, or none where a chart leaves a square empty."""
 
     cells: tuple[Cell, ...]
@@ -23,7 +23,7 @@ class Piece:
     tuck: bool = False
     """Whether the next row works its two loops together."""
 
-    def turned(self) -> Piece:
+    def turned(self) -> WordStitches:
         """The same work seen from the other side: turned about its wale."""
         front = max((loop.layer for loop in self.loops), default=0)
         cells = tuple(
@@ -33,13 +33,13 @@ class Piece:
         return replace(self, cells=cells, loops=loops)
 
 
-def single(cell: Cell, twist_below: tuple[int, ...] = (), *, tuck: bool = False) -> Piece:
+def single(cell: Cell, twist_below: tuple[int, ...] = (), *, tuck: bool = False) -> WordStitches:
     """One stitch on plain loops, or on loops twisted by it."""
     below = twist_below or (0,) * cell.n_bottom
-    return Piece((cell,), tuple(Loop(twist=twist) for twist in below), tuck=tuck)
+    return WordStitches((cell,), tuple(Loop(twist=twist) for twist in below), tuck=tuck)
 
 
-def cable(cells: tuple[Cell, ...], target: list[int], layers: list[int], twists: list[int]) -> Piece:
+def cable(cells: tuple[Cell, ...], target: list[int], layers: list[int], twists: list[int]) -> WordStitches:
     """Stitches on loops that are reordered first: loop i goes to place ``target[i]``; ``twists`` after reordering."""
     loops = [Loop(end - place, layers[place], twists[end]) for place, end in enumerate(target)]
-    return Piece(cells, tuple(loops), columns=max(len(target), len(cells)))
+    return WordStitches(cells, tuple(loops), columns=max(len(target), len(cells)))

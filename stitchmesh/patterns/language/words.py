@@ -14,7 +14,7 @@ import re
 from dataclasses import dataclass
 
 from stitchmesh.mesh.stitch import CODES, Stitch
-from stitchmesh.patterns.language.word_stitches import Piece, cable, single
+from stitchmesh.patterns.language.word_stitches import WordStitches, cable, single
 from stitchmesh.patterns.pattern import Cell
 
 
@@ -77,7 +77,7 @@ class WordError(ValueError):
     """A word means nothing; the parser adds the place."""
 
 
-def read_word(text: str, yarn: int) -> list[Piece]:
+def read_word(text: str, yarn: int) -> list[WordStitches]:
     """What a word works, left to right as its reader faces it: several pieces where it has a count.
 
     Args:
@@ -98,7 +98,7 @@ def read_word(text: str, yarn: int) -> list[Piece]:
     if crossing or code == NO_STITCH:
         if marks["twist"] or marks["below"]:
             raise WordError(f"got {text!r}; expected no twists on {code}, write them within cross(...)")
-        return [crossing or Piece((), ())] * count
+        return [crossing or WordStitches((), ())] * count
     return [_stitch(text, code, _signs(marks["twist"]), _signs(marks["below"]), chosen)] * count
 
 
@@ -115,7 +115,7 @@ def unknown(text: str) -> str:
     return f"got {text!r}; expected a stitch such as k, p2, yo, k2tog, c4f: {hint}"
 
 
-def read_crossing(code: str, yarn: int) -> Piece | None:
+def read_crossing(code: str, yarn: int) -> WordStitches | None:
     """A cable of one word: so many loops to the left or right in front of so many others."""
     match = _CROSS.fullmatch(_TWISTS.get(code, code))
     if match:
@@ -136,7 +136,7 @@ def read_crossing(code: str, yarn: int) -> Piece | None:
     return None
 
 
-def _crossing(front: int, back: int, leftwards: bool, purl: bool, yarn: int) -> Piece:
+def _crossing(front: int, back: int, leftwards: bool, purl: bool, yarn: int) -> WordStitches:
     """The front loops go left or right over the back ones and are knit; the back ones are knit or purled."""
     if not front or not back:
         raise WordError(f"got {front} loops over {back}; expected at least 1 of each to cross")
@@ -161,7 +161,7 @@ def _without_count(code: str) -> tuple[str, int]:
     return code, 1
 
 
-def _stitch(text: str, code: str, twist: tuple[int, ...], below: tuple[int, ...], yarn: int) -> Piece:
+def _stitch(text: str, code: str, twist: tuple[int, ...], below: tuple[int, ...], yarn: int) -> WordStitches:
     if not is_word(code):
         raise WordError(unknown(text))
     if code == TUCK:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby, pairwise
 
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
-from stitchmesh.patterns.language.word_stitches import Piece
+from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.language.words import ABBREVIATIONS, read_crossing
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, crossings
 
@@ -28,11 +28,11 @@ def format_pattern(pattern: Pattern) -> str:
     return "\n".join(lines) + "\n"
 
 
-def pieces_of(row: Row) -> list[Piece]:
+def pieces_of(row: Row) -> list[WordStitches]:
     """The stitches of a row, those on crossing loops together; left to right as seen from the right side."""
     pieces = []
     for cells, loops in _spans(row):
-        pieces.append(Piece(row.cells[cells.start : cells.stop], row.loops[loops.start : loops.stop]))
+        pieces.append(WordStitches(row.cells[cells.start : cells.stop], row.loops[loops.start : loops.stop]))
     return pieces
 
 
@@ -70,7 +70,7 @@ def _row(row: Row, number: int) -> str:
     return _wrapped([head, *words])
 
 
-def _bars(row: Row, pieces: list[Piece]) -> list[int]:
+def _bars(row: Row, pieces: list[WordStitches]) -> list[int]:
     """How many pieces stand before each bar."""
     if not row.left and not row.right:
         return []
@@ -80,7 +80,7 @@ def _bars(row: Row, pieces: list[Piece]) -> list[int]:
     return [counts.index(row.left), counts.index(len(row.cells) - row.right)]
 
 
-def _words(pieces: list[Piece], bars: Iterable[int], yarn: int) -> Iterator[str]:
+def _words(pieces: list[WordStitches], bars: Iterable[int], yarn: int) -> Iterator[str]:
     """The words of pieces in the order of work, equal ones counted."""
     cuts = sorted({0, len(pieces), *bars})
     if 0 in bars:
@@ -104,11 +104,11 @@ def _counted(word: str, count: int) -> str:
     return f"{word}*{count}"
 
 
-def _is_cable(piece: Piece) -> bool:
+def _is_cable(piece: WordStitches) -> bool:
     return any(loop.shift for loop in piece.loops)
 
 
-def _word(piece: Piece, yarn: int) -> str:
+def _word(piece: WordStitches, yarn: int) -> str:
     if not _is_cable(piece):
         return _stitch_word(piece.cells[0], piece.loops, yarn)
     word = _cable_word(piece)
@@ -134,7 +134,7 @@ def _within(cells: tuple[Cell, ...], twists: list[int], yarn: int) -> list[str]:
     return [_counted(word, len(list(run))) for word, run in groupby(reversed(words))]
 
 
-def _cable_word(piece: Piece) -> str | None:
+def _cable_word(piece: WordStitches) -> str | None:
     """The word of a cable that has one: loops that go over others together."""
     width = len(piece.loops)
     words = {2: ["lt", "rt"]}.get(width, [f"c{width}f", f"c{width}b"] if width % 2 == 0 else [])

@@ -14,7 +14,7 @@ import numpy as np
 from stitchmesh.mesh import BORDER, BOTTOM, LEFT, PER_SIDE, RIGHT, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH, Marks, Patch, stretch_at, vertices_left
 from stitchmesh.mesh.courses import right_neighbours
-from stitchmesh.mesh.renumbering import Numbering
+from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.block import Block
 from stitchmesh.patterns.placement.columns import OUTSIDE, TILE, columns_of
@@ -80,7 +80,7 @@ class Replacement:
         """Number all that goes and comes."""
         self.fabric, self.pattern, self.sites = fabric, pattern, sites
         self.removed = np.sort(np.concatenate([site.grids.ravel() for site in sites]))
-        self.face = Numbering.filling(fabric.face_count, self.removed, sum(site.face_count for site in sites))
+        self.face = Renumbering.filling(fabric.face_count, self.removed, sum(site.face_count for site in sites))
         self.first_face = _first_faces(sites)
         self.across = self._sides_after()
 
@@ -101,7 +101,7 @@ class Replacement:
         positions, corners = self._vertices()
         count = len(fabric.vertices)
         gone = vertices_left(fabric, self.removed, corners[corners < count])
-        vertex = Numbering.filling(count, gone, len(positions))
+        vertex = Renumbering.filling(count, gone, len(positions))
         return Patch(
             removed_faces=self.removed,
             removed_vertices=gone,

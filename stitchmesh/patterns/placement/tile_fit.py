@@ -16,7 +16,7 @@ from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, is_tile, p
 from stitchmesh.patterns.placement.placement import is_plain, plain_above
 
 
-class Room:
+class TileFit:
     """Where in a fabric a repeat can begin."""
 
     def __init__(self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder) -> None:

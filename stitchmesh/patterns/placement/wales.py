@@ -27,7 +27,7 @@ from stitchmesh.mesh.stitch import VOCABULARY, Making, Stitch
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, is_tile, keeps_counts, lay_out
 from stitchmesh.patterns.placement.placement import Placement, is_worked
-from stitchmesh.patterns.placement.tile_fit import Room
+from stitchmesh.patterns.placement.tile_fit import TileFit
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop that no row below hands on."""
@@ -47,7 +47,7 @@ class _Wales:
 
     def __init__(self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder) -> None:
         self.fabric, self.pattern, self.remainder = fabric, pattern, remainder
-        self.room = None if keeps_counts(pattern) else Room(fabric, pattern, remainder)
+        self.room = None if keeps_counts(pattern) else TileFit(fabric, pattern, remainder)
         self.courses = find_courses(fabric)
         self.course_of = course_of_faces(fabric, self.courses)
         self.level = np.full(len(self.courses), -1)  # rows of the pattern below each course; -1 of a cast-on row
@@ -96,7 +96,7 @@ class _Wales:
         return columns, len(under) > 0
 
     @staticmethod
-    def _settled(room: Room, faces: IntArray, own: IntArray, closed: bool, *, first: bool) -> IntArray:
+    def _settled(room: TileFit, faces: IntArray, own: IntArray, closed: bool, *, first: bool) -> IntArray:
         """Columns with room for whole tiles; in a first row all tiles may move if more then fit."""
         settled = room.settle(faces, own, closed)
         if first:

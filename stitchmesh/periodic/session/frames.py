@@ -15,7 +15,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.polyline import curves_of_segments
+from stitchmesh.yarn.polyline import polylines_of_segments
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,4 +54,4 @@ class Frame:
         Args:
             per_segment: points to a segment of the splines.
         """
-        return curves_of_segments(self.yarns, np.arange(len(self.yarns.rest_length)), per_segment).points
+        return polylines_of_segments(self.yarns, np.arange(len(self.yarns.rest_length)), per_segment).points

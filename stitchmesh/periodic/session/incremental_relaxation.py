@@ -11,9 +11,9 @@ from dataclasses import replace
 from stitchmesh.errors import SolverError
 from stitchmesh.periodic.continuation import ITERATIONS
 from stitchmesh.periodic.session.frames import Frame
-from stitchmesh.periodic.session.increments import Moving, stepped, steps_left
+from stitchmesh.periodic.session.increments import SwatchInProgress, stepped, steps_left
 from stitchmesh.periodic.session.session_descent import SwatchDescent
-from stitchmesh.periodic.session.settings import Wishes
+from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import Drawing, Target, drawing_of, target_of
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
@@ -37,9 +37,9 @@ class LiveSwatch:
     """With contacts as close as its loops ask for."""
     first: Drawing
     """From which the yarns began."""
-    moving: Moving
+    moving: SwatchInProgress
     """The yarns as they lie."""
-    before: Moving | None
+    before: SwatchInProgress | None
     """As they lay before the last step."""
     descent: SwatchDescent | None
     """The relaxation that is under way."""
@@ -52,7 +52,7 @@ class LiveSwatch:
     frame: Frame
     """The newest frame."""
 
-    def __init__(self, wishes: Wishes, quality: Quality, device: str | None, asked: float) -> None:
+    def __init__(self, wishes: SwatchSettings, quality: Quality, device: str | None, asked: float) -> None:
         """As it is drawn; arguments as for ``take``.
 
         Raises:
@@ -70,7 +70,7 @@ class LiveSwatch:
         """Whether there is nothing to do until wishes change."""
         return self.error is not None or self.arrived
 
-    def take(self, wishes: Wishes, asked: float, *, anew: bool = False) -> None:
+    def take(self, wishes: SwatchSettings, asked: float, *, anew: bool = False) -> None:
         """Aim at other wishes, from the state as it lies where that is possible.
 
         Args:
@@ -128,7 +128,7 @@ class LiveSwatch:
         self.error, self.descent, self.arrived = error, None, False
         self.frame = self._framed()
 
-    def _begun(self, moving: Moving) -> SwatchDescent:
+    def _begun(self, moving: SwatchInProgress) -> SwatchDescent:
         """The relaxation from a state."""
         target, self.arrived = self.target, False
         return SwatchDescent(moving.yarns, target.material, self.close, self.device, target.cell)
@@ -164,7 +164,7 @@ class LiveSwatch:
 
     def _draw_anew(self) -> None:
         """Begin as drawn."""
-        self.first, self.moving = self.drawing, Moving.drawn(self.drawing, self.target)
+        self.first, self.moving = self.drawing, SwatchInProgress.drawn(self.drawing, self.target)
         self.before = self.descent = None
         self.settled, self.doubtful, self.arrived = 0, False, False
         self.frame = self._framed()

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a live swatch moves to its target: in equal steps, so small that yarns can give way between two of them.
+"""How a live swatch moves to its target: in equal increments, so small that yarns can part between two of them.
 
-All lengths take part in each step, by the same part of the way on a logarithmic scale, so that what is to stay as it
-is in the fabric, such as the yarn's radius while gamma changes, stays so on the way. The steps are those of
-``growing``, and none of them takes a yarn through another: lengths at rest and radii move nothing, and a deformation
-of the whole lattice keeps apart what is apart.
+Each increment changes all lengths by the same part of their total change on a logarithmic scale. A length that is to
+stay as it is in the fabric, such as the yarn radius while gamma changes, therefore stays constant. The increments are
+those of ``continuation``. No increment moves a yarn through another: rest lengths and radii move nothing, and an
+affine deformation of the whole lattice keeps separate yarns separate.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import numpy as np
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
-from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretched
+from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretch_cell
 from stitchmesh.periodic.session.target import Drawing, Target, lean_of
-from stitchmesh.periodic.swatch import scaled
+from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.cell import lattice_frame
 
@@ -30,7 +30,7 @@ ARRIVED = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Moving:
+class SwatchInProgress:
     """A repeat on its way to a target."""
 
     yarns: YarnSet
@@ -41,7 +41,7 @@ class Moving:
     """Take-up reached."""
 
     @classmethod
-    def drawn(cls, drawing: Drawing, target: Target) -> Moving:
+    def drawn(cls, drawing: Drawing, target: Target) -> SwatchInProgress:
         """As drawn, so large that its yarn is as thick as it will be."""
         yarns = drawing.yarns
         if drawing.fabric is None:
@@ -50,17 +50,17 @@ class Moving:
         reached = target.gamma * float(yarns.radius[0] / target.radius[0])
         return cls(yarns, reached, reached)
 
-    def enlarged(self, factor: float) -> Moving:
+    def enlarged(self, factor: float) -> SwatchInProgress:
         """The same fabric, worked on so many times as large."""
-        return replace(self, yarns=scaled(self.yarns, factor), scale=self.scale * factor)
+        return replace(self, yarns=scale_yarns(self.yarns, factor), scale=self.scale * factor)
 
     @property
     def in_fabric(self) -> YarnSet:
         """The yarns as large as in the fabric."""
-        return scaled(self.yarns, 1.0 / self.scale)
+        return scale_yarns(self.yarns, 1.0 / self.scale)
 
 
-def steps_left(moving: Moving, target: Target) -> int:
+def steps_left(moving: SwatchInProgress, target: Target) -> int:
     """Steps to the target; 0 there."""
     yarns = moving.yarns
     assert yarns.lattice is not None
@@ -75,7 +75,7 @@ def steps_left(moving: Moving, target: Target) -> int:
     return math.ceil(max(steps) - ARRIVED)
 
 
-def stepped(moving: Moving, target: Target) -> Moving:
+def stepped(moving: SwatchInProgress, target: Target) -> SwatchInProgress:
     """One step nearer to a target that is not reached."""
     part = 1.0 / steps_left(moving, target)
     yarns = moving.yarns
@@ -83,14 +83,14 @@ def stepped(moving: Moving, target: Target) -> Moving:
     sides = zip(target.size, size_of(yarns.lattice), strict=True)
     along, across = (1.0 if wanted is None else (wanted / now) ** part for wanted, now in sides)
     yarns = replace(
-        stretched(yarns, along, across),
+        stretch_cell(yarns, along, across),
         radius=yarns.radius * (target.radius / yarns.radius) ** part,
         rest_length=yarns.rest_length * (target.rest_length / yarns.rest_length) ** part,
     )
     if target.lean is not None:
         yarns = _leaning(yarns, part * (target.lean - lean_of(yarns)))
     scale, gamma = (reached * (target.gamma / reached) ** part for reached in (moving.scale, moving.gamma))
-    return Moving(yarns, scale, gamma)
+    return SwatchInProgress(yarns, scale, gamma)
 
 
 def _steps(factors: FloatArray, largest: float) -> float:

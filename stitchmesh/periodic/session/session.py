@@ -22,7 +22,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
-from stitchmesh.periodic.session.settings import Wishes
+from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -49,7 +49,7 @@ class SwatchSession:
         Raises:
             StitchMeshError: as for ``swatch``, but for what only a relaxation can tell.
         """
-        self._wishes = Wishes(pattern, material, relax_cell, SwatchOptions(**options))
+        self._wishes = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options))
         self._asked = time.perf_counter()
         device_named(device)
         self._swatch = LiveSwatch(self._wishes, quality_named(quality), device, self._asked)
@@ -152,7 +152,7 @@ class SwatchSession:
         if self._closed:
             raise ParameterError("session: got a change after it was closed; begin another")
 
-    def _ask(self, wishes: Wishes, anew: bool) -> None:
+    def _ask(self, wishes: SwatchSettings, anew: bool) -> None:
         """Leave wishes for the worker, in the place of older ones that it has not taken yet."""
         self._anew = anew or (self._changed and self._anew)
         self._wishes, self._asked, self._changed, self._idle = wishes, time.perf_counter(), True, False

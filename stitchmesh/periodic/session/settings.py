@@ -15,7 +15,7 @@ from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
 
 
 @dataclass(frozen=True)
-class Wishes:
+class SwatchSettings:
     """The arguments of ``swatch`` that may change while it relaxes."""
 
     pattern: FilePath | Source
@@ -27,7 +27,7 @@ class Wishes:
     options: SwatchOptions
     """All else."""
 
-    def changed(self, **changes: Any) -> Wishes:
+    def changed(self, **changes: Any) -> SwatchSettings:
         """The same wishes but for some, by the name of the argument of ``swatch``.
 
         Raises:

@@ -15,9 +15,9 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.resolve_pattern import Source, pattern_or_weave
-from stitchmesh.periodic.session.settings import Wishes
-from stitchmesh.periodic.swatch import drawn, free_cell, period_to_reach, taken_up
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.session.settings import SwatchSettings
+from stitchmesh.periodic.swatch import draw_swatch, free_cell, period_to_reach, take_up_rest_lengths
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -78,18 +78,18 @@ class Target:
     """Of each yarn, shape (Y,)."""
 
 
-def drawing_of(wishes: Wishes, quality: Quality) -> Drawing:
+def drawing_of(wishes: SwatchSettings, quality: Quality) -> Drawing:
     """The repeat that is wished for, as it is drawn.
 
     Raises:
         StitchMeshError: as for ``swatch``.
     """
-    source = pattern_or_weave(wishes.pattern)
-    fabric, yarns = drawn(source, wishes.options, quality)
+    source = resolve_pattern(wishes.pattern)
+    fabric, yarns = draw_swatch(source, wishes.options, quality)
     return Drawing(source, (wishes.options.columns, wishes.options.rows), fabric, yarns)
 
 
-def target_of(wishes: Wishes, drawing: Drawing) -> Target:
+def target_of(wishes: SwatchSettings, drawing: Drawing) -> Target:
     """What the drawing is to come to.
 
     Raises:
@@ -106,7 +106,7 @@ def target_of(wishes: Wishes, drawing: Drawing) -> Target:
     full = 1.0 if drawing.fabric is None else options.yarn_radius / float(yarns.radius[0])
     return Target(
         radius=yarns.radius * full * options.gamma,
-        rest_length=taken_up(yarns, drawing.fabric, options),
+        rest_length=take_up_rest_lengths(yarns, drawing.fabric, options),
         size=(size[0], size[1]),
         lean=None if free[2] else lean_of(yarns),
         gamma=options.gamma,

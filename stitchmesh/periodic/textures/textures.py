@@ -27,7 +27,7 @@ from stitchmesh.periodic.textures.tubes import Tubes, tubes_above
 from stitchmesh.periodic.textures.visibility import visible_pieces
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import WOOLS
-from stitchmesh.yarn.tiling import tiled
+from stitchmesh.yarn.tiling import tile_yarns
 
 SAMPLES = 2
 """Along each side of a pixel."""
@@ -75,7 +75,7 @@ def texture_maps(
         ParameterError: a size or a number of tiles is not a whole number from 1, or a size is above 8192.
         YarnError: the set has no lattice.
     """
-    cell = yarns if tiles == (1, 1) else tiled(yarns, *tiles, periodic=True)
+    cell = yarns if tiles == (1, 1) else tile_yarns(yarns, *tiles, periodic=True)
     if cell.lattice is None:
         raise YarnError("textures: the yarns do not repeat; expected a cell on a lattice, such as a periodic swatch")
     size = np.linalg.norm(cell.lattice.periods, axis=1)

@@ -25,7 +25,7 @@ from stitchmesh.errors import YarnError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
-from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.generate import drawn_yarns
 from stitchmesh.yarngen.loop_check.closure import as_polygons, close_arcs
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
@@ -85,7 +85,7 @@ def loop_linking(arcs: Arcs, yarns: YarnSet, *, links: Told = None, loops: Told 
     return LoopLinking(passes, linking_numbers(legs_closed, beside, np.stack([each, each], axis=1)))
 
 
-def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: Finish = DEFAULT_FINISH) -> None:
+def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFAULT_FINISH) -> None:
     """Check that each loop holds, and is held by, exactly the loops that its stitch names.
 
     Of the yarns as drawn, linking numbers tell; of the same yarns elsewhere, whether they can be where they are without

@@ -23,7 +23,7 @@ from stitchmesh.mesh import BOTTOM, StitchMesh
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
-from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.loop_check.pieces import YarnPieces, yarn_pieces
 from stitchmesh.yarngen.loop_check.strands import SAMPLES
 
@@ -112,7 +112,7 @@ class Arcs:
         return found
 
 
-def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FINISH) -> Arcs:
+def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish = DEFAULT_FINISH) -> Arcs:
     """Cut yarns into loops and links.
 
     Args:

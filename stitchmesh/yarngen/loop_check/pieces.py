@@ -18,7 +18,7 @@ from stitchmesh.errors import YarnError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.finish import DEFAULT_FINISH, Finish
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.generate import THICKEST, YarnCourse, mean_stitch_width, yarn_course
 from stitchmesh.yarngen.tracing import end_crossings
 
@@ -49,7 +49,7 @@ class YarnPieces:
         return crossings
 
 
-def yarn_pieces(fabric: StitchMesh, yarns: YarnSet, finish: Finish = DEFAULT_FINISH) -> YarnPieces:
+def yarn_pieces(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish = DEFAULT_FINISH) -> YarnPieces:
     """Lay the course of a stitch mesh's yarns along their control points.
 
     Args:

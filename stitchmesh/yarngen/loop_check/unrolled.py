@@ -18,7 +18,7 @@ from stitchmesh.errors import YarnError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.finish import Finish
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import drawn_yarns, images_of_points, yarn_course
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.passes import expected_passes, spanned_sides
@@ -45,7 +45,7 @@ class Told:
     """The image of the larger cell in which each control point's stitch was drawn, shape (N, 2)."""
 
 
-def unrolled(fabric: StitchMesh, radius: float, finish: Finish) -> Told:
+def unrolled(fabric: StitchMesh, radius: float, finish: YarnFinish) -> Told:
     """The drawn yarns of a fabric on a lattice, unrolled, and the arcs of one cell."""
     for margin in MARGINS:
         found = _within(fabric, radius, finish, margin)
@@ -54,7 +54,7 @@ def unrolled(fabric: StitchMesh, radius: float, finish: Finish) -> Told:
     raise YarnError(f"yarns: a loop or float is longer than {MARGINS[-1]} stitches or rows; expected shorter ones")
 
 
-def _within(fabric: StitchMesh, radius: float, finish: Finish, margin: int) -> Told:
+def _within(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) -> Told:
     size = np.array([np.bincount(fabric.row).min(), fabric.row.max() + 1])
     beside = -(-margin // size)
     columns, rows = (2 * beside + 1).tolist()

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stitchmesh.editing.spiral import spiral
+from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
@@ -219,7 +219,7 @@ def test_a_crossing_that_does_not_fit_is_worked_without():
 
 def test_nothing_crosses_from_one_turn_of_a_spiral_to_the_next():
     crossed = pattern("k k k k", below={0: CROSSED.rows[1].loops})
-    made = apply_pattern(spiral(tube(9, 6)), crossed, face=9 * 3)
+    made = apply_pattern(make_spiral(tube(9, 6)), crossed, face=9 * 3)
     groups = cable_groups(made)  # which raises where a loop is moved off its row
     assert len(groups) == 8  # of 11: three would begin in one turn and end in the next
 

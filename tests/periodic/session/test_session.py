@@ -18,7 +18,7 @@ from stitchmesh.errors import ParameterError, PatternError, SolverError
 from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
-from stitchmesh.periodic.session.settings import Wishes
+from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch import SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
@@ -41,11 +41,11 @@ def session(pattern="stockinette", **given) -> sm.SwatchSession:
 
 
 def live(pattern="stockinette", *, relax_cell=True, quality="draft", **options) -> LiveSwatch:
-    wishes = Wishes(pattern, None, relax_cell, SwatchOptions(**options))
+    wishes = SwatchSettings(pattern, None, relax_cell, SwatchOptions(**options))
     return LiveSwatch(wishes, sm.quality.quality_named(quality), "cpu", 0.0)
 
 
-def to_rest(swatch: LiveSwatch, wishes: Wishes | None = None, *, most=500) -> list[Frame]:
+def to_rest(swatch: LiveSwatch, wishes: SwatchSettings | None = None, *, most=500) -> list[Frame]:
     """Frames on the way to rest, the one before the change first."""
     frames = [swatch.frame]
     if wishes is not None:
@@ -104,7 +104,7 @@ def test_the_first_relaxation_is_that_of_the_swatch_to_the_last_bit():
 def test_gamma_grows_in_steps_and_the_yarn_keeps_its_radius():
     swatch = live(relax_cell=False)
     to_rest(swatch)
-    frames = to_rest(swatch, Wishes("stockinette", None, False, SwatchOptions(gamma=1.6)))
+    frames = to_rest(swatch, SwatchSettings("stockinette", None, False, SwatchOptions(gamma=1.6)))
     reached = np.array([frame.report["gamma"] for frame in frames])
     assert reached[-1] == pytest.approx(1.6, rel=1e-12)
     assert (np.diff(reached) >= 0.0).all() and (reached[1:] / reached[:-1] <= GROWTH * GENTLE).all()
@@ -124,7 +124,8 @@ def test_gamma_grows_in_steps_and_the_yarn_keeps_its_radius():
 def test_no_frame_is_more_than_a_step_from_the_one_before(change, measure, limit):
     swatch = live(relax_cell=False, loop_length=5.0)
     to_rest(swatch)
-    frames = to_rest(swatch, Wishes("stockinette", None, False, SwatchOptions(**({"loop_length": 5.0} | change))))
+    options = SwatchOptions(**({"loop_length": 5.0} | change))
+    frames = to_rest(swatch, SwatchSettings("stockinette", None, False, options))
     values = [measure(frame) for frame in frames]
     ratios = np.array([after / before for before, after in itertools.pairwise(values)])
     largest = np.abs(np.log(ratios)).max()
@@ -140,7 +141,7 @@ def test_a_swatch_that_leaned_stands_up_again_where_shear_is_held():
     points = moved.yarns.points + 0.35 * moved.yarns.points[:, 1:2] / sheared[1, 1] * [1, 0, 0]
     yarns = dataclasses.replace(moved.yarns, points=points, lattice=sm.Lattice(sheared))
     swatch.moving = dataclasses.replace(moved, yarns=yarns)
-    frames = to_rest(swatch, Wishes(PLAIN, None, True, SwatchOptions()))
+    frames = to_rest(swatch, SwatchSettings(PLAIN, None, True, SwatchOptions()))
     assert len(frames) > 4
     assert frames[-1].lattice.periods[1, 0] == pytest.approx(0.0, abs=1e-9)
     assert_same_rest(frames[-1], sm.swatch(PLAIN, quality=EXACT, device="cpu", relax_cell=True))
@@ -149,11 +150,11 @@ def test_a_swatch_that_leaned_stands_up_again_where_shear_is_held():
 def test_a_newer_change_takes_the_place_of_an_older_one_midway():
     swatch = live()
     to_rest(swatch)
-    swatch.take(Wishes("stockinette", None, True, SwatchOptions(gamma=3.0)), 0.0)
+    swatch.take(SwatchSettings("stockinette", None, True, SwatchOptions(gamma=3.0)), 0.0)
     for _ in range(5):
         swatch.advance()
     midway = swatch.frame.report["gamma"]
-    frames = to_rest(swatch, Wishes("stockinette", None, True, SwatchOptions(gamma=1.0)))
+    frames = to_rest(swatch, SwatchSettings("stockinette", None, True, SwatchOptions(gamma=1.0)))
     assert 1.0 < midway < 3.0
     assert max(frame.report["gamma"] for frame in frames) == midway
     assert frames[-1].report["gamma"] == pytest.approx(1.0)
@@ -173,7 +174,7 @@ def test_of_many_changes_the_last_one_counts():
 def test_a_new_chart_is_seen_as_drawn_first_and_keeps_the_options():
     swatch = live(gamma=1.2, yarn_radius=0.1)
     to_rest(swatch)
-    swatch.take(Wishes("garter", None, True, SwatchOptions(gamma=1.2, yarn_radius=0.1)), 0.0)
+    swatch.take(SwatchSettings("garter", None, True, SwatchOptions(gamma=1.2, yarn_radius=0.1)), 0.0)
     assert swatch.frame.report["residual"] is None and not swatch.frame.report["at_rest"]
     assert swatch.frame.yarns.radius == pytest.approx(0.1)
     assert to_rest(swatch)[-1].report["gamma"] == pytest.approx(1.2)
@@ -192,7 +193,7 @@ def test_colours_alone_leave_the_state_as_it_lies():
 
     swatch = live(striped(1))
     before = to_rest(swatch)[-1]
-    frames = to_rest(swatch, Wishes(striped(2), None, True, SwatchOptions()))
+    frames = to_rest(swatch, SwatchSettings(striped(2), None, True, SwatchOptions()))
     assert swatch.frame.number == before.number + 1 and len(frames) == 1
     assert np.array_equal(swatch.frame.yarns.points, before.yarns.points) and swatch.frame.report["at_rest"]
     assert set(before.yarns.colour) == {0, 1} and set(swatch.frame.yarns.colour) == {0, 2}
@@ -243,7 +244,7 @@ def test_a_state_from_which_no_way_leads_on_is_drawn_anew(monkeypatch):
     rest = to_rest(swatch)[-1]
     begin = LiveSwatch._begun
     monkeypatch.setattr(LiveSwatch, "_begun", lambda *_given: solver_error("yarn 3: too close"))
-    swatch.take(Wishes("plain", sm.YarnMaterial.named("leaf"), True, SwatchOptions()), 0.0)
+    swatch.take(SwatchSettings("plain", sm.YarnMaterial.named("leaf"), True, SwatchOptions()), 0.0)
     with pytest.raises(SolverError, match="yarn 3: yarns cannot be parted"):
         swatch.advance()
     assert np.array_equal(swatch.moving.yarns.points, rest.yarns.points)
@@ -375,7 +376,7 @@ def test_frames_ascend_and_do_not_change():
 def test_linking_is_kept_by_every_change():
     swatch = live("rib1x1")
     for options in ({"gamma": 1.4}, {"gamma": 1.4, "period": (1.2, 0.9)}, {"rest_lengths": sm.RestLengths(factor=1.3)}):
-        to_rest(swatch, Wishes("rib1x1", None, True, SwatchOptions(**options)))
+        to_rest(swatch, SwatchSettings("rib1x1", None, True, SwatchOptions(**options)))
         linking = [doubled_linking(yarns, device="cpu") for yarns in (swatch.first.yarns, swatch.moving.yarns)]
         assert len(changed_pairs(*linking)) == 0
 

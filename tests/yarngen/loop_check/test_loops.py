@@ -17,7 +17,7 @@ from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import embedding, generate_yarns
-from stitchmesh.yarngen.finish import Finish
+from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.loop_check.loop_linking import LoopLinking, check_loops, expected_linking, loop_linking
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
@@ -311,6 +311,6 @@ def test_yarns_of_another_fabric_are_refused() -> None:
 def test_yarns_are_checked_with_the_finish_that_they_have() -> None:
     fabric = swatch("k", "p")
     yarns = generate_yarns(fabric, quality="draft", bind_off="chain", cast_on="open")
-    check_loops(fabric, yarns, finish=Finish(bind_off="chain", cast_on="open"))
+    check_loops(fabric, yarns, finish=YarnFinish(bind_off="chain", cast_on="open"))
     with pytest.raises(YarnError, match="and the finish"):
         check_loops(fabric, yarns)
