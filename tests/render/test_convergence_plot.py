@@ -101,7 +101,7 @@ def test_a_picture_that_cannot_be_written_is_refused(tmp_path):
 
 
 def test_the_module_alone_loads_no_plotting():
-    code = "import sys; import stitchmesh.viewer.convergence_plot; print('matplotlib' in sys.modules)"
+    code = "import sys; import stitchmesh.render.convergence_plot; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stdout.strip() == "False"
 

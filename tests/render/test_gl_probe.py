@@ -83,7 +83,7 @@ def test_egl_is_chosen_unless_the_user_chose(monkeypatch):
     assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkEGLRenderWindow"
 
 
-def test_viewer_loads_no_graphics_until_it_draws():
+def test_rendering_loads_no_graphics_until_it_draws():
     loaded = "{'pyvista', 'vtkmodules', 'h5py', 'meshio'} & set(sys.modules)"
-    code = f"import sys, stitchmesh.viewer; sys.exit(bool({loaded}))"
+    code = f"import sys, stitchmesh.render; sys.exit(bool({loaded}))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

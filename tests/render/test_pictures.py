@@ -117,9 +117,9 @@ def test_a_single_short_yarn_is_drawn(display, tmp_path):
 def test_what_is_drawn_of_a_file_follows_from_its_content(tmp_path, monkeypatch):
     drawn: list[str] = []
     for name in ("render_mesh", "render_yarns"):
-        monkeypatch.setattr(f"stitchmesh.viewer.file_picture.{name}", lambda *a, name=name, **k: drawn.append(name))
+        monkeypatch.setattr(f"stitchmesh.render.file_picture.{name}", lambda *a, name=name, **k: drawn.append(name))
     pictures = {what: lambda *a, what=what, **k: drawn.append(what) for what in ("rows", "stitches", "stretch")}
-    monkeypatch.setattr("stitchmesh.viewer.file_picture.FABRIC_PICTURES", pictures)
+    monkeypatch.setattr("stitchmesh.render.file_picture.FABRIC_PICTURES", pictures)
     io.write_mesh(tmp_path / "m.obj", tube(12, 5))
     for name in ("y.h5", "y.bcc", "y.obj"):
         io.write_yarns(tmp_path / name, rings())

@@ -9,8 +9,7 @@ import random
 import pytest
 
 from stitchmesh.errors import FileError, PatternError
-from stitchmesh.patterns import parse_leaf_codes, parse_pattern, read_pattern
-from stitchmesh.patterns.language import leaf_codes
+from stitchmesh.patterns import leaf_codes, parse_leaf_codes, parse_pattern, read_pattern
 from stitchmesh.patterns.language.text_charts import LEAF
 from tests.patterns.test_leaf_corpus import NAMES
 

@@ -383,7 +383,7 @@ def test_linking_is_kept_by_every_change():
 
 def test_yarns_that_passed_through_another_are_drawn_anew(monkeypatch):
     swatch = live()
-    relaxation = "stitchmesh.periodic.session_relaxation"
+    relaxation = "stitchmesh.periodic.session.incremental_relaxation"
     monkeypatch.setattr(f"{relaxation}.refuse_pull_through", lambda *_yarns: solver_error("linking number changed"))
     with pytest.raises(SolverError, match="linking number changed"):
         to_rest(swatch)
