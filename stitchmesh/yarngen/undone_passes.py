@@ -115,7 +115,7 @@ class _Rings:
 
     def __init__(self, journey: Journey) -> None:
         self.journey, self.strands = journey, journey.strands
-        self.radius = float(journey.states[-1].radius.mean())
+        self.radius = journey.radius
         self.edge_at = np.full(self.strands.start[-1], -1)
         self.edge_at[self.strands.edges] = np.arange(len(self.strands.edges))
 
