@@ -85,10 +85,12 @@ class Journey:
         units = _units(points, states)
         moved = displacements(len(points[0]), max(DISPLACEMENT * radius, FEWEST_UNITS * units.unit), seed)
         lattices = [units.rounded_lattice(state.lattice) for state in states]
-        ends = [Ends.at(strands, units.rounded(p + moved), lattice) for p, lattice in zip(points, lattices, strict=True)]
+        places = [units.rounded(place + moved) for place in points]
+        ends = [Ends.at(strands, place, lattice) for place, lattice in zip(places, lattices, strict=True)]
         passes: list[Pass] = []
         for moment in range(MOMENTS):
-            between = _Between(strands, units.unit, *lattices[moment : moment + 2], *ends[moment : moment + 2])
+            (before, after), (begin, end) = lattices[moment : moment + 2], ends[moment : moment + 2]
+            between = _Between(strands, units.unit, before, after, begin, end)
             passes += between.passes(moment / MOMENTS, 1.0 / MOMENTS)
         return cls(strands, radius, ends, lattices, passes)
 
@@ -133,7 +135,10 @@ class _Between:
         return sorted(passes, key=lambda each: (each.time, each.first, each.second, each.image))
 
     def _meeting_boxes(self) -> IntArray:
-        """Pairs of edges whose ways' boxes, less the mean motion, meet and the image of the second one, shape (n, 4)."""
+        """Pairs of edges that sweep boxes which meet, and the image of the second one, shape (n, 4).
+
+        The motion that all edges have in common is left out.
+        """
         images = self._images()
         count = len(self.begin.first)
         low, high = (np.concatenate([bound(image) for image in images]) for bound in (self._lower, self._upper))

@@ -190,11 +190,11 @@ def _isolate(
     found = []
     for _ in range(halvings + 1):
         sign = (f > f_error).astype(np.int64) - (f < -f_error)
-        empty = (np.abs(sign.sum(axis=1)) == 4) | (g < -g_error).all(axis=2).any(axis=1)
-        changes_once = (sign[:, 0] * sign[:, 3] < 0) & (
-            (sign[:, 0] * sign[:, 1] > 0) | (sign[:, 0] * sign[:, 2] < 0)
-        )  # fmt: skip
-        one = ~empty & changes_once & (g > g_error).all(axis=(1, 2))
+        outside, inside = np.less(g, -g_error).all(axis=2).any(axis=1), np.greater(g, g_error).all(axis=(1, 2))
+        empty = (np.abs(sign.sum(axis=1)) == 4) | outside
+        from_first = sign * sign[:, :1]
+        changes_once = (from_first[:, 3] < 0) & ((from_first[:, 1] > 0) | (from_first[:, 2] < 0))
+        one = ~empty & changes_once & inside
         found.append((pair[one], begin[one] + duration * _root(f[one]), sign[one, 3]))
         rest = np.flatnonzero(~empty & ~one)
         pair, duration = np.tile(pair[rest], 2), duration / 2.0
