@@ -187,7 +187,7 @@ def _isolate(
     """
     pair: IntArray = np.arange(len(f))
     begin, duration = np.zeros(len(f)), 1.0
-    found = []
+    found, undecided = [], []
     for _ in range(halvings + 1):
         sign = (f > f_error).astype(np.int64) - (f < -f_error)
         outside, inside = np.less(g, -g_error).all(axis=2).any(axis=1), np.greater(g, g_error).all(axis=(1, 2))
@@ -196,17 +196,19 @@ def _isolate(
         changes_once = (from_first[:, 3] < 0) & ((from_first[:, 1] > 0) | (from_first[:, 2] < 0))
         one = ~empty & changes_once & inside
         found.append((pair[one], begin[one] + duration * _root(f[one]), sign[one, 3]))
-        rest = np.flatnonzero(~empty & ~one)
+        lost = ~empty & (sign == 0).all(axis=1)  # more halvings would only find more such intervals
+        undecided.append(pair[lost])
+        rest = np.flatnonzero(~empty & ~one & ~lost)
         pair, duration = np.tile(pair[rest], 2), duration / 2.0
         begin = np.concatenate([begin[rest], begin[rest] + duration])
         f, g = _halves(f[rest]), _halves(g[rest])
         f_error, g_error = np.tile(f_error[rest] * 8, (2, 1)), np.tile(g_error[rest] * 16, (2, 1, 1))
         if len(pair) == 0:
             break
-    undecided: IntArray = np.unique(pair)
+    left: IntArray = np.unique(np.concatenate([*undecided, pair]))
     pair, time, sign = (np.concatenate(column) for column in zip(*found, strict=True))
-    decided = ~np.isin(pair, undecided)
-    return EdgeCrossings(pair[decided], time[decided], sign[decided]), undecided
+    decided = ~np.isin(pair, left)
+    return EdgeCrossings(pair[decided], time[decided], sign[decided]), left
 
 
 def _halves(c: NDArray[Any]) -> NDArray[Any]:

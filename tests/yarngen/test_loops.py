@@ -26,7 +26,10 @@ from stitchmesh.yarngen.template import Part, Template
 from stitchmesh.yarnrelax import relax_yarns
 from tests.gallery import FLAT_AND_ROUND
 from tests.meshrelax.fabrics import rotation
+from tests.shaking import SHAKES, shaken_many
 from tests.yarngen.samplers import bottoms, sampler, tops
+
+pytestmark = pytest.mark.decides
 
 KNIT = Stitch.KNIT
 
@@ -93,6 +96,32 @@ def test_polygons_with_edges_on_one_line_do_not_cross() -> None:
         turn, shift = rotation(seed), random.normal(size=3)
         beyond = arch * [1, -1, 1] + [random.uniform(1.1, 3.0), 0.0, 0.0]
         assert linking(arch @ turn.T + shift, beyond @ turn.T + shift) == 0.0
+
+
+RING = np.array([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0], [-1, 2, 0.0]])
+"""Flat, with a corner in the middle of a side and a repeated one."""
+DEGENERATE = {
+    "linked, corners in one plane": (np.array([[0, 1, 0], [0, 1, 1], [0, -1, 1], [0, -1, 0], [0, -1, -1], [0, 1, -1.0]]),
+                                     1),
+    "corners above corners": (RING + np.array([0, 0, 1]), 0),
+    "sides on the lines of others": (RING + np.array([4, 0, 0]), 0),
+    "all in one plane, one within the other": (0.5 * RING + [0, 0.5, 0], 0),
+    "one point": (RING[[0, 0, 0]] + [0.5, 1, 1], 0),
+    "touching": (RING + np.array([2, 0, 0]), None),
+    "a polygon and itself": (RING, None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DEGENERATE)
+def test_degenerate_polygons_link_as_they_do_however_shaken(name: str) -> None:
+    """10,000 times; of those that touch, a last bit decides, but what it decides is a whole number."""
+    other, expected = DEGENERATE[name]
+    rings, others = shaken_many(RING), shaken_many(other)[::-1]
+    one, two = (Polygons(points.reshape(-1, 3), np.arange(SHAKES + 1) * points.shape[1], np.arange(points[..., 0].size))
+                for points in (rings, others))  # fmt: skip
+    found = linking_numbers(one, two, np.stack([np.arange(SHAKES)] * 2, axis=1))
+    assert (found == np.round(found)).all()
+    assert expected is None or (np.abs(found) == expected).all()
 
 
 def test_linking_does_not_depend_on_where_polygons_lie() -> None:
