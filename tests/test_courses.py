@@ -12,6 +12,8 @@ from stitchmesh.editing.spiral import spiral
 from stitchmesh.mesh import BORDER, StitchMesh
 from tests.editing.fabrics import around, flat
 
+pytestmark = pytest.mark.decides
+
 FABRICS = {"flat": flat, "tube": around, "spiral": lambda: spiral(around())}
 
 

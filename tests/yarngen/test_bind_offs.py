@@ -25,6 +25,8 @@ from stitchmesh.yarngen.template import Crossing, Part
 from tests.gallery import grid, tube
 from tests.yarngen.test_templates import crossings_between as crossings
 
+pytestmark = pytest.mark.decides
+
 QUALITIES = ("draft", "standard", "reference")
 CHAIN = Finish(bind_off="chain")
 

@@ -100,9 +100,9 @@ def test_polygons_with_edges_on_one_line_do_not_cross() -> None:
 
 RING = np.array([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0], [-1, 2, 0.0]])
 """Flat, with a corner in the middle of a side and a repeated one."""
-UPRIGHT = np.array([[0, 1, 0], [0, 1, 1], [0, -1, 1], [0, -1, 0], [0, -1, -1], [0, 1, -1.0]])
+STANDING = np.array([[0, 1, 0], [0, 1, 1], [0, -1, 1], [0, -1, 0], [0, -1, -1], [0, 1, -1.0]])
 DEGENERATE = {
-    "linked, corners in one plane": (UPRIGHT, 1),
+    "linked, corners in one plane": (STANDING, 1),
     "corners above corners": (RING + np.array([0, 0, 1]), 0),
     "sides on the lines of others": (RING + np.array([4, 0, 0]), 0),
     "all in one plane, one within the other": (0.5 * RING + [0, 0.5, 0], 0),

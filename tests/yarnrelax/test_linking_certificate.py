@@ -18,6 +18,8 @@ from stitchmesh.yarnrelax import linking_certificate, picture
 from stitchmesh.yarnrelax.closing import _interleaved
 from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
 
+pytestmark = pytest.mark.decides
+
 
 def ring(centre: tuple[float, float, float], axis: int, points: int = 24) -> np.ndarray:
     angle = np.arange(points) / points * 2 * np.pi
