@@ -239,6 +239,14 @@ def test_linking_moves_with_the_yarns() -> None:
     check_loops(fabric, replace(yarns, points=yarns.points @ turn + [5.0, -2.0, 1.0]))
 
 
+def test_flat_fabric_may_lie_anywhere_in_its_plane() -> None:
+    """On its way its yarns, all alike, lie over one another's edges and in one plane with them all the time."""
+    fabric = sampler([[KNIT] * 20] * 20)
+    yarns = generate_yarns(fabric, quality="draft")
+    quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    check_loops(fabric, replace(yarns, points=yarns.points @ quarter + 5.0))
+
+
 def test_a_mirror_image_is_linked_the_other_way() -> None:
     """Seen in a mirror parallel to the fabric knit becomes purl, and no yarn can get there but through others."""
     fabric = swatch("k")
