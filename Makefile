@@ -3,15 +3,24 @@
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
+# OpenBLAS kernels other than those that it takes on this processor; `make test-kernels KERNELS="Haswell Prescott"`
+KERNELS ?= $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),Haswell,Prescott)
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
-.PHONY: knit test lint setup lock clean
+.PHONY: knit test test-kernels lint setup lock clean
 
 knit: setup
 	$(RUN) -m stitchmesh knit assets/meshes/sweater.obj --stitch-width 1.5 --quality draft --device cpu -o out/sweater
 
 test: setup lint
 	$(RUN) -m pytest -n auto --dist worksteal
+
+# what tests decide must not follow from rounding, which differs from kernel to kernel
+test-kernels: setup
+	@for kernel in $(KERNELS); do \
+		echo "tests that decide something discrete, with the linear algebra kernels of $$kernel"; \
+		OPENBLAS_CORETYPE=$$kernel $(RUN) -m pytest -m decides -n auto --dist worksteal || exit 1; \
+	done
 
 lint: setup
 	$(RUN) -m ruff check .

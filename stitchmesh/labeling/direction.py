@@ -17,6 +17,8 @@ from stitchmesh.mesh import BORDER, Mesh
 
 ROOT = -1
 """The tree's own node, which all seeded rows hang on."""
+DIGITS = 9
+"""Digits after the point of lengths [cm] that are compared: seams that are equally long differ in their last bits."""
 
 
 def turned_rows(mesh: Mesh, growth: RowGrowth, seeded: list[int]) -> NDArray[np.bool_]:
@@ -41,7 +43,8 @@ def _neighbours(mesh: Mesh, growth: RowGrowth) -> list[tuple[int, int, int]]:
         if first != second:
             pair = (min(int(first), int(second)), max(int(first), int(second)))
             gain[pair] = gain.get(pair, 0.0) + float(amount)
-    order = sorted(gain, key=lambda pair: (-round(abs(gain[pair]), 9), pair))
+    gain = {pair: round(amount, DIGITS) for pair, amount in gain.items()}
+    order = sorted(gain, key=lambda pair: (-abs(gain[pair]), pair))
     return [(first, second, int(gain[first, second] < 0)) for first, second in order]
 
 

@@ -20,6 +20,8 @@ from stitchmesh.meshrelax.closest_point import ClosestPoint
 from stitchmesh.meshrelax.limit_surface import LimitSurface
 
 TINY = np.finfo(np.float64).tiny
+RIGHT_ANGLE = 1e-9
+"""Cosine up to which a border turns by a right angle, whatever rounding says: that is no corner yet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +126,9 @@ def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_
     for loop in fabric.boundary_loops:
         members = fabric.face_vertex[loop]
         ahead = np.roll(position[members], -1, axis=0) - position[members]
-        corner[members] |= np.einsum("ni,ni->n", ahead, np.roll(ahead, 1, axis=0)) < 0.0
+        behind = np.roll(ahead, 1, axis=0)
+        size = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
+        corner[members] |= np.einsum("ni,ni->n", ahead, behind) < -RIGHT_ANGLE * size
     return corner
 
 

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stitchmesh.errors import ParameterError, TessellationError
-from stitchmesh.mesh import BOTTOM, IntArray, StitchMesh
+from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
 
 EdgeName = int | tuple[int, int]
 
@@ -21,6 +21,11 @@ BYTES_PER_STITCH = 40_000
 """Peak memory of the whole pipeline per stitch face, measured by ``benchmarks/garments.py``."""
 MOST_STITCHES = 1_000_000
 """Stitch faces beyond which a request is refused rather than left to exhaust the machine."""
+DIGITS = 9
+"""Digits after the point to which a quotient is rounded before it is rounded to a whole number.
+
+Edges are often half a stitch longer than a whole number of them, where a last bit would decide otherwise.
+"""
 
 
 def edge_counts(
@@ -36,12 +41,18 @@ def edge_counts(
     _check_size(labeled, stitch_width, stitch_height)
     first = labeled.edge_side
     length = labeled.side_length[first]
-    counts = np.maximum(1.0, np.rint(length / stitch_width))
+    counts = whole_count(length / stitch_width)
     rows = _row_counts(labeled, length, stitch_height)
     wale = labeled.is_wale[first]
     counts[wale] = rows[labeled.row[labeled.side_face[first[wale]]]]
     _refuse_too_many(labeled, counts, stitch_width)
     return _with_given(labeled, counts.astype(np.int64), given)
+
+
+def whole_count(quotient: FloatArray) -> FloatArray:
+    """The nearest whole number, at least 1; of halves, whatever their last bits, the even one, shape (n,)."""
+    count: FloatArray = np.maximum(1.0, np.rint(np.round(quotient, DIGITS)))
+    return count
 
 
 def _check_size(labeled: StitchMesh, width: float, height: float) -> None:
@@ -50,7 +61,7 @@ def _check_size(labeled: StitchMesh, width: float, height: float) -> None:
             raise ParameterError(f"{name}: got {size} cm; expected a positive number")
     bottom = labeled.side_role == BOTTOM
     around = np.bincount(labeled.row[labeled.side_face[bottom]], labeled.side_length[bottom])
-    if width > around.max():
+    if width > around.max() * (1.0 + 10.0**-DIGITS):
         raise ParameterError(
             f"stitch width: got {width} cm, but the widest row is {around.max():.4g} cm around; "
             "use a narrower stitch or check the unit of the mesh"
@@ -61,7 +72,7 @@ def _row_counts(labeled: StitchMesh, length: np.ndarray, height: float) -> np.nd
     """Stitch rows in each row of panels."""
     wale_length = length[labeled.side_edge[labeled.left_wale]] + length[labeled.side_edge[labeled.right_wale]]
     total = np.bincount(labeled.row, wale_length / 2)
-    return np.maximum(1.0, np.rint(total / np.bincount(labeled.row) / height))
+    return whole_count(total / np.bincount(labeled.row) / height)
 
 
 def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> None:

@@ -16,6 +16,8 @@ from stitchmesh.yarngen import generate_yarns
 from tests.editing.fabrics import around, face_at, flat, names, top_of
 from tests.editing.random_edits import bits
 
+pytestmark = pytest.mark.decides
+
 
 def edited(fabric: StitchMesh, name: str, **arguments: object) -> StitchMesh:
     return apply_edit(fabric, Edit(name, arguments)).fabric

@@ -17,6 +17,8 @@ from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from tests.gallery import grid, tube
 
+pytestmark = pytest.mark.decides
+
 
 def two_pieces(piece: Mesh, other: Mesh) -> StitchMesh:
     """Two pieces, the second turned upside down above the first, its outside still outside."""

@@ -18,6 +18,8 @@ from tests.editing.fabrics import around, face_at, flat, names, top_of
 from tests.editing.random_edits import bits
 from tests.gallery import grid
 
+pytestmark = pytest.mark.decides
+
 
 def edited(fabric: StitchMesh, name: str, **arguments: object) -> StitchMesh:
     return apply_edit(fabric, Edit(name, arguments)).fabric

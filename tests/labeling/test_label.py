@@ -4,14 +4,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stitchmesh.errors import LabelError, ParameterError
 from stitchmesh.io import read_mesh
-from stitchmesh.labeling import label
+from stitchmesh.labeling import direction, label
+from stitchmesh.labeling.label import _grown
 from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, odd_corner, pentagon_row, shared, torus, tube
+from tests.shaking import shaken
+
+pytestmark = pytest.mark.decides
 
 
 def assert_rows(fabric: StitchMesh) -> None:
@@ -124,3 +130,27 @@ def test_a_seed_that_is_no_edge_is_refused(seed):
 def test_a_face_that_does_not_exist_cannot_be_flipped():
     with pytest.raises(ParameterError, match="face 77 does not exist"):
         label(grid(2, 2), flip=[77])
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+def test_shaken_meshes_are_labeled_alike(name: str) -> None:
+    """Borders and seams of one length, which the meshes of the gallery have, differ in their last bits then."""
+    mesh = FLAT_AND_ROUND[name]()
+    expected = label(mesh)
+    for seed in range(10):
+        found = label(replace(mesh, vertices=shaken(mesh.vertices, seed)))
+        for field in ("face_vertex", "row", "n_bottom", "twin"):
+            np.testing.assert_array_equal(getattr(found, field), getattr(expected, field))
+
+
+def test_seams_that_match_as_far_as_they_mismatch_are_alike_however_shaken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their balance is zero but for rounding, and the sign of what rounding leaves would turn rows over."""
+    mesh = tube(8, 2)
+    growth, _ = _grown(mesh, ())
+    seam = np.flatnonzero((mesh.twin > np.arange(mesh.side_count)) & (growth.edge_label[mesh.side_edge] == 0))
+    top = np.zeros(mesh.side_count, dtype=bool)
+    top[[*seam, *mesh.twin[seam[: len(seam) // 2]]]] = True
+    monkeypatch.setattr(direction, "_is_top", lambda mesh, growth: top)
+    for seed in range(20):
+        shake = replace(mesh, vertices=shaken(mesh.vertices, seed))
+        assert direction._neighbours(shake, growth) == [(0, 1, 0)]

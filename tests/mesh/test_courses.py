@@ -12,6 +12,8 @@ from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.courses import chain_through, course_through, find_courses, left_neighbours, right_neighbours
 from tests.editing.fabrics import around, flat
 
+pytestmark = pytest.mark.decides
+
 FABRICS = {"flat": flat, "tube": around, "spiral": lambda: make_spiral(around())}
 
 

@@ -7,10 +7,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from stitchmesh import apply_pattern, generate_yarns, label, read_mesh, read_pattern, tessellate
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
+
+pytestmark = pytest.mark.decides
 
 MESHES = Path(__file__).parents[2] / "assets" / "meshes"
 

@@ -12,6 +12,8 @@ from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh, relax_mesh_with_report
 from tests.meshrelax.fabrics import cube, grid_fabric, rectangle_points, rotation, tube_chord_points
 
+pytestmark = pytest.mark.decides
+
 
 def distorted_swatch() -> tuple[StitchMesh, Mesh]:
     """12 x 15 stitches of rest size 1 x 0.8 on their flat rectangle, smoothly out of place."""

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from stitchmesh.mesh import Mesh
-from stitchmesh.meshrelax.attachment import attach
+from stitchmesh.meshrelax.attachment import attach, border_corners
 from stitchmesh.meshrelax.border_curve import BorderCurve
 from stitchmesh.meshrelax.closest_point import ClosestPoint
 from stitchmesh.meshrelax.limit_surface import limit_surface
 from tests.gallery import tube
-from tests.meshrelax.fabrics import cube, grid_fabric, rectangle_points, tube_chord_points
+from tests.meshrelax.fabrics import cube, grid_fabric, rectangle_points, rotation, tube_chord_points
+from tests.shaking import shaken
+
+pytestmark = pytest.mark.decides
 
 RANDOM = np.random.default_rng(11)
 
@@ -127,3 +130,30 @@ def test_the_corners_of_a_swatch_do_not_move() -> None:
     np.testing.assert_array_equal(projector[attachment.fixed], 0.0)
     np.testing.assert_allclose(np.trace(projector, axis1=1, axis2=2)[3], 1.0)  # a border vertex: one direction
     np.testing.assert_allclose(np.trace(projector, axis1=1, axis2=2)[24], 2.0)  # an inner vertex: a plane
+
+
+def test_closest_points_stay_where_they_are_however_shaken() -> None:
+    """Points on edges and in vertices, where a last bit decides which triangle is named, but not the point on it."""
+    fabric = grid_fabric(rectangle_points(4, 4, 2.0, 3.0))
+    surface = limit_surface(fabric, 0.3)
+    ends = surface.vertices[surface.triangles]
+    asked = np.concatenate([ends[:, 0], 0.5 * ends[:, 0] + 0.5 * ends[:, 1], 0.25 * ends[:, 1] + 0.75 * ends[:, 2]])
+    facing = np.tile(surface.evaluate(np.zeros(1, int), np.full((1, 3), 1 / 3))[1], (len(asked), 1))
+    size = np.abs(ends).max()
+    for seed in range(20):
+        closest = ClosestPoint(shaken(surface.vertices, seed), surface.triangles, 0.1, "cpu")
+        triangle, weights = closest.find(shaken(asked, seed + 50), facing)
+        found = np.einsum("nc,nci->ni", weights, ends[triangle])
+        # some units in the last place of coordinates less their mean
+        np.testing.assert_allclose(found, asked, atol=1e-14 * size)
+
+
+def test_a_right_angle_of_a_border_is_no_corner_however_shaken_and_turned() -> None:
+    fabric = grid_fabric(rectangle_points(4, 2, 2.0, 1.0))
+    loop = fabric.face_vertex[fabric.boundary_loops[0]]
+    inner = np.flatnonzero(np.bincount(fabric.face_vertex)[loop] == 2)[0]
+    before, here, after = (fabric.vertices[loop[(inner + k) % len(loop)]] for k in (-1, 0, 1))
+    bent = fabric.vertices.copy()
+    bent[loop[(inner + 1) % len(loop)]] = here + np.cross([0.0, 0.0, 1.0], here - before) * np.linalg.norm(after - here)
+    for seed in range(20):
+        assert not border_corners(fabric, shaken(bent @ rotation(seed), seed))[loop[inner]]

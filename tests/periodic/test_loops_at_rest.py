@@ -14,6 +14,8 @@ import stitchmesh as sm
 from stitchmesh.errors import YarnError
 from stitchmesh.yarn import YarnSet
 
+pytestmark = pytest.mark.decides
+
 KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib", "slip-stitch-rib", "half-cardigan",
          "jacquard2", "rope-cable"]  # fmt: skip
 """Plain and purl, slipped in front and behind, tucked, stranded, crossed."""

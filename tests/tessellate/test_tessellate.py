@@ -4,18 +4,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, StitchMesh
 from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, pentagon_row, shared, tube
+from tests.meshrelax.fabrics import rotation
+from tests.shaking import shaken
+
+pytestmark = pytest.mark.decides
 
 
 def euler(mesh: StitchMesh) -> int:
@@ -187,3 +193,25 @@ def test_stitches_are_not_divided_again():
     fabric = tessellate(label(grid(2, 2)), stitch_width=0.5)
     with pytest.raises(TessellationError, match="face 0: is a stitch already"):
         tessellate(fabric, stitch_width=0.1)
+
+
+@pytest.mark.parametrize("name", FLAT_AND_ROUND)
+@pytest.mark.parametrize("halves", [1.0, 2.5, 3.5])
+def test_shaken_meshes_have_the_same_stitches(name: str, halves: float) -> None:
+    """Wherever they lie in space, with edges of so many stitches and a half as well."""
+    labeled = label(FLAT_AND_ROUND[name]())
+    width = float(np.median(labeled.side_length)) / halves
+    expected = tessellate(labeled, stitch_width=width)
+    for seed in range(6):
+        turned = labeled.vertices @ rotation(seed) + 1.0 if seed > 3 else labeled.vertices
+        found = tessellate(replace(labeled, vertices=shaken(turned, seed)), stitch_width=width)
+        for field in ("face_vertex", "n_bottom", "n_top", "stitch", "row"):
+            np.testing.assert_array_equal(getattr(found, field), getattr(expected, field))
+
+
+def test_a_stitch_as_wide_as_the_whole_row_is_accepted_however_shaken() -> None:
+    labeled = label(grid(3, 3))
+    around = max(np.bincount(labeled.row[labeled.side_face], labeled.side_length * (labeled.side_role == BOTTOM)))
+    for seed in range(10):
+        shake = replace(labeled, vertices=shaken(labeled.vertices @ rotation(3), seed))
+        assert tessellate(shake, stitch_width=around).face_count > 0

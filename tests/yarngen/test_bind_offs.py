@@ -25,6 +25,8 @@ from stitchmesh.yarngen.templates.template import Crossing, Part
 from tests.gallery import grid, tube
 from tests.yarngen.templates.test_templates import crossings_between as crossings
 
+pytestmark = pytest.mark.decides
+
 QUALITIES = ("draft", "standard", "reference")
 CHAIN = YarnFinish(bind_off="chain")
 

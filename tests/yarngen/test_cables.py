@@ -27,6 +27,8 @@ from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial, relax_yarns
 from tests.gallery import tube
 from tests.yarngen.samplers import sampler
 
+pytestmark = pytest.mark.decides
+
 RADIUS = 0.125
 """Of the yarn, for stitches one wide."""
 K, P = Stitch.KNIT, Stitch.PURL

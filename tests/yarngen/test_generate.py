@@ -23,6 +23,8 @@ from stitchmesh.yarngen.row_ends import finish_row_ends
 from stitchmesh.yarngen.tracing import TIED, link_ends, trace
 from tests.gallery import FLAT_AND_ROUND, closed_cone, grid, torus, tube
 
+pytestmark = pytest.mark.decides
+
 QUALITIES = ("draft", "standard", "reference")
 
 

@@ -24,6 +24,8 @@ from stitchmesh.yarnrelax import Relaxation
 from stitchmesh.yarnrelax.descent import CHECK
 from tests.gallery import GARMENTS
 
+pytestmark = pytest.mark.decides
+
 QUALITY = quality_named("draft")
 HAT = next(path for path in GARMENTS if path.stem == "hat")
 

@@ -26,6 +26,8 @@ from stitchmesh.yarngen.generate import YarnCourse, yarn_course
 from stitchmesh.yarnrelax.linking import linking_certificate
 from tests.gallery import grid, tube
 
+pytestmark = pytest.mark.decides
+
 Rule = Callable[[int, int], int]
 """Yarn of a stitch by its row and its place in the row."""
 ROUND = tessellate(label(tube(8, 2, radius=2.0, height=1.2)), stitch_width=0.6)

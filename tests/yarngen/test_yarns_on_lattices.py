@@ -24,6 +24,8 @@ from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarngen.loop_check.supercell import covered
 from stitchmesh.yarngen.splines import control_points_through
 
+pytestmark = pytest.mark.decides
+
 WIDTH, HEIGHT, RADIUS = 0.5, 0.4, 0.0625
 KNITTED = [Stitch.KNIT, Stitch.PURL]
 CROSSED = (Loop(2), Loop(2), Loop(-2, 1), Loop(-2, 1))

@@ -21,6 +21,8 @@ from stitchmesh.yarnrelax.neighbours import neighbour_reach
 from stitchmesh.yarnrelax.precision import scalar_named
 from stitchmesh.yarnrelax.state import make_state
 
+pytestmark = pytest.mark.decides
+
 MARGIN = 0.4
 """In mean yarn radii."""
 

@@ -22,6 +22,8 @@ from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.shape import KeepShape
 from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
 
+pytestmark = pytest.mark.decides
+
 LEAF = YarnMaterial.named("leaf")
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")

@@ -17,6 +17,10 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import linking_certificate, picture
 from stitchmesh.yarnrelax.closing import _interleaved
 from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
+from tests.meshrelax.fabrics import rotation
+from tests.shaking import shaken
+
+pytestmark = pytest.mark.decides
 
 
 def ring(centre: tuple[float, float, float], axis: int, points: int = 24) -> np.ndarray:
@@ -54,6 +58,20 @@ def test_torus_links_wind_as_often_as_they_were_made_to(turns: int) -> None:
     mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
     assert linking_certificate(mirrored)[0, 1] == -certificate[0, 1]
     assert np.sign(certificate[0, 1]) == np.sign(turns) * np.sign(linking_certificate(torus_link(1))[0, 1])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_shaken_yarns_have_the_same_certificate(turned: bool) -> None:
+    """Rings in planes through each other's points, rings above one another as seen, and repeated points."""
+    towards = picture.DIRECTION / np.linalg.norm(picture.DIRECTION)
+    first = ring((0, 0, 0), 0)
+    rings = [first, ring((0, 0, 1), 1), first + 3 * towards, first[[0, *range(24)]] + 6 * towards]
+    yarns = closed(*(curve @ rotation(2) if turned else curve for curve in rings))
+    expected = linking_certificate(yarns, device="cpu").toarray()
+    assert np.abs(expected).tolist() == [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
+    for seed in range(200):
+        shake = replace(yarns, points=shaken(yarns.points, seed))
+        np.testing.assert_array_equal(linking_certificate(shake, device="cpu").toarray(), expected)
 
 
 def test_unlinked_rings_have_none() -> None:

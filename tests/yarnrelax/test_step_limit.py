@@ -20,6 +20,8 @@ from stitchmesh.yarnrelax.iteration import Iteration
 from stitchmesh.yarnrelax.neighbours import neighbour_reach
 from stitchmesh.yarnrelax.step_limit import SAFETY, clearances
 
+pytestmark = pytest.mark.decides
+
 DRAFT = PRESETS["draft"]
 
 

@@ -24,9 +24,11 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarngen.loop_check.crossings_along_path import Journey, Pass
 from stitchmesh.yarngen.loop_check.strands import Ends, Strands
 
-LONGEST_RING = 48.0
+ROUND = 1e-6
+"""Added to round numbers, so that lengths of regular yarns, which may be round, do not lie at a bound."""
+LONGEST_RING = 48.0 + ROUND
 """In yarn radii: one and a half loops of ordinary tightness."""
-ALWAYS_EMPTY = 4.0
+ALWAYS_EMPTY = 4.0 + ROUND
 """Length of a ring in yarn radii through which no yarn goes: a ring around one is pi times as long."""
 BESIDE = 2
 """Sampled points beside a ring that may touch its surface, being of the same yarn."""
@@ -34,6 +36,8 @@ MOMENTS_BETWEEN = (0.5, 0.25, 0.75)
 """When a ring is looked at, from the one pass to the other: empty once, it can be opened then."""
 NEVER, FREE = 1e6, 1e-6
 """Cost of a pass that nothing undoes, and of nothing, in yarn radii."""
+TIE = 1e-6
+"""Largest random number that is added to a cost, in yarn radii: of rings of one length always the same is taken."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,7 @@ def _matched(pairs: dict[tuple[int, int], float], right: list[float], left: list
     entries += [(row, m + row, cost) for row, cost in enumerate(right)]
     entries += [(p + column, column, cost) for column, cost in enumerate(left)]
     rows, columns, costs = np.array(entries).T
+    costs += np.random.default_rng(0).uniform(0.0, TIE, len(costs))
     graph = coo_array((costs, (rows.astype(np.int32), columns.astype(np.int32))), shape=(p + m, m + p)).tocsr()
     row, column = min_weight_full_bipartite_matching(graph)
     alone_right = [int(k) for k, n in zip(row, column, strict=True) if k < p and n >= m and right[k] >= NEVER]
@@ -115,7 +120,7 @@ class _Rings:
 
     def __init__(self, journey: Journey) -> None:
         self.journey, self.strands = journey, journey.strands
-        self.radius = float(journey.states[-1].radius.mean())
+        self.radius = journey.radius
         self.edge_at = np.full(self.strands.start[-1], -1)
         self.edge_at[self.strands.edges] = np.arange(len(self.strands.edges))
 
@@ -225,17 +230,22 @@ class _Rings:
 
 
 def _meets_fan(apex: FloatArray, corners: FloatArray, first: FloatArray, second: FloatArray) -> bool:
-    """Whether any edge goes through a triangle of an apex and two corners that follow one another."""
-    a, b = corners[:, None], np.roll(corners, -1, axis=0)[:, None]
-    normal = np.cross(a - apex, b - apex)
-    begin, end = ((side[None] - apex) @ np.swapaxes(normal, 1, 2) for side in (first, second))
-    begin, end = begin[..., 0], end[..., 0]
-    pierces = (begin > 0.0) != (end > 0.0)
-    triangle, edge = np.nonzero(pierces)
-    part = begin[triangle, edge] / (begin - end)[triangle, edge]
-    place = first[edge] + part[:, None] * (second - first)[edge]
-    inside = np.ones(len(place), dtype=bool)
-    sides = (apex, corners[triangle]), (corners[triangle], b[triangle, 0]), (b[triangle, 0], apex)
-    for start, stop in sides:
-        inside &= (np.cross(stop - start, place - start) * normal[triangle, 0]).sum(axis=1) >= 0.0
-    return bool(inside.any())
+    """Whether any edge goes through a triangle of an apex and two corners that follow one another.
+
+    On which side of a spoke an edge passes is computed once for the two triangles that meet there, and on which side of
+    a triangle a point lies by the same operations for both edges that meet there: rounding opens no gap between them.
+    """
+    spokes, begin, end = corners - apex, first - apex, second - apex
+    normal = np.cross(spokes, np.roll(spokes, -1, axis=0))
+    low, high = (_products(normal, side) for side in (begin, end))
+    spoke_side = _products(spokes, np.cross(begin, end))
+    next_side = np.roll(spoke_side, -1, axis=0)
+    rim_side = high - low + next_side - spoke_side
+    inside = ((spoke_side > 0.0) != (next_side > 0.0)) & ((spoke_side > 0.0) == (rim_side > 0.0))
+    return bool((inside & ((low > 0.0) != (high > 0.0))).any())
+
+
+def _products(one: FloatArray, two: FloatArray) -> FloatArray:
+    """Scalar products of all pairs, each by the same operations wherever it stands, (n, 3) and (m, 3) to (n, m)."""
+    products: FloatArray = sum(np.multiply.outer(a, b) for a, b in zip(one.T, two.T, strict=True))
+    return products

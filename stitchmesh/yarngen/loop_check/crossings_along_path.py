@@ -2,18 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where yarn passes through yarn on its way from one state to another.
 
-Between two moments the ends of edges move on straight lines. Two edges from p to p + u and from q to q + v can only
-meet while they lie in one plane,
-
-    f(t) = (u x v) . (q - p) = 0,
-
-a cubic in t; they do if each then crosses the other's line between its ends. The sign of a pass is that of f after it:
-1 where a right-handed crossing becomes a left-handed one.
+Between two moments the ends of edges move on straight lines. Of each two edges the crossings are counted exactly
+(``moving_edges``), for points that count as moved into general position (``general_position``), the same at every
+moment. So closed curves pass through one another as often as their linking number changes, whatever the rounding. The
+sign of a pass is 1 where a right-handed crossing becomes a left-handed one.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,14 +20,14 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.loop_check.deformation_path import Way
-from stitchmesh.yarngen.loop_check.strands import Ends, Strands
+from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, FEWEST_UNITS, WholeUnits, displacements
+from stitchmesh.yarngen.loop_check.moving_edges import EdgePairs, NotInGeneralPosition, edge_crossings
+from stitchmesh.yarngen.loop_check.strands import Ends, Strands, sampled_points
 
 MOMENTS = 24
 """Equal parts of a way; on each of them edges move on straight lines."""
-BERNSTEIN = np.array([[6, 0, 0, 0], [-5, 18, -9, 2], [2, -9, 18, -5], [0, 0, 0, 6]]) / 6.0
-"""From the values of a cubic at 0, 1/3, 2/3 and 1 to its Bernstein coefficients, between which it stays."""
-POWERS = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 3, 0, 0], [1, 0, 0, 0]])
-"""From Bernstein coefficients to those of t^3, t^2, t and 1."""
+ATTEMPTS = 8
+"""Random displacements that are tried; by far most often the first one brings edges into general position."""
 
 
 @dataclass(frozen=True)
@@ -54,24 +52,47 @@ class Journey:
 
     strands: Strands
     """How their polylines run on."""
-    states: list[YarnSet]
-    """The yarns at each moment, the first and the last one included."""
+    radius: float
+    """Mean radius of the yarns [cm]."""
     ends: list[Ends]
-    """Ends of their edges at each moment."""
+    """Ends of their edges at each moment, the first and the last one included, in general position."""
+    lattices: list[Lattice | None]
+    """Their lattice at each moment."""
     passes: list[Pass]
     """In the order of time."""
 
     @classmethod
     def along(cls, way: Way) -> Journey:
-        """Go that way."""
+        """Go that way.
+
+        Raises:
+            NotInGeneralPosition: no displacement brought the edges into general position.
+        """
         strands = Strands(way.begin)
         states = [way.at(moment / MOMENTS) for moment in range(MOMENTS + 1)]
-        ends = [Ends.of(strands, state) for state in states]
+        for seed in range(ATTEMPTS - 1):
+            try:
+                return cls._displaced(strands, states, seed)
+            except NotInGeneralPosition:
+                continue
+        return cls._displaced(strands, states, ATTEMPTS - 1)
+
+    @classmethod
+    def _displaced(cls, strands: Strands, states: list[YarnSet], seed: int) -> Journey:
+        """With points moved by random displacements."""
+        points = [sampled_points(state) for state in states]
+        radius = float(states[-1].radius.mean())
+        units = _units(points, states)
+        moved = displacements(len(points[0]), max(DISPLACEMENT * radius, FEWEST_UNITS * units.unit), seed)
+        lattices = [units.rounded_lattice(state.lattice) for state in states]
+        places = [units.rounded(place + moved) for place in points]
+        ends = [Ends.at(strands, place, lattice) for place, lattice in zip(places, lattices, strict=True)]
         passes: list[Pass] = []
         for moment in range(MOMENTS):
-            between = _Between(strands, states[moment], states[moment + 1], ends[moment], ends[moment + 1])
+            (before, after), (begin, end) = lattices[moment : moment + 2], ends[moment : moment + 2]
+            between = _Between(strands, units.unit, before, after, begin, end)
             passes += between.passes(moment / MOMENTS, 1.0 / MOMENTS)
-        return cls(strands, states, ends, passes)
+        return cls(strands, radius, ends, lattices, passes)
 
     def at(self, time: float) -> tuple[Ends, Lattice | None]:
         """Ends of edges and lattice at a time from 0 to 1."""
@@ -79,8 +100,14 @@ class Journey:
         part = time * MOMENTS - moment
         before, after = self.ends[moment : moment + 2]
         ends = Ends((1 - part) * before.first + part * after.first, (1 - part) * before.second + part * after.second)
-        one, two = (state.lattice for state in self.states[moment : moment + 2])
+        one, two = self.lattices[moment : moment + 2]
         return ends, None if one is None or two is None else Lattice((1 - part) * one.periods + part * two.periods)
+
+
+def _units(points: list[FloatArray], states: list[YarnSet]) -> WholeUnits:
+    """Units of all coordinates."""
+    periods = [np.abs(state.lattice.periods).sum() for state in states if state.lattice is not None]
+    return WholeUnits.fitting(float(max(np.abs(place).max() for place in points) + max(periods, default=0.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,27 +115,30 @@ class _Between:
     """Edges on straight lines between two moments."""
 
     strands: Strands
-    before: YarnSet
-    after: YarnSet
+    unit: float
+    """Of all coordinates [cm]."""
+    before: Lattice | None
+    after: Lattice | None
     begin: Ends
     end: Ends
 
     def passes(self, begun: float, duration: float) -> list[Pass]:
         """Passes in the order of their time; the interval begins at one and lasts for another."""
-        pairs = self._in_one_plane(self._apart(self._meeting_boxes()))
-        found = []
-        for pair, cubic in zip(pairs, (BERNSTEIN @ self._heights(pairs)).T, strict=True):
-            powers = POWERS @ cubic
-            for root in np.roots(powers):
-                time = float(root.real)
-                if root.imag == 0.0 and 0.0 <= time < 1.0 and self._met(pair, time):
-                    sign = int(np.sign(np.polyval(np.polyder(powers), time)))
-                    first, second = self.strands.edges[pair[:2]].tolist()
-                    found.append(Pass(first, second, (int(pair[2]), int(pair[3])), begun + duration * time, sign))
-        return sorted(found, key=lambda each: each.time)
+        pairs = self._apart(self._meeting_boxes())
+        found = edge_crossings(self._moving(pairs), self.unit)
+        starts = self.strands.edges[pairs[found.pair, :2]].tolist()
+        images, times, signs = pairs[found.pair, 2:].tolist(), found.time.tolist(), found.sign.tolist()
+        passes = [
+            Pass(first, second, (image[0], image[1]), begun + duration * time, sign)
+            for (first, second), image, time, sign in zip(starts, images, times, signs, strict=True)
+        ]
+        return sorted(passes, key=lambda each: (each.time, each.first, each.second, each.image))
 
     def _meeting_boxes(self) -> IntArray:
-        """Pairs of edges whose ways' boxes meet and the image of the second one, shape (n, 4)."""
+        """Pairs of edges that sweep boxes which meet, and the image of the second one, shape (n, 4).
+
+        The motion that all edges have in common is left out.
+        """
         images = self._images()
         count = len(self.begin.first)
         low, high = (np.concatenate([bound(image) for image in images]) for bound in (self._lower, self._upper))
@@ -116,26 +146,30 @@ class _Between:
         low, high = low[near], high[near]
         reach = float((high - low).max())
         i, j = cKDTree((low + high) / 2).query_pairs(reach, p=np.inf, output_type="ndarray").T
-        met = (i < count) & ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1)
-        i, j = i[met], near[j[met]]
-        return np.column_stack([i, j % count, images[j // count]])
+        i, j = i[i < count], j[i < count]
+        for lower, upper in zip(np.ascontiguousarray(low.T), np.ascontiguousarray(high.T), strict=True):
+            met = (lower[i] <= upper[j]) & (lower[j] <= upper[i])
+            i, j = i[met], j[met]
+        return np.column_stack([i, near[j] % count, images[near[j] // count]])
 
     def _images(self) -> IntArray:
-        """Of every two opposite images in which edges come near one another one, (0, 0) first, shape (m, 2)."""
-        if self.before.lattice is None or self.after.lattice is None:
+        """Of every two opposite images in which edges may come near one another one, (0, 0) first, shape (m, 2)."""
+        if self.before is None or self.after is None:
             return np.zeros((1, 2), dtype=np.int64)
+        moved = np.concatenate([self.end.first - self.begin.first, self.end.second - self.begin.second])
+        reach = 2.0 * float(np.linalg.norm(moved - moved.mean(axis=0), axis=1).max())
         found = [
             image
-            for lattice, ends in ((self.before.lattice, self.begin), (self.after.lattice, self.end))
-            for image in lattice.near_images(np.concatenate([ends.first, ends.second]), 0.0).tolist()
+            for lattice, ends in ((self.before, self.begin), (self.after, self.end))
+            for image in lattice.near_images(np.concatenate([ends.first, ends.second]), reach).tolist()
         ]
         return np.array(sorted({(a, b) for a, b in found if (a, b) >= (0, 0)}), dtype=np.int64)
 
     def _shifts(self, image: IntArray) -> list[FloatArray]:
         """Lattice shifts at both moments [cm], shape (..., 3)."""
         return [
-            np.zeros((*np.shape(image)[:-1], 3)) if yarns.lattice is None else yarns.lattice.shift(image)
-            for yarns in (self.before, self.after)
+            np.zeros((*np.shape(image)[:-1], 3)) if lattice is None else lattice.shift(image)
+            for lattice in (self.before, self.after)
         ]
 
     def _lower(self, image: IntArray) -> FloatArray:
@@ -146,40 +180,29 @@ class _Between:
 
     def _corners(self, image: IntArray) -> list[FloatArray]:
         before, after = self._shifts(image)
+        after = after - self._drift
         return [self.begin.first + before, self.begin.second + before, self.end.first + after, self.end.second + after]
 
+    @cached_property
+    def _drift(self) -> FloatArray:
+        """Mean motion, which edges have in common and which makes no crossing [cm], in whole units, shape (3,)."""
+        return WholeUnits(self.unit).rounded((self.end.first - self.begin.first).mean(axis=0))
+
     def _apart(self, pairs: IntArray) -> IntArray:
-        """Pairs without a common end."""
+        """Pairs without a common end, and not of an edge and its own image, which is parallel to it at all times."""
         (i, j), image = self.strands.edges[pairs[:, :2].T], pairs[:, 2:]
         after, step = self.strands.following, self.strands.following_image
-        shares = (after[i] == j) & (step[i] == image).all(axis=1)
+        shares = i == j
+        shares |= (after[i] == j) & (step[i] == image).all(axis=1)
         shares |= (after[j] == i) & (step[j] == -image).all(axis=1)
         return pairs[~shares]
 
-    def _in_one_plane(self, pairs: IntArray) -> IntArray:
-        """Pairs that may lie in one plane at some time."""
-        cubics = BERNSTEIN @ self._heights(pairs)
-        return pairs[(cubics.min(axis=0) <= 0.0) & (cubics.max(axis=0) >= 0.0)]
-
-    def _heights(self, pairs: IntArray) -> FloatArray:
-        """The cubic of the module's docstring at four equal times, shape (4, n)."""
-        return np.stack([self._height(*self._at(pairs, time)) for time in (0.0, 1 / 3, 2 / 3, 1.0)])
-
-    @staticmethod
-    def _height(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
-        height: FloatArray = np.einsum("nk,nk->n", np.cross(u, v), q - p)
-        return height
-
-    def _at(self, pairs: IntArray, time: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """p, u, q and v at a time, shape (n, 3) each."""
+    def _moving(self, pairs: IntArray) -> EdgePairs:
+        """Pairs of edges as they move."""
         i, j = pairs[:, :2].T
-        first, second = ((1 - time) * a + time * b for a, b in ((self.begin.first, self.end.first),
-                                                                 (self.begin.second, self.end.second)))  # fmt: skip
-        before, after = self._shifts(pairs[:, 2:])
-        return first[i], second[i] - first[i], first[j] + (1 - time) * before + time * after, second[j] - first[j]
-
-    def _met(self, pair: IntArray, time: float) -> bool:
-        """Whether two edges in one plane cross."""
-        p, u, q, v = (value[0] for value in self._at(pair[None], time))
-        (s, t), *_ = np.linalg.lstsq(np.stack([u, -v], axis=1), q - p, rcond=None)
-        return bool(0.0 <= s < 1.0 and 0.0 <= t < 1.0)
+        moments = list(zip((self.begin, self.end), self._shifts(pairs[:, 2:]), strict=True))
+        return EdgePairs(
+            u=np.stack([ends.second[i] - ends.first[i] for ends, _ in moments]),
+            v=np.stack([ends.second[j] - ends.first[j] for ends, _ in moments]),
+            w=np.stack([ends.first[j] + shift - ends.first[i] for ends, shift in moments]),
+        )

@@ -29,11 +29,19 @@ from scipy.spatial.transform import Rotation
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, displacements
 
 JOINED = 8
 """Nearest control points that each one is joined to, beside those along its yarn."""
 HELD = 1e-3
 """Stiffness that holds one point of each part in place, over that of an edge."""
+PREFERRED = 1e-9 * np.array([[1.0, 0.01, -0.02], [-0.01, 1.1, 0.03], [0.02, -0.03, 1.2]])
+"""Added to the covariance of a neighbourhood, over its norm, where points on a line leave the rotation open.
+
+Nearly no rotation is preferred then; not being symmetric, it also decides in which sense a half turn goes.
+"""
+AGREEING = 1e-6
+"""Angle [rad] up to twice which neighbours agree equally well; which comes first is random, the same every time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +96,9 @@ class Way:
     @cached_property
     def _near(self) -> IntArray:
         """Nearest control points, itself first, and their images, shape (N, n, 3)."""
-        points, lattice = self.begin.points, self.begin.lattice
+        lattice = self.begin.lattice
+        largest = DISPLACEMENT * float(self.begin.radius.mean())
+        points = self.begin.points + displacements(len(self.begin.points), largest)  # of equal distances one is less
         images = np.zeros((1, 2), dtype=np.int64)
         if lattice is not None:
             reach = 2.0 * np.sqrt(self.neighbourhood * lattice.area / len(points))
@@ -181,7 +191,9 @@ class Way:
             near = yarns.points[self._near[:, :, 0]]
             near = near if yarns.lattice is None else near + yarns.lattice.shift(self._near[:, :, 1:])
             places.append(near - near.mean(axis=1, keepdims=True))
-        left, _, right = np.linalg.svd(np.einsum("nki,nkj->nij", places[1], places[0]))
+        covariance = np.einsum("nki,nkj->nij", places[1], places[0])
+        covariance += np.linalg.norm(covariance, axis=(1, 2))[:, None, None] * PREFERRED
+        left, _, right = np.linalg.svd(covariance)
         left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
         rotations: FloatArray = left @ right
         return rotations
@@ -192,7 +204,8 @@ def _continued(rotations: FloatArray, joined: IntArray) -> FloatArray:
     first, second = joined[joined[:, 0] != joined[:, 1]].T
     between = Rotation.from_matrix(np.einsum("nji,njk->nik", rotations[first], rotations[second])).magnitude()
     size = len(rotations)
-    differences = coo_array((between + 1e-6, (first, second)), shape=(size, size)).tocsr()
+    between += np.random.default_rng(0).uniform(AGREEING, 2.0 * AGREEING, len(between))
+    differences = coo_array((between, (first, second)), shape=(size, size)).tocsr()
     tree = minimum_spanning_tree(differences)
     tree = tree + tree.T
     vectors = Rotation.from_matrix(rotations).as_rotvec()

@@ -3,9 +3,11 @@
 """Linking numbers of many pairs of closed polygons.
 
 Seen along a direction, the linking number of two closed curves is half the sum of the signs of their crossings. Each
-pair is seen along the normal of its first polygon, turned a little so that no corners hide one another. Whether two
-edges cross follows from on which side of each edge the other's corners lie; as the side of a corner is computed once
-for both edges that meet there, no crossing is lost or counted twice.
+pair is seen along the normal of its first polygon, turned a little so that few corners hide one another. There each
+corner is rounded to whole units, so few that double precision holds products of two coordinates exactly. Whether two
+edges cross follows from on which side of each edge the other's corners lie. Where a corner lies on an edge, or edges
+touch, the second polygon counts as moved by (e, e^2, e^3), with e smaller than anything (Edelsbrunner and Muecke 1990).
+So every answer is that of two polygons in general position, which cross an even number of times.
 """
 
 from __future__ import annotations
@@ -18,6 +20,10 @@ from stitchmesh.mesh import FloatArray, IntArray
 
 CHUNK = 200_000
 """Pairs of edges taken at once; their arrays stay in the processor's cache."""
+UNITS = 2**24
+"""Largest coordinate of a pair of polygons [units]: products of two differences then stay below 2^51."""
+ROUNDING = 1e-15
+"""Bound of the rounding error of a sum of three products, over the sum of their sizes."""
 TURN = np.array([0.0137, 0.0071])
 """Turn of the direction of view, in radians about the two axes of the first polygon's plane."""
 
@@ -50,9 +56,9 @@ class Polygons:
 
 
 def linking_numbers(first: Polygons, second: Polygons, pairs: IntArray) -> FloatArray:
-    """Half the sum of the signs of crossings of each pair of polygons, shape (n,).
+    """Half the sum of the signs of crossings of each pair of polygons, whole numbers, shape (n,).
 
-    A whole number unless two polygons touch to within rounding.
+    They are those of polygons whose corners were moved by up to a ten-millionth of the size of the pair.
 
     Args:
         first: closed polygons.
@@ -76,40 +82,44 @@ def _half_sums(a: FloatArray, b: FloatArray) -> FloatArray:
     """Half the sum of crossing signs of polygons a, shape (n, i, 3), and b, (n, j, 3), pair by pair, shape (n,)."""
     frame = _frames(a)
     centre = a.mean(axis=1, keepdims=True)
-    a, b = ((polygon - centre) @ frame for polygon in (a, b))
-    next_a, next_b = np.roll(a, -1, axis=1), np.roll(b, -1, axis=1)
-    u, v = next_a - a, next_b - b
-    from_a, from_b = _sides(a, u, b), _sides(b, v, a)
+    a, b = _in_units((a - centre) @ frame, (b - centre) @ frame)
+    u, v = np.roll(a, -1, axis=1) - a, np.roll(b, -1, axis=1) - b
+    from_a, from_b = _sides(a, u, b, 1.0), _sides(b, v, a, -1.0)
     crosses = (from_a != np.roll(from_a, -1, axis=2)) & np.swapaxes(from_b != np.roll(from_b, -1, axis=2), 1, 2)
     pair, i, j = np.nonzero(crosses)
-    met = _boxes_meet(a[pair, i], next_a[pair, i], b[pair, j], next_b[pair, j])
-    pair, i, j = pair[met], i[met], j[met]
-    p, q, du, dv = a[pair, i], b[pair, j], u[pair, i], v[pair, j]
-    across = du[:, 0] * dv[:, 1] - du[:, 1] * dv[:, 0]
-    gap = q - p
-    s = (gap[:, 0] * dv[:, 1] - gap[:, 1] * dv[:, 0]) / across
-    t = (gap[:, 0] * du[:, 1] - gap[:, 1] * du[:, 0]) / across
-    above = p[:, 2] + s * du[:, 2] - q[:, 2] - t * dv[:, 2]
-    signs = np.sign(across) * np.sign(above)
+    signs = -_volume_signs(u[pair, i], v[pair, j], b[pair, j] - a[pair, i])
     return np.bincount(pair, weights=signs, minlength=len(a)) / 2.0
 
 
-def _boxes_meet(p: FloatArray, p_end: FloatArray, q: FloatArray, q_end: FloatArray) -> np.ndarray:
-    """Whether the boxes of edges from p and of edges from q meet, seen from above, shape (n,).
+def _in_units(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of pairs of polygons in whole units."""
+    largest = np.maximum(np.abs(a).max(axis=(1, 2)), np.abs(b).max(axis=(1, 2)))
+    scale = UNITS / np.maximum(largest, 1e-300)[:, None, None]
+    return np.rint(a * scale), np.rint(b * scale)
 
-    Edges that cross have boxes that meet. Of edges on one line, apart from one another, rounding decides on which side
-    the corners lie; it is their boxes that tell.
+
+def _sides(a: FloatArray, u: FloatArray, b: FloatArray, later: float) -> np.ndarray:
+    """Whether each corner of b lies to the left of each edge u from a, seen from above, shape (n, i, j).
+
+    ``later`` is 1 where b is the polygon that counts as moved, -1 where a is.
     """
-    low = np.maximum(np.minimum(p, p_end), np.minimum(q, q_end))
-    high = np.minimum(np.maximum(p, p_end), np.maximum(q, q_end))
-    return np.logical_and.reduce(low[:, :2] <= high[:, :2], axis=1)
-
-
-def _sides(a: FloatArray, u: FloatArray, b: FloatArray) -> np.ndarray:
-    """Whether each corner of b lies to the left of each edge u from a, seen from above, shape (n, i, j)."""
     x = u[:, :, None, 0] * (b[:, None, :, 1] - a[:, :, None, 1])
     y = u[:, :, None, 1] * (b[:, None, :, 0] - a[:, :, None, 0])
-    return x > y
+    on_line_left = np.where(u[..., 1] != 0.0, u[..., 1] * later < 0.0, u[..., 0] * later > 0.0)[:, :, None]
+    return (x > y) | ((x == y) & on_line_left)
+
+
+def _volume_signs(u: FloatArray, v: FloatArray, gap: FloatArray) -> FloatArray:
+    """Signs of (u x v) . gap for whole numbers, where it is zero as if the gap were moved by (e, e^2, e^3), (n,)."""
+    normal = np.cross(u, v)  # exact
+    volume = (normal * gap).sum(axis=1)
+    unsure = np.flatnonzero(np.abs(volume) <= ROUNDING * (np.abs(normal) * np.abs(gap)).sum(axis=1))
+    whole = [values[unsure].astype(np.int64).astype(object) for values in (normal, gap)]
+    signs = np.sign(volume)
+    signs[unsure] = np.sign((whole[0] * whole[1]).sum(axis=1).astype(np.float64))
+    for axis in range(3):
+        signs = np.where(signs == 0.0, np.sign(normal[:, axis]), signs)
+    return signs
 
 
 def _frames(a: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet, basis
 
@@ -115,8 +116,13 @@ class Ends:
     @classmethod
     def of(cls, strands: Strands, yarns: YarnSet) -> Ends:
         """Those of the edges, where the yarns are at that moment."""
-        points, edges = sampled_points(yarns), strands.edges
+        return cls.at(strands, sampled_points(yarns), yarns.lattice)
+
+    @classmethod
+    def at(cls, strands: Strands, points: FloatArray, lattice: Lattice | None) -> Ends:
+        """Those of the edges, where the sampled points are, shape (n, 3), and the lattice is at that moment."""
+        edges = strands.edges
         second = points[strands.following[edges]]
-        if yarns.lattice is not None:
-            second = second + yarns.lattice.shift(strands.following_image[edges])
+        if lattice is not None:
+            second = second + lattice.shift(strands.following_image[edges])
         return cls(points[edges], second)

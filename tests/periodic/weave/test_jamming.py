@@ -18,6 +18,8 @@ from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 
+pytestmark = pytest.mark.decides
+
 RADIUS = 0.125
 PLAIN = ((0, 1), (1, 0))
 

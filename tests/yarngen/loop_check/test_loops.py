@@ -26,7 +26,10 @@ from stitchmesh.yarngen.templates.template import Part, Template
 from stitchmesh.yarnrelax import relax_yarns
 from tests.gallery import FLAT_AND_ROUND
 from tests.meshrelax.fabrics import rotation
+from tests.shaking import SHAKES, shaken_many
 from tests.yarngen.samplers import bottoms, sampler, tops
+
+pytestmark = pytest.mark.decides
 
 KNIT = Stitch.KNIT
 
@@ -93,6 +96,32 @@ def test_polygons_with_edges_on_one_line_do_not_cross() -> None:
         turn, shift = rotation(seed), random.normal(size=3)
         beyond = arch * [1, -1, 1] + [random.uniform(1.1, 3.0), 0.0, 0.0]
         assert linking(arch @ turn.T + shift, beyond @ turn.T + shift) == 0.0
+
+
+RING = np.array([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0], [-1, 2, 0.0]])
+"""Flat, with a corner in the middle of a side and a repeated one."""
+STANDING = np.array([[0, 1, 0], [0, 1, 1], [0, -1, 1], [0, -1, 0], [0, -1, -1], [0, 1, -1.0]])
+DEGENERATE = {
+    "linked, corners in one plane": (STANDING, 1),
+    "corners above corners": (RING + np.array([0, 0, 1]), 0),
+    "sides on the lines of others": (RING + np.array([4, 0, 0]), 0),
+    "all in one plane, one within the other": (0.5 * RING + [0, 0.5, 0], 0),
+    "one point": (RING[[0, 0, 0]] + [0.5, 1, 1], 0),
+    "touching": (RING + np.array([2, 0, 0]), None),
+    "a polygon and itself": (RING, None),
+}
+
+
+@pytest.mark.parametrize("name", DEGENERATE)
+def test_degenerate_polygons_link_as_they_do_however_shaken(name: str) -> None:
+    """10,000 times; of those that touch, a last bit decides, but what it decides is a whole number."""
+    other, expected = DEGENERATE[name]
+    rings, others = shaken_many(RING), shaken_many(other)[::-1]
+    one, two = (Polygons(points.reshape(-1, 3), np.arange(SHAKES + 1) * points.shape[1], np.arange(points[..., 0].size))
+                for points in (rings, others))  # fmt: skip
+    found = linking_numbers(one, two, np.stack([np.arange(SHAKES)] * 2, axis=1))
+    assert (found == np.round(found)).all()
+    assert expected is None or (np.abs(found) == expected).all()
 
 
 def test_linking_does_not_depend_on_where_polygons_lie() -> None:
@@ -208,6 +237,14 @@ def test_linking_moves_with_the_yarns() -> None:
     turn = rotation(6)
     turn *= np.linalg.det(turn)
     check_loops(fabric, replace(yarns, points=yarns.points @ turn + [5.0, -2.0, 1.0]))
+
+
+def test_flat_fabric_may_lie_anywhere_in_its_plane() -> None:
+    """On its way its yarns, all alike, lie over one another's edges and in one plane with them all the time."""
+    fabric = sampler([[KNIT] * 20] * 20)
+    yarns = generate_yarns(fabric, quality="draft")
+    quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    check_loops(fabric, replace(yarns, points=yarns.points @ quarter + 5.0))
 
 
 def test_a_mirror_image_is_linked_the_other_way() -> None:

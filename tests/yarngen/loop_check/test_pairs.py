@@ -27,6 +27,8 @@ from stitchmesh.yarnrelax.pins import Pins
 from stitchmesh.yarnrelax.pull import Pull
 from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
 
+pytestmark = pytest.mark.decides
+
 KNIT = Stitch.KNIT
 DRAWN = [KNIT, *(CODES[code] for code in drawings())]
 ALL = list(VOCABULARY)

@@ -12,13 +12,17 @@ import pytest
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check.cancelling_crossings import lasting_passes
+from stitchmesh.yarngen.loop_check import crossings_along_path
+from stitchmesh.yarngen.loop_check.cancelling_crossings import _meets_fan, lasting_passes
 from stitchmesh.yarngen.loop_check.crossings_along_path import Journey
 from stitchmesh.yarngen.loop_check.deformation_path import Way
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.pulled_through import pulled_through
 from stitchmesh.yarngen.loop_check.strands import Ends, Strands, sampled_points
 from tests.meshrelax.fabrics import rotation
+from tests.shaking import shaken, shaken_many
+
+pytestmark = pytest.mark.decides
 
 RADIUS = 0.1
 
@@ -177,3 +181,74 @@ def test_edges_run_on_over_the_end_of_closed_yarns() -> None:
     ends = Ends.of(Strands(yarns), yarns)
     np.testing.assert_allclose(ends.second - ends.first, [[1 / 16, 0.0, 0.0]] * 16, atol=1e-12)
     assert Strands(yarns).distance(0, 3, 19) == pytest.approx(1.0, abs=1e-12)
+
+
+def around(yarns: YarnSet, seed: int) -> YarnSet:
+    return replace(yarns, points=shaken(yarns.points, seed))
+
+
+@pytest.mark.parametrize("name", ["ring", "bight"])
+def test_shaken_yarns_pass_where_they_passed(name: str) -> None:
+    """Symmetric yarns, whose edges lie in one plane and have vertices on one another, shaken by their last bits."""
+    if name == "ring":
+        yarn = line((-6.0, 0.0, 0.0), (6.0, 0.0, 0.0), 120)
+        loops = [ring((x, y, 0.0)) for x, y in ((-2.0, 0.0), (2.0, 1.1))]
+        begin, end = (yarns_of(yarn, np.concatenate([loop, loop[:3]])) for loop in loops)
+    else:
+        axis, through = line((-3.0, 0.0, 0.0), (3.0, 0.0, 0.0), 121), line((0.013, 0.2, -2.0), (0.013, 0.2, 2.0), 61)
+        begin, end = (yarns_of(axis, bight(1.2) * [1.0, 1.0, side], through) for side in (1.0, -1.0))
+    expected = journey(begin, end)
+    lasting = [(found.first, found.second, found.sign) for found in lasting_passes(expected)]
+    assert lasting
+    for seed in range(10):
+        found = journey(around(begin, seed), around(end, seed + 1))
+        assert [each.sign for each in found.passes] == [each.sign for each in expected.passes]
+        assert [(each.first, each.second, each.sign) for each in lasting_passes(found)] == lasting
+
+
+def test_another_displacement_is_tried_where_edges_touch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without any, a vertex passes through a vertex."""
+    original, seeds = crossings_along_path.displacements, []
+
+    def at_first_none(count: int, largest: float, seed: int) -> FloatArray:
+        seeds.append(seed)
+        return original(count, largest, seed) * (seed > 0)
+
+    monkeypatch.setattr(crossings_along_path, "displacements", at_first_none)
+    axis, across = line((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), 9), line((0.0, -1.0, 0.25), (0.0, 1.0, 0.25), 9)
+    found = journey(yarns_of(axis, across), yarns_of(axis, across - [0.0, 0.0, 0.5]))
+    assert seeds == [0, 1]
+    assert len(found.passes) == 1
+
+
+def test_a_half_turn_goes_the_same_way_however_it_is_shaken() -> None:
+    """Fabric that is turned over, whose points have neighbours at equal distances, and a straight yarn."""
+    rows = [line((0.0, y, 0.0), (3.0, y, 0.0), 31) for y in np.arange(8) / 10.0]
+    begin = yarns_of(*rows, line((0.0, 3.0, 0.0), (3.0, 3.0, 0.0), 31))
+    end = replace(begin, points=begin.points * [1.0, -1.0, -1.0])
+    half = [Way(around(begin, seed), around(end, seed + 7), 5, 16).at(0.5).points for seed in range(10)]
+    # angles of rotations near half a turn follow a last bit by its square root at most
+    np.testing.assert_allclose(half, [half[0]] * 10, atol=1e-6)
+
+
+UPWARDS = np.array([0.0, 0.0, 1.0])
+
+
+def test_no_edge_slips_between_the_triangles_of_a_fan() -> None:
+    """Edges through spokes and through the apex, exactly, shaken ten thousand times, and edges just outside."""
+    angle = 2 * np.pi * np.arange(8) / 8
+    corners = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    for apex in (np.zeros(3), corners[2]):
+        on_spoke = 0.5 * corners[0] + 0.5 * apex
+        for place, inside in ((on_spoke, True), (corners[6] * 0.5, True), (corners[0] * 1.1, False)):
+            first, second = shaken_many(line(place - UPWARDS, place + UPWARDS, 2)).transpose(1, 0, 2)
+            met = [_meets_fan(apex, corners, first[k : k + 1], second[k : k + 1]) for k in range(0, len(first), 10)]
+            assert all(met) if inside else not any(met)
+
+
+def test_yarn_whose_vertices_lie_on_a_fan_goes_through_it() -> None:
+    """Of its two edges that meet there one goes through, whatever a last bit says."""
+    corners = ring((0.0, 0.0, 0.0), 1.0, 7)
+    yarn = line((-1.0, 0.1, 0.2), (1.0, 0.1, 0.2), 3)
+    for shake in shaken_many(yarn, 1000):
+        assert _meets_fan(corners.mean(axis=0), corners, shake[:-1], shake[1:])

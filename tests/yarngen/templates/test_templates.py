@@ -35,6 +35,8 @@ from stitchmesh.yarngen.templates.template import (
 from stitchmesh.yarngen.templates.twists import twisted
 from tests.gallery import ROOT
 
+pytestmark = pytest.mark.decides
+
 EDGES = [(Stitch.CAST_ON, 1, 1), (Stitch.CAST_ON, 0, 1), (Stitch.CAST_ON, 0, 2), (Stitch.CAST_ON, 2, 3),
          (Stitch.BIND_OFF, 1, 1), (Stitch.DRAW_THROUGH, 1, 0), (Stitch.DRAW_THROUGH, 3, 0)]  # fmt: skip
 EMPTY_BOTTOM, EMPTY_TOP = {Stitch.CAST_ON}, {Stitch.BIND_OFF, Stitch.DRAW_THROUGH}

@@ -1,0 +1,237 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""When two edges that move on straight lines cross, decided without rounding.
+
+Edges from p to p + u and from q to q + v, all linear in the time t from 0 to 1, have a point in common where
+p + a u = q + b v with a and b from 0 to 1. With n = u x v and w = q - p this needs
+
+    f = n . w = 0,        a n.n = (w x v) . n,        b n.n = (w x u) . n,
+
+a cubic f and two quartics a n.n and b n.n. In Bernstein's basis a polynomial lies between its coefficients, and a cubic
+whose coefficients change sign once has one root. An interval of time is therefore
+
+- without a crossing if all coefficients of f have one sign, or all those of a n.n, (1 - a) n.n, b n.n or (1 - b) n.n
+  are negative,
+- with exactly one if those of f change sign once and those of the four quartics are positive,
+
+and is halved otherwise (Lane and Riesenfeld 1981). The answers are certain if the coefficients are: in double precision
+where they exceed a bound of their rounding error, else in whole numbers, for which coordinates must be whole multiples
+of a unit. Halving ends for edges in general position: f has simple roots, at which no vertex lies on an edge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.mesh import FloatArray, IntArray
+
+PARTS = 4
+"""Equal parts of the time on which edges that have no plane between them all the time are looked at for one."""
+ROUNDING = 2.0**-42
+"""Bound of the rounding error of a coefficient, over the product of the lengths that it is made of.
+
+A coefficient is a sum of less than 60 products after at most 10 roundings, and halving adds 4 roundings each time: less
+than 2^9 units of 2^-53 in all.
+"""
+DOUBLE_HALVINGS, WHOLE_HALVINGS = 16, 160
+"""How often time is halved in double precision, and in whole numbers."""
+TIME_HALVINGS = 44
+"""Halvings that find the time of a crossing, once it is known to be one."""
+
+
+class NotInGeneralPosition(StitchMeshError):
+    """Two edges meet in a vertex, or touch without crossing."""
+
+
+@dataclass(frozen=True, eq=False)
+class EdgePairs:
+    """Pairs of moving edges, at the begin and at the end of their motion."""
+
+    u: FloatArray
+    """From the begin to the end of each first edge [cm], shape (2, n, 3)."""
+    v: FloatArray
+    """From the begin to the end of each second edge [cm], shape (2, n, 3)."""
+    w: FloatArray
+    """From the begin of each first edge to that of the second [cm], shape (2, n, 3)."""
+
+    def some(self, which: NDArray[Any]) -> EdgePairs:
+        """The pairs with some numbers, or those where a mask is true."""
+        return EdgePairs(self.u[:, which], self.v[:, which], self.w[:, which])
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeCrossings:
+    """Crossings of pairs of edges."""
+
+    pair: IntArray
+    """Number of the pair, shape (c,)."""
+    time: FloatArray
+    """When, from 0 to 1, shape (c,)."""
+    sign: IntArray
+    """Sign of f after the crossing, shape (c,)."""
+
+
+def edge_crossings(pairs: EdgePairs, unit: float) -> EdgeCrossings:
+    """All crossings of moving edges.
+
+    Args:
+        pairs: edges in general position, all coordinates whole multiples of a unit below 2^53.
+        unit: that unit, a power of two [cm].
+
+    Raises:
+        NotInGeneralPosition: two edges meet in a vertex or touch without crossing.
+    """
+    near = _near(pairs)
+    close = pairs.some(near)
+    found, undecided = _isolate(*_coefficients(close), *_error_bounds(close), DOUBLE_HALVINGS)
+    whole = EdgePairs(*(np.rint(part[:, undecided] / unit).astype(np.int64).astype(object)
+                        for part in (close.u, close.v, close.w)))  # fmt: skip
+    no_error = np.zeros((len(undecided), 1), dtype=object)
+    exact, left = _isolate(*_coefficients(whole), no_error, no_error[:, None], WHOLE_HALVINGS)
+    if len(left):
+        raise NotInGeneralPosition(f"{len(left)} pairs of moving edges meet in a vertex, or touch without crossing")
+    return EdgeCrossings(
+        near[np.concatenate([found.pair, undecided[exact.pair]])],
+        np.concatenate([found.time, exact.time]),
+        np.concatenate([found.sign, exact.sign]),
+    )
+
+
+def _near(pairs: EdgePairs) -> IntArray:
+    """Pairs of edges that no plane with a simple normal keeps apart on some part of the time, shape (m,)."""
+    u, v, w = (part.transpose(2, 0, 1) for part in (pairs.u, pairs.v, pairs.w))
+    corners = np.stack([w, w + v, w - u, w + v - u], axis=1)  # differences of their ends, shape (3, 4, 2, n)
+    near = np.arange(w.shape[2])
+    for parts in (1, PARTS):
+        meets = np.zeros(len(near), dtype=bool)
+        for part in range(parts):
+            begin, end = (_at(corners, time / parts) for time in (part, part + 1))
+            meets |= ~_are_apart(np.concatenate([begin, end], axis=1))
+        near, corners = near[meets], corners[..., meets]
+    return near
+
+
+def _at(corners: FloatArray, time: float) -> FloatArray:
+    """Corners at a time, shape (3, 4, n)."""
+    return (1.0 - time) * corners[:, :, 0] + time * corners[:, :, 1]
+
+
+def _are_apart(corners: FloatArray) -> NDArray[np.bool_]:
+    """Whether the plane through the origin across the mean of points has all on one side, (3, 8, n) to (n,)."""
+    x, y, z = corners
+    a, b, c = corners.sum(axis=1)
+    height = a * x + b * y + c * z
+    largest = np.abs(corners).max(axis=(0, 1))
+    apart: NDArray[np.bool_] = height.min(axis=0) > ROUNDING * largest * (np.abs(a) + np.abs(b) + np.abs(c))
+    return apart
+
+
+def _coefficients(pairs: EdgePairs) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Bernstein coefficients of 3 f and of 12 times the four quartics, shapes (n, 4) and (n, 4, 5)."""
+    u, v, w = list(pairs.u), list(pairs.v), list(pairs.w)
+    normal = _product(_cross, u, v)
+    cubic = _product(_dot, normal, w)
+    square = _product(_dot, normal, normal)
+    first, second = (_product(_dot, _product(_cross, w, other), normal) for other in (v, u))
+    quartics = [part for one in (first, second) for part in (one, [a - b for a, b in zip(square, one, strict=True)])]
+    return (
+        np.stack([c * k for c, k in zip(cubic, (3, 1, 1, 3), strict=True)], axis=-1),
+        np.stack([np.stack([c * k for c, k in zip(one, (12, 3, 2, 3, 12), strict=True)], axis=-1)
+                  for one in quartics], axis=1),
+    )  # fmt: skip
+
+
+def _product(times: Callable[..., NDArray[Any]], a: list[NDArray[Any]], b: list[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Product of two polynomials by their Bernstein coefficients times binomial ones (Farouki and Rajan 1988)."""
+    terms: list[Any] = [0] * (len(a) + len(b) - 1)
+    for i, one in enumerate(a):
+        for j, two in enumerate(b):
+            terms[i + j] = terms[i + j] + times(one, two)
+    return terms
+
+
+def _cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    (x, y, z), (p, q, r) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
+    return np.stack([y * r - z * q, z * p - x * r, x * q - y * p], axis=-1)
+
+
+def _dot(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    result: NDArray[Any] = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+    return result
+
+
+def _error_bounds(pairs: EdgePairs) -> tuple[FloatArray, FloatArray]:
+    """Bounds of the rounding errors of the coefficients, shapes (n, 1) and (n, 1, 1)."""
+    u, v, w = (np.abs(part).sum(axis=-1).max(axis=0) for part in (pairs.u, pairs.v, pairs.w))
+    cubic, quartic = 3.0 * u * v * w, 12.0 * u * v * (u * v + w * np.maximum(u, v))
+    return ROUNDING * cubic[:, None], ROUNDING * quartic[:, None, None]
+
+
+def _isolate(
+    f: NDArray[Any], g: NDArray[Any], f_error: NDArray[Any], g_error: NDArray[Any], halvings: int
+) -> tuple[EdgeCrossings, IntArray]:
+    """Intervals of time with one crossing each, and the pairs that are not decided after some halvings.
+
+    Args:
+        f: coefficients of the cubics, shape (n, 4).
+        g: coefficients of the quartics, shape (n, 4, 5).
+        f_error: bounds of their errors, shape (n, 1).
+        g_error: bounds of their errors, shape (n, 1, 1).
+        halvings: how often to halve.
+    """
+    pair: IntArray = np.arange(len(f))
+    begin, duration = np.zeros(len(f)), 1.0
+    found, undecided = [], []
+    for _ in range(halvings + 1):
+        sign = (f > f_error).astype(np.int64) - (f < -f_error)
+        outside, inside = np.less(g, -g_error).all(axis=2).any(axis=1), np.greater(g, g_error).all(axis=(1, 2))
+        empty = (np.abs(sign.sum(axis=1)) == 4) | outside
+        from_first = sign * sign[:, :1]
+        changes_once = (from_first[:, 3] < 0) & ((from_first[:, 1] > 0) | (from_first[:, 2] < 0))
+        one = ~empty & changes_once & inside
+        found.append((pair[one], begin[one] + duration * _root(f[one]), sign[one, 3]))
+        lost = ~empty & (sign == 0).all(axis=1)  # more halvings would only find more such intervals
+        undecided.append(pair[lost])
+        rest = np.flatnonzero(~empty & ~one & ~lost)
+        pair, duration = np.tile(pair[rest], 2), duration / 2.0
+        begin = np.concatenate([begin[rest], begin[rest] + duration])
+        f, g = _halves(f[rest]), _halves(g[rest])
+        f_error, g_error = np.tile(f_error[rest] * 8, (2, 1)), np.tile(g_error[rest] * 16, (2, 1, 1))
+        if len(pair) == 0:
+            break
+    left: IntArray = np.unique(np.concatenate([*undecided, pair]))
+    pair, time, sign = (np.concatenate(column) for column in zip(*found, strict=True))
+    decided = ~np.isin(pair, left)
+    return EdgeCrossings(pair[decided], time[decided], sign[decided]), left
+
+
+def _halves(c: NDArray[Any]) -> NDArray[Any]:
+    """Coefficients on both halves of the time by de Casteljau's algorithm, times 2^degree, the first halves first."""
+    degree = c.shape[-1] - 1
+    rows = [c]
+    for _ in range(degree):
+        rows.append(rows[-1][..., 1:] + rows[-1][..., :-1])
+    left = np.stack([rows[k][..., 0] * 2 ** (degree - k) for k in range(degree + 1)], axis=-1)
+    right = np.stack([rows[degree - k][..., k] * 2**k for k in range(degree + 1)], axis=-1)
+    return np.concatenate([left, right])
+
+
+def _root(f: NDArray[Any]) -> FloatArray:
+    """Time from 0 to 1 at which cubics of ends of opposite sign are zero, shape (n, 4) to (n,)."""
+    if len(f) == 0:
+        return np.zeros(0)
+    b = (f / np.abs(f).max(axis=1, keepdims=True)).astype(np.float64)
+    low, high = np.zeros(len(b)), np.ones(len(b))
+    for _ in range(TIME_HALVINGS):
+        t = (low + high) / 2.0
+        s = 1.0 - t
+        value = s**3 * b[:, 0] + 3 * s * s * t * b[:, 1] + 3 * s * t * t * b[:, 2] + t**3 * b[:, 3]
+        before = (value > 0.0) == (b[:, 0] > 0.0)
+        low, high = np.where(before, t, low), np.where(before, high, t)
+    return (low + high) / 2.0
