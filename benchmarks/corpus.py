@@ -26,7 +26,8 @@ from solvers import NotingIteration
 import stitchmesh as sm
 from stitchmesh.device import device_named
 from stitchmesh.periodic.source import pattern_or_weave
-from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.periodic.swatch import drawn
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave import Weave
 from stitchmesh.periodic.weave_library import weave_names
 from stitchmesh.quality import quality_named

@@ -27,7 +27,8 @@ from scipy.spatial.transform import Rotation
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
 from stitchmesh.patterns import pattern_names
-from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.periodic.swatch import drawn
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet

@@ -27,7 +27,8 @@ from swatch_session import LONGEST, changes_of
 import stitchmesh as sm
 from stitchmesh.device import device_named
 from stitchmesh.periodic.source import pattern_or_weave
-from stitchmesh.periodic.swatch import SwatchOptions, drawn
+from stitchmesh.periodic.swatch import drawn
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet

@@ -7,13 +7,13 @@ from __future__ import annotations
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patch import Change
 from stitchmesh.patterns.apply import pattern_changes
-from stitchmesh.patterns.columns import check_remainder
+from stitchmesh.patterns.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.patterns.library import read_pattern
 from stitchmesh.patterns.parse import parse_pattern
 
 
 def paste_pattern(
-    fabric: StitchMesh, pattern: str, face: int | None = None, remainder: str = "centre"
+    fabric: StitchMesh, pattern: str, face: int | None = None, remainder: str = DEFAULT_REMAINDER
 ) -> list[Change]:
     """Knit a fabric in a pattern, as ``apply_pattern`` does.
 

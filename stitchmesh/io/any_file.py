@@ -12,13 +12,14 @@ from stitchmesh.io.hdf5 import stored_format
 from stitchmesh.io.meshes import READABLE, read_mesh
 from stitchmesh.io.stitches import FORMAT as STITCHES
 from stitchmesh.io.stitches import read_stitches
+from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.io.yarns import FORMATS as YARN_FORMATS
 from stitchmesh.io.yarns import read_yarns
 from stitchmesh.mesh import Mesh
 from stitchmesh.yarn import YarnSet
 
 
-def read_any(path: FilePath, *, unit: str = "cm", radius: float | None = None) -> Mesh | YarnSet:
+def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> Mesh | YarnSet:
     """Read a file as the noun that it holds; its suffix and content decide.
 
     Args:

@@ -14,7 +14,7 @@ from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.obj_mesh import read_obj_polygons, write_obj_mesh
 from stitchmesh.io.off_mesh import read_off_polygons
 from stitchmesh.io.ply_mesh import read_ply_polygons
-from stitchmesh.io.units import centimetres
+from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.mesh import Mesh
 
 OWN_READERS = {".obj": read_obj_polygons, ".off": read_off_polygons, ".ply": read_ply_polygons}
@@ -25,7 +25,7 @@ READABLE = (*OWN_READERS, *meshio_mesh.FORMATS)
 WRITABLE = (".obj",)
 
 
-def read_mesh(path: FilePath, *, unit: str = "cm") -> Mesh:
+def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
     """Read a polygon mesh; its polygons keep their size and their order.
 
     Args:
@@ -53,7 +53,7 @@ def read_mesh(path: FilePath, *, unit: str = "cm") -> Mesh:
         raise MeshError(f"{fspath(path)}: {error}") from error
 
 
-def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = "cm") -> None:
+def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = DEFAULT_UNIT) -> None:
     """Write the polygons of a mesh as an OBJ file.
 
     Args:

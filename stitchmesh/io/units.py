@@ -8,6 +8,8 @@ from stitchmesh.errors import ParameterError
 
 CENTIMETRES: dict[str, float] = {"mm": 0.1, "cm": 1.0, "dm": 10.0, "m": 100.0, "inch": 2.54}
 """Centimetres in each unit that a file may be written in."""
+DEFAULT_UNIT = "cm"
+"""Unit of a file that states none, where the caller names none."""
 
 
 def centimetres(unit: str) -> float:

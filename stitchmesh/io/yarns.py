@@ -32,7 +32,7 @@ from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
-from stitchmesh.io.units import centimetres
+from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.io.usd import LABELS, read_usd, write_usd
 from stitchmesh.io.vtp import read_vtp, write_vtp
 from stitchmesh.lattice import Lattice
@@ -63,7 +63,7 @@ class YarnFormat:
     """To path, with centimetres in the file's unit, the kind of curve and how many tiles of yarns that repeat."""
 
 
-def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None) -> YarnSet:
+def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> YarnSet:
     """Read yarns.
 
     Args:
@@ -87,7 +87,7 @@ def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None)
 
 
 def write_yarns(
-    path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str = "catmull-rom", tiles: Tiles = None
+    path: FilePath, yarns: YarnSet, *, unit: str = DEFAULT_UNIT, curve: str = "catmull-rom", tiles: Tiles = None
 ) -> None:
     """Write yarns.
 

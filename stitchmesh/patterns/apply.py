@@ -10,7 +10,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patch import Change, Marks, Patch, apply_change
 from stitchmesh.patterns.block import block_of
-from stitchmesh.patterns.columns import OUTSIDE, TILE, Remainder, check_remainder, keeps_counts
+from stitchmesh.patterns.columns import DEFAULT_REMAINDER, OUTSIDE, TILE, Remainder, check_remainder, keeps_counts
 from stitchmesh.patterns.crossing_marks import CrossingMarks
 from stitchmesh.patterns.grid import fill_grid, grid_around
 from stitchmesh.patterns.in_place import changed, changes_in_place
@@ -22,7 +22,7 @@ from stitchmesh.stitch import Stitch
 
 
 def apply_pattern(
-    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = "centre"
+    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
 ) -> StitchMesh:
     """Knit a fabric in a pattern.
 
@@ -55,7 +55,7 @@ def apply_pattern(
 
 
 def pattern_changes(
-    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = "centre"
+    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
 ) -> list[Change]:
     """What ``apply_pattern`` changes, one after the other, each with an exact inverse (``inverse_change``).
 

@@ -20,7 +20,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.weave import Thread, Weave
 from stitchmesh.periodic.weave_heights import taut_heights
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
 SPACING = 2.4
@@ -34,7 +34,7 @@ def weave_yarns(
     *,
     yarn_radius: float,
     spacing: float | tuple[float, float] | None = None,
-    quality: str | Quality = "standard",
+    quality: str | Quality = DEFAULT_QUALITY,
 ) -> YarnSet:
     """One period of a woven fabric in the plane z = 0, its front towards +z.
 

@@ -19,7 +19,7 @@ from stitchmesh.periodic.frames import Frame
 from stitchmesh.periodic.growing import GROWTH, LENGTHENING, STRETCH
 from stitchmesh.periodic.session_relaxation import LiveSwatch
 from stitchmesh.periodic.session_wishes import Wishes
-from stitchmesh.periodic.swatch import SwatchOptions
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.tiling import instances
 from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking

@@ -13,7 +13,8 @@ from stitchmesh.errors import ParameterError, PatternError, SolverError
 from stitchmesh.patterns import parse_pattern
 from stitchmesh.periodic.growing import grown, size_of
 from stitchmesh.periodic.source import pattern_or_weave
-from stitchmesh.periodic.swatch import Swatch, SwatchOptions, drawn, scaled, swatch
+from stitchmesh.periodic.swatch import Swatch, drawn, scaled, swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave import Thread, Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces

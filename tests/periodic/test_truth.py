@@ -16,7 +16,8 @@ import pytest
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.periodic.growing import size_of
 from stitchmesh.periodic.jamming import jam_report
-from stitchmesh.periodic.swatch import Swatch, SwatchOptions, close_contacts, drawn, swatch
+from stitchmesh.periodic.swatch import Swatch, close_contacts, drawn, swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave_library import read_weave
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.tiling import tiled
