@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.growing import grown, lengthened_to, size_of, stretched_to
 from stitchmesh.periodic.jamming import jam_report
 from stitchmesh.periodic.source import Source, pattern_or_weave
-from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, YARN_RADIUS, SwatchOptions
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave import Weave
 from stitchmesh.periodic.weave_yarns import weave_yarns
