@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh import __version__
-from stitchmesh.description import stitch_counts
 from stitchmesh.device import device_named
 from stitchmesh.editing.spiral import spiral
 from stitchmesh.io.atomic import write_json
@@ -32,6 +31,7 @@ from stitchmesh.patterns.apply import changed_face_count, pattern_changes
 from stitchmesh.patterns.columns import DEFAULT_REMAINDER, Remainder
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.rest_length import RestLengths, apply_rest_lengths
+from stitchmesh.stitch_counts import stitch_counts
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import Finish, generate_yarns

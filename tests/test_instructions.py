@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.connectivity import find_twins
 from stitchmesh.courses import bottom_sides, top_sides
 from stitchmesh.editing.spiral import spiral

@@ -15,6 +15,8 @@ YARN_RADIUS = 0.125
 """Default radius of the yarn [cm], that of the published materials."""
 COMPACT_LOOP = 16.67
 """Default loop length over the yarn's diameter: Peirce's compact loop."""
+SPACING = 2.4
+"""Distance of neighbouring yarns of one layer where none is given [yarn diameters]; a plain weave crimps by 9.5 %."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
 TAKE_UP = (0.1, 2.0)

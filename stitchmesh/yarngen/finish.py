@@ -16,18 +16,18 @@ CAST_ONS = ("backward", "open")
 
 @dataclass(frozen=True)
 class Finish:
-    """What a knitter chooses beside the stitches.
+    """First and last rows, and floats.
 
     Raises:
         ParameterError: there is no such bind-off or cast-on, or the longest float is negative.
     """
 
     bind_off: str = "drawn"
-    """One of ``BIND_OFFS``."""
+    """drawn, a yarn through the last loops, or chain: each loop is knitted and the one before passed over it"""
     cast_on: str = "backward"
-    """One of ``CAST_ONS``."""
+    """backward, loops that do not open, or open yarn-overs"""
     longest_float: int = 12
-    """Stitches of other yarns that a yarn is carried behind; where there are more it is cut and tied."""
+    """stitches of other yarns that a yarn is carried behind; where there are more, the yarn is cut and tied"""
 
     def __post_init__(self) -> None:
         for name, known in (("bind_off", BIND_OFFS), ("cast_on", CAST_ONS)):
