@@ -31,6 +31,7 @@ class Convert:
         from stitchmesh.cli.describe import kind_of
         from stitchmesh.io import write_mesh, write_stitches, write_yarns
         from stitchmesh.io.contents import suffix_of
+        from stitchmesh.io.meshes import FORMATS
         from stitchmesh.io.stitches import WRITABLE
         from stitchmesh.mesh import StitchMesh
         from stitchmesh.yarn import YarnSet
@@ -40,7 +41,7 @@ class Convert:
             write_yarns(self.output, noun, tiles=self.tile)
         elif self.tile is not None:
             raise ParameterError(f"tile: {self.file} is a {kind_of(noun)}; only yarns that repeat can be tiled")
-        elif isinstance(noun, StitchMesh) and suffix_of(self.output, (*WRITABLE, ".obj")) != ".obj":
+        elif isinstance(noun, StitchMesh) and suffix_of(self.output, (*WRITABLE, *FORMATS)) in WRITABLE:
             write_stitches(self.output, noun)
         else:
             write_mesh(self.output, noun)
