@@ -14,8 +14,9 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr
+from functools import partial
 from types import NoneType, UnionType
-from typing import Annotated, Any, Protocol, TypeVar, Union, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, Protocol, TypeVar, Union, cast, get_args, get_origin
 
 import tyro
 from tyro.conf import arg
@@ -23,6 +24,7 @@ from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, Pri
 
 BAD_INPUT = 2
 """Exit status where input is refused."""
+TERMINAL_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 CONFIG = (tyro.conf.OmitArgPrefixes, tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff)
 FREE = "free"
 """A size that is not given."""
@@ -85,6 +87,12 @@ def _one_or_two(text: str) -> tuple[float, ...]:
     return numbers
 
 
+def _choice(known: tuple[str, ...], word: str) -> str:
+    if word not in known:
+        raise ValueError(f"got {word!r}; expected one of {', '.join(known)}")
+    return word
+
+
 def _sizes(words: list[str]) -> tuple[float | None, ...]:
     try:
         return tuple(None if word == FREE else float(word) for word in words)
@@ -143,44 +151,49 @@ def _name(command: type) -> str:
 
 
 def one_line(box: str) -> str:
-    """The text in one of tyro's boxes as one line, without the help of arguments that stands below it."""
+    """The text in one of tyro's boxes as one line, without the help of arguments that stands below it.
+
+    A box has lines around it, or, where standard output cannot draw these, a title with a rule below it and lines that
+    are indented by two.
+    """
     sections = [""]
-    for line in box.splitlines():
-        found = re.fullmatch(r"[│|] (.*?) *[│|]", line.strip())
-        if found is None:
-            continue
-        if set(found[1]) <= set("─-"):
+    for line in TERMINAL_COLOUR.sub("", box).splitlines():
+        found = re.fullmatch(r"(?:│ (.*?) *│|  (.*?) *)", line)
+        text = (found[1] or found[2] or "") if found else ""
+        if text and set(text) <= set("─-"):
             sections.append("")
-        elif not found[1].startswith(" " * 8):  # indented twice: the help of an argument
-            listed = found[1].startswith(" " * 4) and not sections[-1].endswith(":")
-            sections[-1] += (", " if listed else " ") + found[1].strip()
+        elif text and not text.startswith(" " * 8):  # indented twice: the help of an argument
+            listed = text.startswith(" " * 4) and not sections[-1].endswith(":")
+            sections[-1] += (", " if listed else " ") + text.strip()
     kept = [text.strip() for text in sections if text and not text.startswith((" Argument helptext", " For full help"))]
-    return "; ".join(kept).removeprefix("Error parsing ").rstrip(".") or " ".join(box.split())
+    return "; ".join(kept).removeprefix("Error parsing ").rstrip(".") or " ".join(TERMINAL_COLOUR.sub("", box).split())
 
 
 def _registry() -> ConstructorRegistry:
     registry = ConstructorRegistry()
-    registry.primitive_rule(_numbers)
+    registry.primitive_rule(_spec_of_type)
     return registry
 
 
-def _numbers(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-    """A number, or a tuple of numbers of one kind, of fixed length or any; or None where it is not given."""
+def _spec_of_type(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """How a text, a choice, a number or a tuple of numbers of one kind is written; it is None where it is not given."""
     declared: Any = info.type
     if get_origin(declared) in (Union, UnionType):
         options = [option for option in get_args(declared) if option is not NoneType]
         declared = options[0] if len(options) == 1 else None
     if declared is str:
         return read_by(str, "NAME")
+    if get_origin(declared) is Literal:
+        return read_by(partial(_choice, get_args(declared)), "NAME")
     if declared in KINDS:
-        return _spec(declared, 1, lambda values: values[0])
+        return _numbers(declared, 1, lambda values: values[0])
     parts = get_args(declared) if get_origin(declared) is tuple else ()
     if not parts or parts[0] not in KINDS or tyro.conf.UseAppendAction in info.markers:
         return None
-    return _spec(parts[0], "*" if Ellipsis in parts else len(parts), tuple)
+    return _numbers(parts[0], "*" if Ellipsis in parts else len(parts), tuple)
 
 
-def _spec(kind: Any, count: Any, together: Callable[[list[Any]], Any]) -> PrimitiveConstructorSpec[Any]:
+def _numbers(kind: Any, count: Any, together: Callable[[list[Any]], Any]) -> PrimitiveConstructorSpec[Any]:
     name, metavar = KINDS[kind]
 
     def parse_words(words: list[str]) -> Any:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 import sys
@@ -50,6 +51,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if words == ["--version"]:
         print(f"stitchmesh {__version__}")
         return 0
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that knows no more than ASCII prints what it can
     logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_ToStandardError()])
     try:
         parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION).run()
