@@ -26,6 +26,7 @@ BAD_INPUT = 2
 """Exit status where input is refused."""
 TERMINAL_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 CONFIG = (tyro.conf.OmitArgPrefixes, tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff)
+"""Flags bear the names of their fields alone, whichever group they are in, and no flag has a negation."""
 FREE = "free"
 """A size that is not given."""
 KINDS: dict[Any, tuple[str, str]] = {int: ("whole number", "N"), float: ("number", "X")}
@@ -60,7 +61,7 @@ def read_by(parse: Callable[[str], T], metavar: str, write: Callable[[T], str] =
         nargs=1,
         metavar=metavar,
         instance_from_str=lambda words: parse(words[0]),
-        is_instance=lambda value: not isinstance(value, str),
+        is_instance=lambda value: True,
         str_from_instance=lambda value: [write(value)],
     )
 
@@ -110,7 +111,7 @@ Period = Annotated[
         nargs=2,
         metavar="CM CM",
         instance_from_str=_sizes,
-        is_instance=lambda value: isinstance(value, tuple),
+        is_instance=lambda value: True,
         str_from_instance=lambda sizes: [FREE if size is None else str(size) for size in sizes],
     ),
 ]
@@ -207,6 +208,6 @@ def _numbers(kind: Any, count: Any, together: Callable[[list[Any]], Any]) -> Pri
         nargs=count,
         metavar=metavar,
         instance_from_str=parse_words,
-        is_instance=lambda value: isinstance(value, int | float | tuple),
+        is_instance=lambda value: True,
         str_from_instance=lambda value: [str(part) for part in (value if isinstance(value, tuple) else (value,))],
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The program: it reads the words, runs the command, and ends with the status that tells how that went."""
+"""The program: it reads the words, runs the command, and returns the exit status."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted; what was saved last is whole", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # who reads the output, `head` say, has seen enough; what is left goes nowhere
+    except BrokenPipeError:  # the reader of the output, for example `head`, has closed it; the rest is discarded
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 

@@ -77,7 +77,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class RestLengthFactors:
-    """Yarn is given in proportion to what generation drew."""
+    """Rest lengths of yarn, as factors of the generated lengths."""
 
     rest_length_factor: Annotated[float, shown("F")] = RestLengths.factor
     """factor of all yarn"""
@@ -92,7 +92,7 @@ class RestLengthFactors:
 
 @dataclass(frozen=True)
 class MorePhysics:
-    """More physics, each term only where it is asked for."""
+    """More energies, each of which acts only if it is given."""
 
     gravity: Annotated[tuple[float, float, float] | None, shown("X Y Z", "off")] = None
     """acceleration [cm/s^2]; on Earth 0 -981 0 where y points up"""
@@ -168,7 +168,7 @@ class SolverOptions:
 
 @dataclass(frozen=True)
 class PinnedPlaces:
-    """What stays where it is."""
+    """Yarn that does not move."""
 
     pin_point: Annotated[UseAppendAction[tuple[int, ...]], shown("POINT")] = ()
     """control point that stays where it is, counted from 0"""
