@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -131,3 +132,14 @@ def test_all_public_names_exist():
     assert callable(stitchmesh.tessellate)
     with pytest.raises(AttributeError, match="no attribute 'knitting'"):
         stitchmesh.knitting  # noqa: B018
+
+
+@pytest.mark.parametrize("package", [path.parent for path in modules() if "\n_HOME = " in path.read_text()])
+def test_names_that_load_when_first_used_are_there_and_share_no_name_with_a_module(package):
+    """A module of the same name would take the place of the function as soon as anything imports it."""
+    name = ".".join(package.relative_to(ROOT).parts)
+    loaded = importlib.import_module(name)
+    below = {path.stem for path in package.glob("*.py")} | {path.name for path in package.iterdir() if path.is_dir()}
+    assert not set(loaded._HOME) & below
+    for public in loaded.__all__:
+        assert getattr(loaded, public) is not None

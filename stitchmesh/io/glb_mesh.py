@@ -17,6 +17,7 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.io.float32 import rounded
+from stitchmesh.io.gltf import TUBES, holds_tubes
 from stitchmesh.io.meshio_mesh import weld
 from stitchmesh.mesh import FloatArray
 
@@ -25,17 +26,20 @@ def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     """Vertices of all meshes of the scene, in its own coordinates, and triangles as 0-based vertex numbers.
 
     Raises:
-        FileError: the file cannot be read, is malformed, or has no triangles.
+        FileError: the file cannot be read, is malformed, has no triangles, or holds tubes that ``write_yarns`` wrote.
     """
     import trimesh
 
     name, content = fspath(path), read_bytes(path)
     try:
-        mesh = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).to_mesh()
+        scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+        mesh = scene.to_mesh()
         points, triangles = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
     except Exception as error:  # trimesh raises whatever a malformed part brings up
         reason = (str(error).splitlines() or [type(error).__name__])[0][:100]
         raise FileError(f"{name}: is not a valid glTF file ({reason}); write it again") from error
+    if TUBES in scene.geometry:
+        raise holds_tubes(path)
     if not len(triangles):
         raise FileError(f"{name}: has no triangles; expected a polygon mesh")
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))

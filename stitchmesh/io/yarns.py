@@ -27,7 +27,7 @@ import numpy as np
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.io import bcc
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.io.gltf import write_glb
+from stitchmesh.io.gltf import holds_tubes, write_glb
 from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.pyp import check_pyp, read_pyp, write_pyp
@@ -224,7 +224,7 @@ def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: 
 
 def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     del scale, radius
-    raise FileError(f"{fspath(path)}: a glTF file holds tubes, not the curves of yarns; read the .h5 they came from")
+    raise holds_tubes(path)
 
 
 def _write_glb(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:

@@ -10,11 +10,14 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+# the one function that shares its name with its module: bound now, before any import can bind the module
+from stitchmesh.patterns.leaf_codes import leaf_codes
+
 if TYPE_CHECKING:
     from stitchmesh.patterns.apply import apply_pattern, pattern_changes
     from stitchmesh.patterns.colour_chart import chart_palette, read_colour_chart, write_colour_chart
     from stitchmesh.patterns.leaf_chart import read_leaf_chart, write_leaf_chart
-    from stitchmesh.patterns.leaf_codes import leaf_codes, parse_leaf_codes
+    from stitchmesh.patterns.leaf_codes import parse_leaf_codes
     from stitchmesh.patterns.library import pattern_names, read_pattern
     from stitchmesh.patterns.parse import parse_pattern
     from stitchmesh.patterns.pattern import SECTIONS, Cell, Loop, Pattern, Row, check_closes
@@ -29,7 +32,6 @@ _HOME = {
     "write_colour_chart": "colour_chart",
     "read_leaf_chart": "leaf_chart",
     "write_leaf_chart": "leaf_chart",
-    "leaf_codes": "leaf_codes",
     "parse_leaf_codes": "leaf_codes",
     "pattern_names": "library",
     "read_pattern": "library",
