@@ -26,7 +26,8 @@ from solvers import NotingIteration
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import SwatchOptions, draw_swatch
+from stitchmesh.periodic.swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named

@@ -27,7 +27,8 @@ from swatch_session import LONGEST, changes_of
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import SwatchOptions, draw_swatch
+from stitchmesh.periodic.swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns

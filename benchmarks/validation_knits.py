@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.patterns import Pattern, parse_pattern
-from stitchmesh.periodic.swatch import COMPACT_LOOP, YARN_RADIUS, Swatch, swatch
+from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_RADIUS
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 

@@ -4,6 +4,6 @@
 
 import sys
 
-from stitchmesh.cli import main
+from stitchmesh.cli.main import main
 
 sys.exit(main())

@@ -15,7 +15,6 @@ import numpy as np
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
-from stitchmesh.description import stitch_counts
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
@@ -25,23 +24,22 @@ from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import apply_change
+from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import Pattern
 from stitchmesh.patterns.placement.apply import changed_face_count, pattern_changes
-from stitchmesh.patterns.placement.columns import Remainder
-from stitchmesh.quality import Quality, quality_named
-from stitchmesh.tessellate import tessellate
+from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.material import DEFAULT_MATERIAL
 from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
-
-STITCH_WIDTH = 0.8
-"""Default wale spacing [cm]: worsted yarn by hand, about 13 stitches in 10 cm."""
 
 Progress = Callable[[str, float, str], None]
 """Called with the stage, the part of it that is done (0 to 1), and a line or two on how it goes."""
@@ -55,7 +53,7 @@ class RelaxOptions:
         ParameterError: there is no material of that name.
     """
 
-    material: str = "stitchmesh"
+    material: str = DEFAULT_MATERIAL
     """Name of a material, which is scaled to the yarns' radius."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
     """How much yarn goes where."""
@@ -80,7 +78,7 @@ class KnitOptions:
     """Wale spacing [cm]."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; an eighth of the stitch width unless given."""
-    quality: str | Quality = "standard"
+    quality: str | Quality = DEFAULT_QUALITY
     """Preset of ``quality.py``, or a value of one's own."""
     device: str | None = None
     """Warp's name of the device; its preferred one unless given."""
@@ -90,7 +88,7 @@ class KnitOptions:
     """Faces whose rows are turned over."""
     pattern: Pattern | None = None
     """What the stitches are worked in, if not all knit."""
-    pattern_remainder: Remainder = "centre"
+    pattern_remainder: Remainder = DEFAULT_REMAINDER
     """What is done with stitches that whole tiles of the pattern leave over, as in ``apply_pattern``."""
     spiral: bool = False
     """Whether the rings of tubes become turns of one row that climbs."""

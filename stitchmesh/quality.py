@@ -41,6 +41,8 @@ PRESETS: dict[str, Quality] = {
     "reference": Quality("float64", 11, 11, 24, 0.1, 1e-4, 200_000),
 }
 """The presets of the command line."""
+DEFAULT_QUALITY = "standard"
+"""The preset where no quality is given."""
 
 
 def quality_named(name: str | Quality) -> Quality:

@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import inspect
-import json
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
+import msgspec
 import numpy as np
 
 from stitchmesh.editing.bobble import bobble
@@ -25,6 +27,7 @@ from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift
 from stitchmesh.editing.wale_lines import insert_wale
 from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
 from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.io.checked import checked
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Change, Marks, apply_change, inverse_change
@@ -45,8 +48,9 @@ EDITS: dict[str, Callable[..., list[Change]]] = {
 }  # fmt: skip
 """What each edit changes, by its name."""
 
-LARGEST = 2**31
-"""Whole numbers in an edit are smaller."""
+LARGEST = 2**31 - 1
+"""Of the whole numbers in an edit."""
+WholeNumber = Annotated[int, msgspec.Meta(ge=-LARGEST, le=LARGEST)]
 
 
 @dataclass(frozen=True)
@@ -87,8 +91,8 @@ def apply_edit(fabric: StitchMesh, edit: Edit) -> Edited:
     if len(panels) or fabric.lattice is not None:
         what = "repeats on a lattice" if fabric.lattice is not None else f"has panels (face {panels[0]})"
         raise MeshError(f"edit: the mesh {what}; expected stitches with borders, as `tessellate` makes them")
-    changes = checked(edit)(fabric, **edit.arguments)
-    return apply_changes(fabric, changes)
+    arguments = checked_arguments(edit)
+    return apply_changes(fabric, EDITS[edit.name](fabric, **arguments))
 
 
 def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
@@ -107,8 +111,8 @@ def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
     return Edited(fabric, tuple(changes), tuple(inverse))
 
 
-def checked(edit: Edit) -> Callable[..., list[Change]]:
-    """The function of an edit, its arguments checked for their names and kinds.
+def checked_arguments(edit: Edit) -> dict[str, Any]:
+    """All arguments of an edit's function, those that are given checked for their names and kinds.
 
     Raises:
         ParameterError: there is no such edit, or an argument is missing, unknown or of another kind.
@@ -116,45 +120,32 @@ def checked(edit: Edit) -> Callable[..., list[Change]]:
     if edit.name not in EDITS:
         near = difflib.get_close_matches(edit.name, EDITS, n=1) or [", ".join(EDITS)]
         raise ParameterError(f"edit {edit.name!r}: is unknown; expected {near[0]}")
-    hints, needed = _arguments(edit.name)
-    for name in needed:
-        if name not in edit.arguments:
-            raise ParameterError(f"{edit.name}: needs {name!r}; got {', '.join(edit.arguments) or 'nothing'}")
-    for name, value in edit.arguments.items():
-        if name not in hints:
-            raise ParameterError(f"{edit.name}: has no {name!r}; its arguments are {', '.join(hints)}")
-        if not _is_of(value, hints[name]):
-            raise ParameterError(f"{edit.name}: {name} is {json.dumps(value)}; expected {_kind(hints[name])}")
-    return EDITS[edit.name]
+    try:
+        return msgspec.structs.asdict(checked(dict(edit.arguments), arguments_of(edit.name)))
+    except ParameterError as error:
+        raise ParameterError(f"{edit.name}: {error}") from error
 
 
 @cache
-def _arguments(name: str) -> tuple[dict[str, object], list[str]]:
-    """Types of an edit's arguments, and the names of those that must be given."""
+def arguments_of(name: str) -> type[msgspec.Struct]:
+    """The arguments that an edit takes, as a type: the parameters of its function after the stitch mesh."""
     edit = EDITS[name]
-    parameters = list(inspect.signature(edit).parameters.values())[1:]
     hints = get_type_hints(edit)
-    needed = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
-    return {parameter.name: hints[parameter.name] for parameter in parameters}, needed
+    fields: list[Any] = []
+    for parameter in list(inspect.signature(edit).parameters.values())[1:]:
+        optional = () if parameter.default is parameter.empty else (parameter.default,)
+        fields.append((parameter.name, _bounded(hints[parameter.name]), *optional))
+    return msgspec.defstruct(name, fields, forbid_unknown_fields=True, kw_only=True)
 
 
-def _is_of(value: object, hint: object) -> bool:
-    """Whether a value from JSON has a type."""
-    if get_origin(hint) is Sequence:
-        return isinstance(value, list | tuple) and all(_is_of(entry, int) for entry in value)
+def _bounded(hint: Any) -> Any:
+    """The type of an argument, with whole numbers that NumPy's can hold."""
     if hint is int:
-        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < LARGEST
-    if hint is str:
-        return isinstance(value, str)
-    return value is None or any(_is_of(value, option) for option in get_args(hint) if option is not type(None))
-
-
-def _kind(hint: object) -> str:
+        return WholeNumber
     if get_origin(hint) is Sequence:
-        return "a list of whole numbers"
-    if hint in (int, str):
-        return "a whole number" if hint is int else "a text"
-    return _kind(get_args(hint)[0])
+        return list[WholeNumber]
+    options = get_args(hint)
+    return hint if not options else functools.reduce(operator.or_, map(_bounded, options))
 
 
 def _loops_touched(fabric: StitchMesh, change: Change) -> IntArray:

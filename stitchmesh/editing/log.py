@@ -8,10 +8,14 @@ import json
 from collections.abc import Iterable
 from os import fspath
 from pathlib import Path
+from typing import Any
 
-from stitchmesh.editing.edit import Edit, apply_edit, checked
-from stitchmesh.errors import FileError, StitchMeshError
+import msgspec
+
+from stitchmesh.editing.edit import Edit, apply_edit, checked_arguments
+from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_text
+from stitchmesh.io.checked import checked, parse_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import StitchMesh
 
@@ -22,7 +26,7 @@ def write_log(path: FilePath, edits: Iterable[Edit]) -> None:
     Raises:
         FileError: the file cannot be written.
     """
-    lines = [json.dumps({"edit": edit.name, "arguments": dict(edit.arguments)}) for edit in edits]
+    lines = [json.dumps({"edit": edit.name, "arguments": dict(edit.arguments)}, default=list) for edit in edits]
     write_text(path, "".join(line + "\n" for line in lines))
 
 
@@ -59,20 +63,25 @@ def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
     return fabric
 
 
+class _Line(msgspec.Struct, forbid_unknown_fields=True):
+    """What a line holds."""
+
+    edit: str
+    arguments: dict[str, Any]
+
+
 def _edit(line: str, where: str) -> Edit:
     try:
-        content = json.loads(line)
-    except json.JSONDecodeError as error:
-        raise FileError(f"{where}: is no JSON ({error.msg}, column {error.colno}); expected one edit a line") from error
-    except RecursionError as error:
-        raise FileError(f"{where}: is nested too deeply for an edit; expected one edit a line") from error
-    if not isinstance(content, dict) or set(content) != {"edit", "arguments"}:
-        raise FileError(f'{where}: is no edit; expected {{"edit": NAME, "arguments": {{...}}}}')
-    if not isinstance(content["edit"], str) or not isinstance(content["arguments"], dict):
-        raise FileError(f"{where}: is no edit; expected a name and an object of arguments")
-    edit = Edit(content["edit"], content["arguments"])
+        content = parse_json(line)
+    except ParameterError as error:
+        raise FileError(f"{where}: {error}; expected one edit a line") from error
     try:
-        checked(edit)
-    except StitchMeshError as error:
+        found = checked(content, _Line)
+    except ParameterError as error:
+        raise FileError(f'{where}: is no edit; expected {{"edit": NAME, "arguments": {{...}}}}: {error}') from error
+    edit = Edit(found.edit, found.arguments)
+    try:
+        checked_arguments(edit)
+    except ParameterError as error:
         raise FileError(f"{where}: {error}") from error
     return edit

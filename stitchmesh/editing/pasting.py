@@ -9,11 +9,11 @@ from stitchmesh.mesh.change import Change
 from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.library import read_pattern
 from stitchmesh.patterns.placement.apply import pattern_changes
-from stitchmesh.patterns.placement.columns import check_remainder
+from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
 
 def paste_pattern(
-    fabric: StitchMesh, pattern: str, face: int | None = None, remainder: str = "centre"
+    fabric: StitchMesh, pattern: str, face: int | None = None, remainder: str = DEFAULT_REMAINDER
 ) -> list[Change]:
     """Knit a fabric in a pattern, as ``apply_pattern`` does.
 

@@ -9,9 +9,12 @@ stays within what a viewer loads.
 
 from __future__ import annotations
 
+from os import fspath
+
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import rounded
@@ -26,6 +29,8 @@ DETAIL = ((20_000, 12, 4), (60_000, 8, 2), (160_000, 6, 1))
 """Sides of a tube and sections of a segment for sets of up to so many segments: about a million vertices at most."""
 COARSEST = (4, 1)
 ROUGHNESS = 0.9
+TUBES = "yarns"
+"""Name of the mesh of tubes, by which a file of yarns is known."""
 
 
 def write_glb(path: FilePath, yarns: YarnSet) -> None:
@@ -59,8 +64,13 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
         process=False,
     )
     scene = trimesh.Scene()
-    scene.add_geometry(mesh, node_name="yarns", geom_name="yarns")
+    scene.add_geometry(mesh, node_name=TUBES, geom_name=TUBES)
     write_bytes(path, export_glb(scene, include_normals=True))
+
+
+def holds_tubes(path: FilePath) -> FileError:
+    """The error of a file that is read for curves."""
+    return FileError(f"{fspath(path)}: a glTF file holds tubes, not the curves of yarns; read the .h5 they came from")
 
 
 def _light(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes of the formats that meshio reads.
+"""Polygon meshes of the formats that meshio reads and writes.
 
 meshio prints its errors and ends the process; here both become one ``FileError``.
 """
@@ -10,17 +10,24 @@ from __future__ import annotations
 import io
 import warnings
 from contextlib import redirect_stderr, redirect_stdout
+from itertools import groupby
 from os import fspath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.float32 import rounded
+from stitchmesh.mesh import FloatArray
 
 FORMATS = {".stl": "stl", ".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
 """meshio's name of the format behind each suffix."""
+OPTIONS: dict[str, dict[str, Any]] = {".stl": {"binary": True}, ".msh": {"file_format": "gmsh22"}}
+"""How meshio writes a format where its own choice, text or a recent version, is read by fewer programs."""
 
 SURFACE_CELLS = ("triangle", "quad", "polygon")
 PASSED_OVER = ("vertex", "line")
@@ -43,6 +50,27 @@ def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float6
     _check_numbers(name, points)
     faces = _polygons(name, content.cells)
     return weld(points, faces) if suffix == ".stl" else (points, faces)
+
+
+def write_meshio_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
+    """Write polygons, in runs of as many corners.
+
+    Raises:
+        FileError: a coordinate is too large for a format of float32, or the file cannot be written.
+    """
+    import meshio
+
+    suffix = Path(path).suffix.lower()
+    points = rounded(path, "the coordinates", vertices) if suffix == ".stl" else vertices
+    runs = [(size, list(run)) for size, run in groupby(faces, key=len)]
+    content = meshio.Mesh(points, [(_cell_type(size), np.array(run)) for size, run in runs])
+    options = {"file_format": FORMATS[suffix], **OPTIONS.get(suffix, {})}
+    with atomic_path(path) as temporary, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        meshio.write(temporary, content, **options)
+
+
+def _cell_type(corners: int) -> str:
+    return {3: "triangle", 4: "quad"}.get(corners, "polygon")
 
 
 def weld(points: NDArray[np.float64], faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:

@@ -10,14 +10,13 @@ coordinates, groups, materials and comments say nothing about a surface and are 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 from os import fspath
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.io.obj_elements import element_lines, vertex_index, vertex_position
-from stitchmesh.mesh import Mesh
+from stitchmesh.mesh import FloatArray
 
 PASSED_OVER = frozenset(
     "vn vt vp g o s mg usemtl usemap mtllib maplib l p curv curv2 surf parm trim hole scrv sp end con bevel c_interp "
@@ -56,19 +55,15 @@ def read_obj_polygons(path: FilePath) -> tuple[list[tuple[float, float, float]],
     return elements.vertices, elements.faces
 
 
-def write_obj_mesh(path: FilePath, mesh: Mesh, centimetres: float) -> None:
+def write_obj_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
     """Write the polygons with every digit that their coordinates need.
 
     Raises:
         FileError: the file cannot be written.
     """
-    vertices = (mesh.vertices / centimetres).tolist()
-    corners = (mesh.face_vertex + 1).tolist()
-    starts = mesh.face_start.tolist()
     lines = ["# StitchMesh"]
-    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices]
-    for first, last in pairwise(starts):
-        lines.append("f " + " ".join(map(str, corners[first:last])))
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    lines += ["f " + " ".join(str(vertex + 1) for vertex in face) for face in faces]
     write_text(path, "\n".join(lines) + "\n")
 
 

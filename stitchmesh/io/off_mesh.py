@@ -3,8 +3,8 @@
 """Object File Format (OFF) polygon meshes.
 
 ``OFF`` (or a variant whose vertices carry more columns: ``COFF``, ``NOFF``, ``CNOFF``), the numbers of vertices, faces
-and edges, one vertex a line, then one face a line: its corner count and its 0-based corners. Read here because
-meshio takes triangles only.
+and edges, one vertex a line, then one face a line: its corner count and its 0-based corners. Read and written here
+because meshio takes triangles only.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ import math
 from os import fspath
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.mesh import FloatArray
 
 MAGIC = ("OFF", "COFF", "NOFF", "CNOFF")
 
@@ -42,6 +44,18 @@ def read_off_polygons(path: FilePath) -> tuple[list[list[float]], list[list[int]
     vertices = [_vertex(name, line) for line in body[:vertex_count]]
     faces = [_face(name, line, vertex_count) for line in body[vertex_count : vertex_count + face_count]]
     return vertices, faces
+
+
+def write_off_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
+    """Write the polygons with every digit that their coordinates need.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    lines = ["OFF", f"{len(vertices)} {len(faces)} 0"]
+    lines += [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    lines += [" ".join(map(str, [len(face), *face])) for face in faces]
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def _counts(name: str, body: list[Line]) -> tuple[int, int]:

@@ -9,6 +9,7 @@ passed over. meshio waits for ever at a header that was cut short, and knows onl
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass, field
 from os import fspath
 from typing import Protocol
@@ -16,6 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.mesh import FloatArray
 
@@ -110,6 +112,22 @@ def read_ply_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
         found = f"face {bad[0]} has the vertices {faces[bad[0]][:6]}"
         raise FileError(f"{name}: {found}; expected numbers from 0 to {len(vertices) - 1}")
     return vertices, faces
+
+
+def write_ply_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
+    """Write the polygons in binary, coordinates in full.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    count = ("uchar", "B") if max(map(len, faces)) < 256 else ("int", "i")
+    head = (
+        f"ply\nformat binary_little_endian 1.0\ncomment StitchMesh\nelement vertex {len(vertices)}\n"
+        "property double x\nproperty double y\nproperty double z\n"
+        f"element face {len(faces)}\nproperty list {count[0]} int vertex_indices\nend_header\n"
+    )
+    corners = b"".join(struct.pack(f"<{count[1]}{len(face)}i", len(face), *face) for face in faces)
+    write_bytes(path, head.encode("ascii") + vertices.astype("<f8").tobytes() + corners)
 
 
 def _header(name: str, content: bytes) -> tuple[str, list[_Element], int]:

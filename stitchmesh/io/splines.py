@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import solve_banded
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import basis
@@ -74,7 +73,7 @@ def polyline_to_bspline(points: ArrayLike, closed: bool) -> FloatArray:
         right = 6 * p[1:-1]
         right[0] -= p[0]
         right[-1] -= p[-1]
-        q[1:-1] = solve_banded((1, 1), _bands(len(p) - 2), right)
+        q[1:-1] = _solve_tridiagonal(_bands(len(p) - 2), right)
     return np.concatenate([2 * q[:1] - q[1:2], q, 2 * q[-1:] - q[-2:-1]])
 
 
@@ -93,6 +92,14 @@ def _catmull_rom_basis(parameter: FloatArray) -> FloatArray:
     return np.stack(weights, axis=1) / 2
 
 
+def _solve_tridiagonal(bands: FloatArray, right: FloatArray) -> FloatArray:
+    """Solution of a tridiagonal system, its three bands as in ``scipy.linalg.solve_banded``."""
+    from scipy.linalg import solve_banded  # SciPy is imported here, so that the command line starts fast
+
+    solution: FloatArray = solve_banded((1, 1), bands, right)
+    return solution
+
+
 def _closed_through(points: FloatArray) -> FloatArray:
     """Solve q_(k-1) + 4 q_k + q_(k+1) = 6 p_k around the curve: a convolution, undone by Fourier transform."""
     count = len(points)
@@ -108,7 +115,7 @@ def _open_with_tangents(points: FloatArray) -> FloatArray:
     right = 6 * p[1:-1]
     right[0] += p[2] - p[0]
     right[-1] -= p[-1] - p[-3]
-    q = solve_banded((1, 1), bands, right)
+    q = _solve_tridiagonal(bands, right)
     first = q[1] - (p[2] - p[0])
     last = q[-2] + (p[-1] - p[-3])
     return np.concatenate([first[None], q, last[None]])

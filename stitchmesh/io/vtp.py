@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import fspath
+from typing import Any
 
 import numpy as np
 
@@ -50,7 +51,6 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
         FileError: the file cannot be written.
     """
     import pyvista
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
     curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), samples)
     data = pyvista.PolyData(np.concatenate(curves.points) / scale, lines=_cells(curves.points, curves.closed))
@@ -63,12 +63,42 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
     data.point_data["strain"] = yarns.strain[curves.segment]
     data.cell_data["yarn"] = curves.yarn
     data.cell_data["colour"] = yarns.colour[curves.yarn]
+    write_poly_data(path, data)
+
+
+def write_poly_data(path: FilePath, data: Any) -> None:
+    """Write VTK's poly data.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
     writer = vtkXMLPolyDataWriter()
     writer.SetInputData(data)
     writer.SetDataModeToBinary()
     writer.WriteToOutputStringOn()
     writer.Write()
     write_text(path, writer.GetOutputString())
+
+
+def poly_data(path: FilePath) -> Any:
+    """VTK's poly data of a file.
+
+    Raises:
+        FileError: the file cannot be read or is malformed.
+    """
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    name = fspath(path)
+    read_bytes(path)
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(name)
+    with _quiet():
+        whole = reader.GetExecutive().Update()
+    if not whole or reader.GetErrorCode():
+        raise FileError(f"{name}: is not a sound VTP file; it was cut short or altered")
+    return reader.GetOutput()
 
 
 def read_vtp(path: FilePath) -> VtpPolylines:
@@ -115,17 +145,8 @@ def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
 def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, dict[str, FloatArray]]:
     """Points, where each line starts among the corners and the last ends, the corners, and numbers of the points."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
-    name = fspath(path)
-    read_bytes(path)
-    reader = vtkXMLPolyDataReader()
-    reader.SetFileName(name)
-    with _quiet():
-        whole = reader.GetExecutive().Update()
-    if not whole or reader.GetErrorCode():
-        raise FileError(f"{name}: is not a sound VTP file; it was cut short or altered")
-    data = reader.GetOutput()
+    data = poly_data(path)
     lines = data.GetLines()
     if data.GetPoints() is None or lines.GetNumberOfCells() == 0:
         return np.empty((0, 3)), np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), {}

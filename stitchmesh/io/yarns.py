@@ -27,12 +27,12 @@ import numpy as np
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.io import bcc
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.io.gltf import write_glb
+from stitchmesh.io.gltf import holds_tubes, write_glb
 from stitchmesh.io.hdf5 import read_noun, write_noun
 from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
-from stitchmesh.io.units import centimetres
+from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.usd import LABELS, read_usd, write_usd
 from stitchmesh.io.vtp import read_vtp, write_vtp
 from stitchmesh.lattice import Lattice
@@ -63,7 +63,7 @@ class YarnFormat:
     """To path, with centimetres in the file's unit, the kind of curve and how many tiles of yarns that repeat."""
 
 
-def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None) -> YarnSet:
+def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> YarnSet:
     """Read yarns.
 
     Args:
@@ -87,7 +87,7 @@ def read_yarns(path: FilePath, *, unit: str = "cm", radius: float | None = None)
 
 
 def write_yarns(
-    path: FilePath, yarns: YarnSet, *, unit: str = "cm", curve: str = "catmull-rom", tiles: Tiles = None
+    path: FilePath, yarns: YarnSet, *, unit: str = DEFAULT_UNIT, curve: str = "catmull-rom", tiles: Tiles = None
 ) -> None:
     """Write yarns.
 
@@ -126,26 +126,26 @@ def check_writable(path: FilePath, yarns: YarnSet) -> None:
 
 
 def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    _check_unit_left_out(path, scale)
+    check_unit_left_out(path, scale)
     yarns = read_noun(path, YarnSet, HDF5_FORMAT)
     return yarns if radius is None else _with_radius(yarns, radius)
 
 
 def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # control points are stored as they are
-    _check_unit_left_out(path, scale)
+    check_unit_left_out(path, scale)
     write_noun(path, yarns if tiles is None else tile_yarns(yarns, *tiles), HDF5_FORMAT)
 
 
 def _read_pyp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    _check_unit_left_out(path, scale)
+    check_unit_left_out(path, scale)
     yarns = read_pyp(path)
     return yarns if radius is None else _with_radius(yarns, radius)
 
 
 def _write_pyp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # vertices are knots
-    _check_unit_left_out(path, scale)
+    check_unit_left_out(path, scale)
     if tiles is not None:
         raise ParameterError(f"tiles: {fspath(path)} is of a format that holds one period; leave the tiles out")
     write_pyp(path, yarns)
@@ -188,7 +188,7 @@ def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: 
 
 
 def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
-    _check_unit_left_out(path, scale)
+    check_unit_left_out(path, scale)
     curves = read_usd(path)
     radii = [curve.radius for curve in curves if curve.radius is not None]
     own = np.array(radii) if len(radii) == len(curves) else None
@@ -203,7 +203,7 @@ def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 
 def _write_usd(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # control points are stored as they are
-    _check_unit_left_out(path, scale)
+    check_unit_left_out(path, scale)
     places = None if tiles is None else instances(_lattice(path, yarns), *tiles)
     write_usd(path, _finite(path, yarns, None if tiles is None else (1, 1)), places)
 
@@ -224,12 +224,12 @@ def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: 
 
 def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     del scale, radius
-    raise FileError(f"{fspath(path)}: a glTF file holds tubes, not the curves of yarns; read the .h5 they came from")
+    raise holds_tubes(path)
 
 
 def _write_glb(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
     del curve  # tubes are triangles
-    _check_unit_left_out(path, scale)
+    check_unit_left_out(path, scale)
     write_glb(path, _finite(path, yarns, tiles))
 
 
@@ -266,11 +266,6 @@ def _with_radius(yarns: YarnSet, radius: float) -> YarnSet:
 
 def _log_conversion(path: FilePath, error: float) -> None:
     logger.info("%s: Catmull-Rom curves and B-splines lie up to %.3g cm apart between knots", fspath(path), error)
-
-
-def _check_unit_left_out(path: FilePath, scale: float) -> None:
-    if scale != 1.0:
-        raise ParameterError(f"unit: {fspath(path)} is of a format that fixes or states its unit; leave the unit out")
 
 
 def _finite(path: FilePath, yarns: YarnSet, tiles: Tiles) -> YarnSet:

@@ -31,9 +31,10 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, size_of
-from stitchmesh.periodic.swatch import YARN_RADIUS, Swatch, SwatchOptions, close_contacts, swatch
+from stitchmesh.periodic.swatch import Swatch, close_contacts, swatch
+from stitchmesh.periodic.swatch_options import STRETCH_STEPS, YARN_RADIUS, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.solver import refuse_pull_through
@@ -42,8 +43,6 @@ from stitchmesh.yarnrelax.stress import cell_stress
 Direction = Literal["course", "wale"]
 Other = Literal["free", "held"]
 
-STEPS = 9
-"""States of a curve where no number is given."""
 TOLERANCE = 1e-3
 """Residual of each state, if the quality asks for no less: ribs hardly resist, and need it."""
 CONTROL_POINTS = 24
@@ -129,9 +128,9 @@ def stretch_test(
     course: tuple[float, float] | None = None,
     wale: tuple[float, float] | None = None,
     other: Other = "free",
-    steps: int = STEPS,
+    steps: int = STRETCH_STEPS,
     material: YarnMaterial | None = None,
-    quality: str | Quality = "standard",
+    quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     progress: Callable[[StretchPoint], None] | None = None,
     on_entry: Callable[[HistoryEntry], None] | None = None,
@@ -167,7 +166,7 @@ def stretch_test(
         progress=on_entry, **options,
     )  # fmt: skip
     if material is None:
-        material = YarnMaterial.named("stitchmesh").scaled(options.get("yarn_radius", YARN_RADIUS) / REFERENCE_RADIUS)
+        material = YarnMaterial.named().scaled(options.get("yarn_radius", YARN_RADIUS) / REFERENCE_RADIUS)
     quality = close_contacts(quality, SwatchOptions(**options))
     cell = held_cell(direction, other)
     yarns, points, states = free.yarns, [], []

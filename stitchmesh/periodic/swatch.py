@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,11 +27,12 @@ from stitchmesh.periodic.continuation import change_period, change_radius, chang
 from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.slipped_loop_check import check_loops_begin
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
@@ -39,10 +40,6 @@ from stitchmesh.yarngen import generate_yarns, in_heads
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.solver import refuse_pull_through
 
-YARN_RADIUS = 0.125
-"""Default radius of the yarn [cm], that of the published materials."""
-COMPACT_LOOP = 16.67
-"""Default loop length over the yarn's diameter: Peirce's compact loop."""
 LOOP_OVER_WIDTH = 4.07
 """Yarn of a plain loop as it is drawn over the stitch's width, for yarn of an eighth of the width."""
 THICKEST = 0.16
@@ -52,10 +49,6 @@ CLOSER = 1.5
 further apart the bends of the yarn are, and so is what straightens them (docs/validation.md)."""
 LOOSEST = 4.0
 """Looseness from which on contacts are sampled no more closely."""
-GAMMAS = (0.1, 10.0)
-"""Smallest and largest gamma."""
-TAKE_UP = (0.1, 2.0)
-"""Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
 SIZES = (0.1, 10.0)
 """Smallest and largest period over that of the drawing."""
 ROUNDING = 1e-12
@@ -83,48 +76,11 @@ class Swatch:
         return self.yarns.lattice
 
 
-@dataclass(frozen=True, kw_only=True)
-class SwatchOptions:
-    """What a swatch is made of.
-
-    Raises:
-        ParameterError: a length or gamma is not a positive number, or gamma is out of bounds.
-    """
-
-    yarn_radius: float = YARN_RADIUS
-    """[cm]"""
-    loop_length: float | None = None
-    """Yarn of a plain stitch [cm]; ``COMPACT_LOOP`` yarn diameters where not given. Knitted swatches."""
-    spacing: float | tuple[float, float] | None = None
-    """Distance of neighbouring yarns of a weave [cm], or of its warps and of its wefts."""
-    rest_lengths: RestLengths = field(default_factory=RestLengths)
-    """Take-up: factors of stitches, rows, yarns and parts, which together are within ``TAKE_UP``."""
-    gamma: float = 1.0
-    """Yarn is taken up by this factor, the fabric made so much tighter."""
-    period: tuple[float | None, float | None] = (None, None)
-    """Width and height of the repeat [cm]; None leaves it to the drawing, or free where the cell relaxes."""
-    columns: int = 1
-    """Repeats of the pattern in the cell, side by side."""
-    rows: int = 1
-    """Repeats of the pattern in the cell, above one another."""
-
-    def __post_init__(self) -> None:
-        lengths = {"yarn radius": self.yarn_radius, "loop length": self.loop_length, "period width": self.period[0],
-                   "period height": self.period[1]}  # fmt: skip
-        for name, value in lengths.items():
-            if value is not None and not (np.isfinite(value) and value > 0.0):
-                raise ParameterError(f"{name}: got {value} cm; expected a positive number")
-        if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
-            raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
-        if self.rest_lengths.loop_length is not None:
-            raise ParameterError("rest lengths: got a loop length among them; give it to the swatch")
-
-
 def swatch(
     pattern: str | Pattern | Weave,
     *,
     material: YarnMaterial | None = None,
-    quality: str | Quality = "standard",
+    quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
     progress: Callable[[HistoryEntry], None] | None = None,
@@ -150,7 +106,7 @@ def swatch(
     """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     if material is None:
-        material = YarnMaterial.named("stitchmesh").scaled(chosen.yarn_radius / REFERENCE_RADIUS)
+        material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
     began = time.perf_counter()
     source = resolve_pattern(pattern)
     fabric, first = draw_swatch(source, chosen, quality)

@@ -10,6 +10,7 @@ from os import fspath
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.fabric_pictures import (
@@ -36,7 +37,7 @@ def render_file(
     path: FilePath,
     *,
     what: str | None = None,
-    unit: str = "cm",
+    unit: str = DEFAULT_UNIT,
     radius: float | None = None,
     size: Size = PICTURE_SIZE,
 ) -> None:

@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tessellation: from labeled panels to stitch faces (Yuksel et al. 2012, section 5.2)."""
 
-from stitchmesh.tessellate.tessellate import COURSE_OVER_WALE_SPACING, tessellate
+from stitchmesh.tessellate.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 
-__all__ = ["COURSE_OVER_WALE_SPACING", "tessellate"]
+__all__ = ["COURSE_OVER_WALE_SPACING", "STITCH_WIDTH", "tessellate"]

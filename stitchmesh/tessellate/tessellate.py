@@ -15,6 +15,8 @@ from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
 from stitchmesh.tessellate.courses import loops_per_course
 from stitchmesh.tessellate.panel import Panel, StitchFaces, add_stitches, inner_points
 
+STITCH_WIDTH = 0.8
+"""Wale spacing [cm] where a command is given none: worsted yarn by hand, about 13 stitches in 10 cm."""
 COURSE_OVER_WALE_SPACING = 0.77
 """Height of a relaxed plain stitch over its width: the inverse of Munden's ratio R = 1.3."""
 

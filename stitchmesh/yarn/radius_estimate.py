@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
@@ -119,6 +118,8 @@ def _nearest_strand(samples: _Samples, queries: IntArray) -> FloatArray:
 
 def _nearest_among(others: _Samples, samples: _Samples, queries: IntArray) -> FloatArray:
     """Distance from each sample asked for to the nearest strand among others [cm]; inf where its own hides it."""
+    from scipy.spatial import cKDTree
+
     here = samples.points[queries]
     across, found = cKDTree(others.points).query(here, k=min(NEIGHBOURS, len(others.points)))
     way = np.abs(others.along[found] - samples.along[queries][:, None])

@@ -98,7 +98,9 @@ class RestLengths:
         return self.loop_length is not None or bool(self.stitches) or bool({"floats", "held"} & set(self.parts))
 
 
-def parse_rest_lengths(words: Iterable[str], *, factor: float = 1.0, loop_length: float | None = None) -> RestLengths:
+def parse_rest_lengths(
+    words: Iterable[str], *, factor: float = RestLengths.factor, loop_length: float | None = RestLengths.loop_length
+) -> RestLengths:
     """Rest lengths from factors as a user writes them: ``k=1.1``, ``row:3=0.9``, ``yarn:12=1.2``, ``held=0.6``.
 
     Args:

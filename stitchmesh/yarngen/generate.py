@@ -12,14 +12,15 @@ from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import FLOATING, YarnSet, segment_points
 from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, with_bind_off
 from stitchmesh.yarngen.bridges import HERE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, opened_corners
 from stitchmesh.yarngen.clearance import smallest_distance
+from stitchmesh.yarngen.edge_choice import edges
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
-from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish, edges
+from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.floats_and_tails import Rows, lay_floats, parted_corners, strands_at_ends
 from stitchmesh.yarngen.row_ends import finish_row_ends
 from stitchmesh.yarngen.splines import control_points_through
@@ -50,8 +51,9 @@ class YarnCourse:
 
 
 def generate_yarns(
-    fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = "standard",
-    bind_off: str = "drawn", cast_on: str = "backward", longest_float: int = 12,
+    fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
+    bind_off: str = YarnFinish.bind_off, cast_on: str = YarnFinish.cast_on,
+    longest_float: int = YarnFinish.longest_float,
 ) -> YarnSet:  # fmt: skip
     """Yarn curves of a stitch mesh, each one path, linked as its stitches say.
 

@@ -24,7 +24,7 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.quality import Quality
+from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
 
@@ -37,7 +37,7 @@ RIDGE = 1e-3
 
 
 def regenerate_yarns(
-    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = "standard", **how: Any
+    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **how: Any
 ) -> tuple[YarnSet, YarnSet]:
     """Yarns of an edited fabric, as generated, and in the place where to start relaxing them again.
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.descent import CHECK, Descent
@@ -58,7 +58,7 @@ def relax_cells(
     *,
     materials: Sequence[YarnMaterial] | None = None,
     free: Sequence[RelaxCell] | None = None,
-    quality: str | Quality = "standard",
+    quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Batch:
@@ -80,7 +80,7 @@ def relax_cells(
     quality = quality_named(quality)
     _check(cells, materials, free, quality)
     if materials is None:
-        named = YarnMaterial.named("stitchmesh")
+        named = YarnMaterial.named()
         materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
     solver = Iteration.start_cells(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
     found: dict[int, RelaxedCell] = {}

@@ -10,6 +10,8 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError
 
+DEFAULT_MATERIAL = "stitchmesh"
+"""The named material where none is given."""
 REFERENCE_RADIUS = 0.125
 """Radius [cm] of the yarn that the named materials describe."""
 
@@ -46,7 +48,7 @@ class YarnMaterial:
                 raise ParameterError(f"material: {field.name} is {value}; expected a finite number of at least 0")
 
     @staticmethod
-    def named(name: str) -> YarnMaterial:
+    def named(name: str = DEFAULT_MATERIAL) -> YarnMaterial:
         """A material of that name, for a yarn of ``REFERENCE_RADIUS``.
 
         Raises:

@@ -18,7 +18,7 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.borders import KeepBorders
 from stitchmesh.yarnrelax.cell import RelaxCell
@@ -61,7 +61,7 @@ def relax_yarns(
     *,
     start: YarnSet | None = None,
     material: YarnMaterial | None = None,
-    quality: str | Quality = "standard",
+    quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     keep_shape: StitchMesh | None = None,
     terms: Sequence[TermChoice] = (),
@@ -103,7 +103,7 @@ def relax_yarns(
     began = time.perf_counter()
     quality = quality_named(quality)
     if material is None:
-        material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+        material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     if keep_shape is not None:
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
     points = None if start is None else _points_of(start, yarns)

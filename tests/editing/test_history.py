@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.editing.edit import EDITS, Edit, apply_changes, apply_edit
 from stitchmesh.editing.history import History
 from stitchmesh.editing.log import read_log, replay_edits, write_log
@@ -91,15 +92,19 @@ BAD_LINES = {
     "empty": ("", "line 2: is no JSON"),
     "not an object": ("[1]", "line 2: is no edit; expected"),
     "no arguments": ('{"edit": "bobble"}', "line 2: is no edit; expected"),
-    "a number": ('{"edit": 3, "arguments": {}}', "line 2: is no edit; expected a name"),
+    "a number": ('{"edit": 3, "arguments": {}}', "line 2: is no edit; expected .* edit is 3; expected a text"),
     "unknown edit": ('{"edit": "bobbel", "arguments": {}}', "line 2: edit 'bobbel': is unknown; expected bobble"),
     "missing": ('{"edit": "bobble", "arguments": {}}', "line 2: bobble: needs 'face'; got nothing"),
-    "too many": ('{"edit": "bobble", "arguments": {"face": 1, "size": 2}}', "bobble: has no 'size'; its arguments"),
+    "too many": ('{"edit": "bobble", "arguments": {"face": 1, "size": 2}}', "bobble: has no key 'size'; the keys are"),
+    "misspelt": ('{"edit": "bobble", "arguments": {"faces": 1}}', "has no key 'faces'; did you mean 'face'\\?"),
+    "beside": ('{"edit": "bobble", "arguments": {}, "argument": 1}', "no key 'argument'; did you mean 'arguments'\\?"),
     "text": ('{"edit": "bobble", "arguments": {"face": "one"}}', 'face is "one"; expected a whole number'),
     "half": ('{"edit": "bobble", "arguments": {"face": 1.5}}', "face is 1.5; expected a whole number"),
     "truth": ('{"edit": "bobble", "arguments": {"face": true}}', "face is true; expected a whole number"),
-    "huge": ('{"edit": "bobble", "arguments": {"face": 1e400}}', "face is Infinity; expected a whole number"),
-    "list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": [1, "a"]}}', "expected a list of whole numbers"),
+    "huge": ('{"edit": "bobble", "arguments": {"face": 1e400}}', "line 2: is no JSON .*out of range"),
+    "list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": [1, "a"]}}', r'rows\[1\] is "a"; expected a whole'),
+    "no list": ('{"edit": "stripe", "arguments": {"yarn": 1, "rows": 7}}', "rows is 7; expected a list or null"),
+    "too large": ('{"edit": "bobble", "arguments": {"face": 4294967296}}', "expected a whole number <= 2147483647"),
     "option": ('{"edit": "insert_row", "arguments": {"face": 1, "stitch": 3}}', "stitch is 3; expected a text"),
 }
 
@@ -110,6 +115,13 @@ def test_a_bad_line_is_named(tmp_path, line, message):
     log.write_text('{"edit": "flip_row", "arguments": {"face": 1}}\n' + line + "\n")
     with pytest.raises(FileError, match=message):
         replay_edits(flat(), log)
+
+
+def test_arguments_made_in_python_are_checked_as_those_of_a_log():
+    """What JSON cannot hold, an array say, is named by its type."""
+    for value, shown in ((np.arange(3), "numpy.ndarray"), ("all", '"all"')):
+        with pytest.raises(ParameterError, match=f"stripe: rows is .*{shown}"):
+            apply_edit(flat(), Edit("stripe", {"yarn": 1, "rows": value}))
 
 
 def test_an_edit_refused_in_a_replay_is_named(tmp_path):

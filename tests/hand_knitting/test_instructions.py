@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting import knitting_instructions

@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.hand_knitting.pieces import find_pieces

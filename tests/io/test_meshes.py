@@ -14,6 +14,7 @@ import pytest
 
 from stitchmesh.errors import FileError, MeshError, ParameterError, StitchMeshError
 from stitchmesh.io import read_mesh, write_mesh
+from stitchmesh.io.meshes import FORMATS
 from stitchmesh.mesh import Mesh
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "meshes"
@@ -162,8 +163,10 @@ def test_missing_file_folder_and_unknown_names(tmp_path):
         read_mesh(tmp_path / "m")
     with pytest.raises(ParameterError, match="got 'furlong'; expected one of mm, cm, dm, m, inch"):
         read_mesh(tmp_path / "m.obj", unit="furlong")
-    with pytest.raises(FileError, match=r"unknown format '.ply'; expected one of .obj"):
-        write_mesh(tmp_path / "m.ply", polygons())
+    with pytest.raises(FileError, match=r"unknown format '.xyz'; expected one of .obj .off .ply .vtp .* .stl .glb"):
+        write_mesh(tmp_path / "m.xyz", polygons())
+    with pytest.raises(FileError, match="has no suffix"):
+        write_mesh(tmp_path / "m", polygons())
 
 
 def test_unreadable_file_says_so(tmp_path, monkeypatch):
@@ -284,7 +287,7 @@ def test_a_truncated_binary_ply_is_an_error_wherever_it_is_cut(tmp_path):
             read_mesh(tmp_path / "m.ply")
 
 
-@pytest.mark.parametrize("suffix", [".ply", ".off", ".stl", ".vtk", ".vtu", ".msh", ".mesh"])
+@pytest.mark.parametrize("suffix", sorted(set(FORMATS) - {".obj"}))
 @pytest.mark.parametrize("content", [b"hello\n", b"\x00\xff" * 50, b"OFF\n3 1 0\n0 0 0\n", b"ply\nformat ascii 1.0\n"])
 def test_junk_of_every_format_is_one_quiet_line(tmp_path, capfd, suffix, content):
     path = tmp_path / f"m{suffix}"

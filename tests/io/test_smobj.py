@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_mesh, read_stitches, write_stitches
 from stitchmesh.io.any_file import read_any

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.yarns import FORMATS, check_writable

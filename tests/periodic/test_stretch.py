@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from stitchmesh.cli import main
+from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, chosen_strains, stretch_test

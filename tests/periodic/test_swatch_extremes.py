@@ -14,7 +14,8 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import parse_pattern
 from stitchmesh.periodic.continuation import change_radius, size_of
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import Swatch, SwatchOptions, draw_swatch, scale_yarns, swatch
+from stitchmesh.periodic.swatch import Swatch, draw_swatch, scale_yarns, swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces

@@ -15,7 +15,8 @@ import pytest
 
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.swatch import Swatch, SwatchOptions, close_contacts, draw_swatch, swatch
+from stitchmesh.periodic.swatch import Swatch, close_contacts, draw_swatch, swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.quality import PRESETS, Quality

@@ -12,7 +12,14 @@ from stitchmesh.mesh.change import Change, Marks, Patch, apply_change
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import SECTIONS, Pattern, check_closes
 from stitchmesh.patterns.placement.block import block_of
-from stitchmesh.patterns.placement.columns import OUTSIDE, TILE, Remainder, check_remainder, keeps_counts
+from stitchmesh.patterns.placement.columns import (
+    DEFAULT_REMAINDER,
+    OUTSIDE,
+    TILE,
+    Remainder,
+    check_remainder,
+    keeps_counts,
+)
 from stitchmesh.patterns.placement.crossing_marks import CrossingMarks
 from stitchmesh.patterns.placement.grid import fill_grid, grid_around
 from stitchmesh.patterns.placement.in_place import changed, changes_in_place
@@ -22,7 +29,7 @@ from stitchmesh.patterns.placement.wales import follow_wales
 
 
 def apply_pattern(
-    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = "centre"
+    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
 ) -> StitchMesh:
     """Knit a fabric in a pattern.
 
@@ -55,7 +62,7 @@ def apply_pattern(
 
 
 def pattern_changes(
-    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = "centre"
+    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
 ) -> list[Change]:
     """What ``apply_pattern`` changes, one after the other, each with an exact inverse (``inverse_change``).
 

@@ -18,6 +18,7 @@ from stitchmesh.patterns.pattern import Pattern
 
 Remainder = Literal["centre", "stretch", "refuse"]
 """What is done with loops that whole tiles leave over."""
+DEFAULT_REMAINDER: Remainder = "centre"
 
 LEFT_BASE, RIGHT_BASE = 1 << 40, 1 << 41
 OUTSIDE = -(1 << 42)

@@ -23,8 +23,8 @@ from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings
-from stitchmesh.periodic.swatch import SwatchOptions
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
 
@@ -39,7 +39,7 @@ class SwatchSession:
         pattern: FilePath | Source,
         *,
         material: YarnMaterial | None = None,
-        quality: str | Quality = "standard",
+        quality: str | Quality = DEFAULT_QUALITY,
         device: str | None = None,
         relax_cell: bool | RelaxCell = False,
         **options: Any,

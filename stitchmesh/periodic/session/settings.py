@@ -10,7 +10,7 @@ from typing import Any
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.resolve_pattern import Source
-from stitchmesh.periodic.swatch import SwatchOptions
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
 
 
@@ -47,4 +47,4 @@ class SwatchSettings:
         """What the yarn is made of."""
         if self.material is not None:
             return self.material
-        return YarnMaterial.named("stitchmesh").scaled(self.options.yarn_radius / REFERENCE_RADIUS)
+        return YarnMaterial.named().scaled(self.options.yarn_radius / REFERENCE_RADIUS)

@@ -18,13 +18,12 @@ from scipy.interpolate import PchipInterpolator
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
+from stitchmesh.periodic.swatch_options import SPACING
 from stitchmesh.periodic.weave.heights import taut_heights
 from stitchmesh.periodic.weave.weave import Thread, Weave
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
-SPACING = 2.4
-"""Distance of neighbouring yarns of one layer where none is given [yarn diameters]; a plain weave crimps by 9.5 %."""
 CROSSINGS_PER_STITCH = 3
 """A crossing takes a third of the control points of a knitted stitch, 4 for a draft: half a wave of a plain weave."""
 
@@ -34,7 +33,7 @@ def weave_yarns(
     *,
     yarn_radius: float,
     spacing: float | tuple[float, float] | None = None,
-    quality: str | Quality = "standard",
+    quality: str | Quality = DEFAULT_QUALITY,
 ) -> YarnSet:
     """One period of a woven fabric in the plane z = 0, its front towards +z.
 

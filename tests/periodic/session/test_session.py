@@ -19,7 +19,7 @@ from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings
-from stitchmesh.periodic.swatch import SwatchOptions
+from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
 from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.io import read_yarns
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.weave.library import read_weave

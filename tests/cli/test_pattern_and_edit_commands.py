@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.mesh import StitchMesh

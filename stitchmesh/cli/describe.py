@@ -10,6 +10,7 @@ from stitchmesh.errors import first_few
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import CODES, Stitch
+from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.yarn import YarnSet
 
 NAMES = {stitch: code for code, stitch in CODES.items()} | {
@@ -41,17 +42,6 @@ def description(noun: Mesh | YarnSet) -> list[str]:
         _extent(noun.vertices),
     ]
     return [*lines, *_of_stitches(noun)] if isinstance(noun, StitchMesh) else lines
-
-
-def stitch_counts(fabric: StitchMesh) -> dict[str, int]:
-    """Faces, increases and decreases of a stitch mesh."""
-    more, fewer = fabric.n_top > fabric.n_bottom, fabric.n_top < fabric.n_bottom
-    shaped = (fabric.n_top > 0) & (fabric.n_bottom > 0)
-    return {
-        "faces": fabric.face_count,
-        "increases": int((more & shaped).sum()),
-        "decreases": int((fewer & shaped).sum()),
-    }
 
 
 def _of_yarns(yarns: YarnSet) -> list[str]:

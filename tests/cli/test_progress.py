@@ -10,8 +10,8 @@ import math
 import pytest
 from rich.console import Console
 
+from stitchmesh.cli.progress import on_terminal, seconds_left
 from stitchmesh.pipeline import relaxing_progress
-from stitchmesh.progress import on_terminal, seconds_left
 
 ENERGIES = {"stretch": 12.5, "bend": 345.0}
 
@@ -53,7 +53,7 @@ def test_time_left_follows_from_the_part_done():
 def drawn(*, terminal: bool, seconds: float, monkeypatch) -> str:
     """What a relaxation half done after some seconds prints."""
     now = [0.0]
-    monkeypatch.setattr("stitchmesh.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("stitchmesh.cli.progress.time.monotonic", lambda: now[0])
     text = io.StringIO()
     with on_terminal(Console(file=text, force_terminal=terminal, width=100, color_system=None)) as progress:
         progress("yarnrelax", 0.0, "900 control points")

@@ -9,7 +9,7 @@ import json
 import numpy as np
 import pytest
 
-from stitchmesh import cli
+from stitchmesh.cli import main as cli
 from stitchmesh.io import read_stitches, write_mesh, write_stitches
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, read_pattern

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``knit``."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional
+
+from stitchmesh.cli.arguments import Flag, shown
+from stitchmesh.cli.options import (
+    GENERATED_RADIUS,
+    Device,
+    MorePhysics,
+    QualityName,
+    RestLengthFactors,
+    Rows,
+    SolverOptions,
+    StitchWidth,
+    Unit,
+)
+from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
+from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
+from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.tessellate import STITCH_WIDTH
+from stitchmesh.yarngen.finish import YarnFinish
+
+
+@dataclass(frozen=True)
+class Knit:
+    """Turn a polygon mesh into relaxed yarns, a picture and a report."""
+
+    mesh: Annotated[Positional[str], shown("MESH")]
+    """any polygon mesh: OBJ, PLY, OFF, STL, VTK ..."""
+    output: Annotated[str, shown("DIR", short="-o")]
+    """folder for the stitches, the yarns, a picture, a report and the convergence"""
+    unit: Unit = DEFAULT_UNIT
+    stitch_width: StitchWidth = STITCH_WIDTH
+    pattern: Annotated[str | None, shown("NAME|FILE", "all knit")] = None
+    """pattern that the stitches are worked in"""
+    pattern_remainder: Annotated[str, shown("HOW")] = DEFAULT_REMAINDER
+    """stitches that whole tiles of the pattern leave over: centre, stretch or refuse"""
+    spiral: Flag = False
+    """knit tubes in one row that climbs, a single yarn, and not in rings"""
+    yarn_radius: Annotated[float | None, shown("CM", GENERATED_RADIUS)] = None
+    """yarn radius [cm]"""
+    quality: QualityName = DEFAULT_QUALITY
+    device: Device = None
+    no_picture: Flag = False
+    """write no preview.png"""
+    rows: Rows = field(default_factory=Rows)
+    finish: YarnFinish = field(default_factory=YarnFinish)
+    rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
+    physics: MorePhysics = field(default_factory=MorePhysics)
+    solver: SolverOptions = field(default_factory=SolverOptions)
+
+    def run(self) -> None:
+        """The whole pipeline, with a picture at the end."""
+        from stitchmesh.cli.progress import on_terminal
+        from stitchmesh.io import read_mesh
+        from stitchmesh.patterns import read_pattern
+        from stitchmesh.pipeline import KnitOptions, knit
+
+        options = KnitOptions(
+            stitch_width=self.stitch_width,
+            yarn_radius=self.yarn_radius,
+            quality=self.solver.quality(self.quality),
+            device=self.device,
+            seeds=self.rows.seed,
+            flip=self.rows.flip,
+            pattern=None if self.pattern is None else read_pattern(self.pattern),
+            pattern_remainder=check_remainder(self.pattern_remainder),
+            spiral=self.spiral,
+            finish=self.finish,
+            relaxation=self.solver.relax_options(self.physics, self.rest_lengths.rest_lengths(), Path(self.output)),
+        )
+        with output_folder(self.output) as folder:
+            mesh = read_mesh(self.mesh, unit=self.unit)
+            with on_terminal() as progress:
+                made = knit(mesh, folder, options, progress=progress)
+        plot_history(made.history, folder, options.quality)
+        if not self.no_picture:
+            from stitchmesh.render import render_yarns
+
+            draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
+        print(json.dumps(made.report, indent=2))

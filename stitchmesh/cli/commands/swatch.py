@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``swatch``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from tyro.conf import Positional, UseAppendAction, arg
+
+from stitchmesh import __version__
+from stitchmesh.cli.arguments import Flag, Period, shown
+from stitchmesh.cli.options import FACTORS, Device, Material, MaxIterations, QualityName, SwatchFabric
+from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import DEFAULT_QUALITY, quality_named, quality_with
+from stitchmesh.yarn.rest_length import parse_rest_lengths
+from stitchmesh.yarnrelax.material import DEFAULT_MATERIAL
+
+if TYPE_CHECKING:
+    from stitchmesh.periodic.swatch import Swatch as RelaxedSwatch
+    from stitchmesh.yarn import YarnSet
+
+
+@dataclass(frozen=True)
+class Swatch:
+    """Relax one repeat of a pattern or of a weave."""
+
+    pattern: Annotated[Positional[str], shown("PATTERN")]
+    """name of a pattern or weave, or a file of one"""
+    output: Annotated[str, shown("DIR", short="-o")]
+    """folder for the repeat, tiles of it, a picture, a report and the convergence"""
+    fabric: SwatchFabric = field(default_factory=SwatchFabric)
+    rest_length: Annotated[
+        UseAppendAction[tuple[str, ...]],
+        shown("KEY=F", help=f"take-up, 0.1 to 2: factor {FACTORS}, or of a weave's warp=F or weft=F"),
+    ] = ()
+    material: Material = DEFAULT_MATERIAL
+    relax_cell: Flag = False
+    """let the repeat find its own width and height, except those that are given"""
+    period: Annotated[Period, arg(help_behavior_hint="(default: as drawn)")] = SwatchOptions.period
+    """width and height of the repeat [cm], each a number or free"""
+    quality: QualityName = DEFAULT_QUALITY
+    max_iterations: MaxIterations = None
+    device: Device = None
+    tile: Annotated[tuple[int, int], shown("C R")] = (5, 5)
+    """repeats along the courses and along the wales in the picture and in tiled.bcc"""
+    texture: Annotated[tuple[int, ...] | None, shown("PIXELS [PIXELS]", "no textures")] = None
+    """texture maps of one repeat, of this width and height; of square pixels where only the width is given"""
+    no_picture: Flag = False
+    """write no preview.png"""
+
+    def run(self) -> None:
+        """A repeat in the files of its folder, and its report printed."""
+        from stitchmesh.render import render_swatch
+
+        tiles, pixels = checked_tiles(self.tile), checked_texture(self.texture)
+        options = SwatchOptions(
+            **self.fabric.options(), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
+        )
+        with output_folder(self.output) as folder:
+            made = self._relaxed(options)
+            report = self._report(options, made)
+            _write(folder, made, report, tiles, pixels)
+        if not self.no_picture:
+            draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
+        print(json.dumps(report, indent=2))
+
+    def _relaxed(self, options: SwatchOptions) -> RelaxedSwatch:
+        """The repeat; its progress is drawn on the terminal."""
+        from stitchmesh.cli.progress import on_terminal
+        from stitchmesh.periodic.swatch import swatch
+        from stitchmesh.pipeline import relaxing_progress
+        from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
+
+        quality = quality_named(quality_with(self.quality, max_iterations=self.max_iterations))
+        material = YarnMaterial.named(self.material).scaled(options.yarn_radius / REFERENCE_RADIUS)
+        given = {name: getattr(options, name) for name in options.__dataclass_fields__}
+        with on_terminal() as progress:
+            tell = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+            return swatch(
+                self.pattern, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
+                progress=lambda entry: tell(entry["iteration"], entry["residual"], entry["energies"]), **given,
+            )  # fmt: skip
+
+    def _report(self, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
+        """What was asked for, by which version, and the numbers of the swatch."""
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
+
+        source = resolve_pattern(self.pattern)
+        asked = {"quality": self.quality, "material": self.material, "relax_cell": self.relax_cell}
+        head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
+        return head | {"options": asked | asdict(options)} | made.report
+
+
+def checked_tiles(tiles: tuple[int, int]) -> tuple[int, int]:
+    """Numbers of repeats.
+
+    Raises:
+        ParameterError: one is less than 1.
+    """
+    if min(tiles) < 1:
+        raise ParameterError(f"tile: got {tiles[0]} {tiles[1]}; expected whole numbers from 1")
+    return tiles
+
+
+def checked_texture(numbers: tuple[int, ...] | None) -> tuple[int, int | None] | None:
+    """Width and, where given, height [pixels]; refused before the work and not after it.
+
+    Raises:
+        ParameterError: there are more than two numbers, or one is out of bounds.
+    """
+    if numbers is None:
+        return None
+    from stitchmesh.periodic.textures.textures import LARGEST
+
+    if len(numbers) > 2 or not all(1 <= number <= LARGEST for number in numbers):
+        found = " ".join(map(str, numbers))
+        raise ParameterError(f"texture: got {found}; expected a width, or width and height, from 1 to {LARGEST} pixels")
+    return numbers[0], numbers[1] if len(numbers) == 2 else None
+
+
+def _write(
+    folder: Path, made: RelaxedSwatch, report: dict[str, Any], tiles: tuple[int, int],
+    pixels: tuple[int, int | None] | None,
+) -> None:  # fmt: skip
+    from stitchmesh.io.atomic import write_json
+    from stitchmesh.io.history import write_history
+    from stitchmesh.io.yarns import write_yarns
+    from stitchmesh.periodic.textures.files import write_textures
+    from stitchmesh.periodic.textures.textures import texture_maps
+
+    write_yarns(folder / "cell.h5", made.yarns)
+    _write_pyp(folder / "cell.pyp", made.yarns)
+    write_yarns(folder / "tiled.bcc", made.yarns, tiles=tiles)
+    if pixels is not None:
+        write_textures(folder / "textures", texture_maps(made.yarns, width=pixels[0], height=pixels[1]))
+    write_history(folder / "convergence.csv", made.history)
+    plot_history(made.history, folder, report["options"]["quality"])
+    write_json(folder / "report.json", report)
+
+
+def _write_pyp(path: Path, cell: YarnSet) -> None:
+    """Write the format of periodic patterns, where it can hold the yarns."""
+    from stitchmesh.io.pyp import check_pyp
+    from stitchmesh.io.yarns import write_yarns
+
+    try:
+        check_pyp(path, cell)
+    except FileError as error:
+        print(f"not written: {error}", file=sys.stderr)
+        return
+    write_yarns(path, cell)

@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``tessellate``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tyro.conf import Positional
+
+from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.options import WRITTEN_STITCHES, StitchWidth
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
+
+
+@dataclass(frozen=True)
+class Tessellate:
+    """Divide a labeled mesh into stitches."""
+
+    labeled: Annotated[Positional[str], shown("LABELED")]
+    """labeled mesh, from `stitchmesh label`"""
+    output: Annotated[str, shown("FILE", short="-o", help=WRITTEN_STITCHES)]
+    stitch_width: StitchWidth = STITCH_WIDTH
+    stitch_height: Annotated[float | None, shown("CM", f"{COURSE_OVER_WALE_SPACING} of the width")] = None
+    """course spacing [cm]"""
+
+    def run(self) -> None:
+        """Stitch faces."""
+        from stitchmesh.io import read_stitches, write_stitches
+        from stitchmesh.mesh.stitch_counts import stitch_counts
+
+        labeled = read_stitches(self.labeled)
+        fabric = tessellate(labeled, stitch_width=self.stitch_width, stitch_height=self.stitch_height)
+        write_stitches(self.output, fabric)
+        print(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The program: it reads the words, runs the command, and returns the exit status."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import sys
+from collections.abc import Sequence
+
+from stitchmesh import __version__
+from stitchmesh.cli.arguments import BAD_INPUT, parse
+from stitchmesh.cli.commands.check import Check
+from stitchmesh.cli.commands.convert import Convert
+from stitchmesh.cli.commands.edit import Edit
+from stitchmesh.cli.commands.info import Info
+from stitchmesh.cli.commands.instructions import Instructions
+from stitchmesh.cli.commands.knit import Knit
+from stitchmesh.cli.commands.label import Label
+from stitchmesh.cli.commands.pattern import Pattern
+from stitchmesh.cli.commands.patterns import Patterns
+from stitchmesh.cli.commands.relax import Relax
+from stitchmesh.cli.commands.relax_edited import RelaxEdited
+from stitchmesh.cli.commands.relax_mesh import RelaxMesh
+from stitchmesh.cli.commands.render import Render
+from stitchmesh.cli.commands.stretch import Stretch
+from stitchmesh.cli.commands.swatch import Swatch
+from stitchmesh.cli.commands.tessellate import Tessellate
+from stitchmesh.cli.commands.yarns import Yarns
+from stitchmesh.errors import StitchMeshError
+
+INTERRUPTED = 130
+"""Exit status after an interrupt from the keyboard."""
+DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
+COMMANDS = (
+    Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch,
+    Info, Check, Patterns, Instructions, Convert, Render,
+)  # fmt: skip
+"""The commands, in the order in which the help lists them."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit status.
+
+    Args:
+        argv: the words after the program's name; those of the process unless given.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if words == ["--version"]:
+        print(f"stitchmesh {__version__}")
+        return 0
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that knows no more than ASCII prints what it can
+    logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_ToStandardError()])
+    try:
+        parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION).run()
+        sys.stdout.flush()
+    except StitchMeshError as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("interrupted; what was saved last is whole", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of the output, for example `head`, has closed it; the rest is discarded
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
+class _ToStandardError(logging.Handler):
+    """Logs to what standard error is now; while a progress is drawn that is a stream that keeps its lines apart."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one record."""
+        print(self.format(record), file=sys.stderr)

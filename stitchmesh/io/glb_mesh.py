@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Binary glTF meshes: triangles, in metres as the format demands.
+
+Programs that write glTF repeat a vertex for each of its normals and texture coordinates; points at exactly the same
+place are welded.
+"""
+
+from __future__ import annotations
+
+import io
+from os import fspath
+
+import numpy as np
+
+from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.float32 import rounded
+from stitchmesh.io.gltf import TUBES, holds_tubes
+from stitchmesh.io.meshio_mesh import weld
+from stitchmesh.mesh import FloatArray
+
+
+def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
+    """Vertices of all meshes of the scene, in its own coordinates, and triangles as 0-based vertex numbers.
+
+    Raises:
+        FileError: the file cannot be read, is malformed, has no triangles, or holds tubes that ``write_yarns`` wrote.
+    """
+    import trimesh
+
+    name, content = fspath(path), read_bytes(path)
+    try:
+        scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+        mesh = scene.to_mesh()
+        points, triangles = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
+    except Exception as error:  # trimesh raises whatever a malformed part brings up
+        reason = (str(error).splitlines() or [type(error).__name__])[0][:100]
+        raise FileError(f"{name}: is not a valid glTF file ({reason}); write it again") from error
+    if TUBES in scene.geometry:
+        raise holds_tubes(path)
+    if not len(triangles):
+        raise FileError(f"{name}: has no triangles; expected a polygon mesh")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        raise FileError(f"{name}: a triangle names point {triangles.max()}; the file has {len(points)} points")
+    return weld(points, triangles.tolist())
+
+
+def write_glb_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
+    """Write triangles.
+
+    Raises:
+        FileError: a coordinate is too large for float32, or the file cannot be written.
+    """
+    import trimesh
+    from trimesh.exchange.gltf import export_glb
+
+    mesh = trimesh.Trimesh(vertices=rounded(path, "the coordinates", vertices), faces=faces, process=False)
+    scene = trimesh.Scene()
+    scene.add_geometry(mesh, node_name="mesh", geom_name="mesh")
+    write_bytes(path, export_glb(scene, include_normals=False))

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""VTK's XML poly data: polygons of any size, as meshio does not read or write them."""
+
+from __future__ import annotations
+
+from os import fspath
+
+import numpy as np
+
+from stitchmesh.errors import FileError
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.vtp import poly_data, write_poly_data
+from stitchmesh.mesh import FloatArray
+
+
+def holds_polygons(path: FilePath) -> bool:
+    """Whether a VTP file has faces.
+
+    Raises:
+        FileError: the file cannot be read or is malformed.
+    """
+    return bool(poly_data(path).GetNumberOfPolys())
+
+
+def read_vtp_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
+    """Vertices as written and faces as 0-based vertex numbers.
+
+    Raises:
+        FileError: the file cannot be read, is malformed, or has no faces.
+    """
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    name, data = fspath(path), poly_data(path)
+    polygons = data.GetPolys()
+    if data.GetPoints() is None or polygons.GetNumberOfCells() == 0:
+        raise FileError(f"{name}: has no faces; expected a polygon mesh")
+    points = vtk_to_numpy(data.GetPoints().GetData()).astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
+    starts = vtk_to_numpy(polygons.GetOffsetsArray()).astype(np.int64)
+    corners = vtk_to_numpy(polygons.GetConnectivityArray()).astype(np.int64)
+    unknown = corners[(corners < 0) | (corners >= len(points))]
+    if len(unknown):
+        raise FileError(f"{name}: a face names point {unknown[0]}; the file has {len(points)} points")
+    return points, [face.tolist() for face in np.split(corners, starts[1:-1])]
+
+
+def write_vtp_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
+    """Write polygons.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    import pyvista
+
+    write_poly_data(path, pyvista.PolyData(vertices, faces=np.concatenate([[len(face), *face] for face in faces])))

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which template draws each face of a first or last row, for the cast-on and bind-off that are chosen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh.courses import course_through
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.yarngen.bind_off import small_rings
+from stitchmesh.yarngen.bridges import Bridges, crossing_number
+from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarngen.templates.edge_templates import Edge
+
+
+def edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
+    """How each face is drawn (``Edge``), shape (F,).
+
+    Args:
+        whole: the stitch mesh with its bind-off row.
+        bridges: its row ends: a row bound off is worked away from the end at which yarn reaches it.
+        finish: what is chosen.
+    """
+    edge = np.full(whole.face_count, Edge.BY_STITCH)
+    if finish.cast_on == "open":
+        edge[whole.stitch == Stitch.CAST_ON] = Edge.YARN_OVERS
+    if finish.bind_off == "chain":
+        _draw_chains(whole, bridges, edge)
+    return edge
+
+
+def _draw_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
+    bound = whole.stitch == Stitch.BIND_OFF
+    edge[bound] = Edge.CHAIN
+    for ring in small_rings(whole):
+        edge[whole.side_face[ring]] = Edge.BY_STITCH
+    for face in np.flatnonzero(bound & (whole.twin[whole.left_wale] == BORDER)).tolist():
+        row = list(course_through(whole, face, climbing=True).faces)
+        if len(row) == 1:
+            edge[face] = Edge.CHAIN_ALONE
+        elif _starts_right(bridges, int(whole.left_wale[face]), int(whole.right_wale[row[-1]])):
+            edge[row] = [Edge.LEFTWARD_LAST, *[Edge.LEFTWARD_CHAIN] * (len(row) - 2), Edge.LEFTWARD_FIRST]
+        else:
+            edge[row] = [Edge.CHAIN_FIRST, *[Edge.CHAIN] * (len(row) - 2), Edge.CHAIN_LAST]
+
+
+def _starts_right(bridges: Bridges, left: int, right: int) -> bool:
+    """Whether yarn reaches a row at its right end alone."""
+    return crossing_number(right) in bridges.ways and crossing_number(left) not in bridges.ways

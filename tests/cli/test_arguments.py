@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Words of the command line: defaults are the library's, and what is refused is one line that says what is expected."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import re
+import subprocess
+import sys
+from dataclasses import MISSING, fields, is_dataclass
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import pytest
+
+from stitchmesh.cli.arguments import one_line, parse
+from stitchmesh.cli.main import COMMANDS, main
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.pipeline import KnitOptions, RelaxOptions
+from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarngen import YarnFinish
+from tests.gallery import ROOT
+
+REQUIRED: dict[str, list[str]] = {
+    "convert": ["a.h5", "b.h5"], "pattern": ["a.h5", "rib2x2", "-o", "b.h5"], "patterns": [], "edit": ["a.h5"],
+    "instructions": ["a.h5"], "info": ["a.h5"], "check": ["a.h5"],
+    "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
+    "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
+}  # fmt: skip
+"""Words that a command needs, where they are not a file and -o with another."""
+NAMES = [re.sub(r"(?<=[a-z])(?=[A-Z])", "-", command.__name__).lower() for command in COMMANDS]
+
+
+def words_of(name: str) -> list[str]:
+    return [name, *REQUIRED.get(name, ["a.h5", "-o", "b"])]
+
+
+def parsed(words: list[str]) -> Any:
+    return parse(COMMANDS, words, program="stitchmesh", description="")
+
+
+def refused(capsys, words: list[str]) -> str:
+    with pytest.raises(SystemExit) as stop:
+        main(words)
+    printed = capsys.readouterr()
+    assert stop.value.code == 2 and printed.out == "" and printed.err.count("\n") == 1
+    assert not set(printed.err) & set("│╭╰─")
+    return printed.err
+
+
+@pytest.mark.parametrize(("name", "command"), list(zip(NAMES, COMMANDS, strict=True)))
+def test_the_words_that_a_command_needs_leave_all_else_at_its_default(name, command):
+    made = parsed(words_of(name))
+    assert type(made) is command
+    for field in fields(command):
+        default = field.default_factory() if field.default_factory is not MISSING else field.default
+        if default is not MISSING:
+            assert getattr(made, field.name) == default, field.name
+
+
+def test_defaults_are_those_of_the_library():
+    knit, swatch = parsed(words_of("knit")), parsed(words_of("swatch"))
+    library = KnitOptions()
+    assert (knit.stitch_width, knit.quality, knit.device) == (library.stitch_width, library.quality, library.device)
+    assert (knit.yarn_radius, knit.spiral) == (library.yarn_radius, library.spiral)
+    assert knit.pattern_remainder == library.pattern_remainder
+    assert knit.finish == library.finish == YarnFinish()
+    assert knit.solver.material == RelaxOptions().material
+    assert knit.rest_lengths.rest_lengths() == RestLengths()
+    assert SwatchOptions(**swatch.fabric.options(), period=swatch.period) == SwatchOptions()
+
+
+def test_words_reach_their_fields():
+    made = parsed([
+        "knit", "a.obj", "-o", "out", "--seed", "1,2", "--seed", "3,4", "--flip", "7", "--flip", "8", "--gravity", "0",
+        "-981", "0", "--friction", "0.2,0.3", "--twist", "5", "--rest-length", "k=1.1", "--rest-length", "row:3=0.9",
+        "--no-picture", "--spiral", "--yarn-radius", "0.1", "--longest-float=3", "--solver", "dynamics",
+    ])  # fmt: skip
+    assert made.rows.seed == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
+    assert made.physics.gravity == (0.0, -981.0, 0.0)
+    assert (made.physics.friction, made.physics.twist) == ((0.2, 0.3), (5.0,))
+    assert made.rest_lengths.rest_lengths().stitches == {"k": 1.1}
+    assert made.no_picture and made.spiral and made.yarn_radius == 0.1
+    assert made.finish.longest_float == 3 and made.solver.solver == "dynamics"
+
+
+@pytest.mark.parametrize(
+    ("words", "period"), [(["free", "1.5"], (None, 1.5)), (["2", "free"], (2.0, None)), (["-1", "3"], (-1.0, 3.0))]
+)
+def test_a_period_is_two_sizes_or_free(words, period):
+    assert parsed([*words_of("swatch"), "--period", *words]).period == period
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["knit", "a.obj", "-o", "o", "--stitch-width", "wide"], "--stitch-width: got 'wide'; expected a number"),
+        (["knit", "a.obj", "-o", "o", "--max-iterations", "1.5"], "--max-iterations: got '1.5'; expected a whole"),
+        (["knit", "a.obj", "-o", "o", "--gravity", "0", "down", "0"], "--gravity: got '0 down 0'; expected numbers"),
+        (["knit", "a.obj", "-o", "o", "--gravity", "0", "0"], "--gravity"),
+        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--seed: got '3'; expected two whole numbers with a comma"),
+        (["knit", "a.obj", "-o", "o", "--friction", "a,b"], "--friction: got 'a,b'; expected one number, or two"),
+        (["knit", "a.obj", "-o", "o", "--solver", "quick"], "got 'quick'; expected one of quasistatic, dynamics"),
+        (["knit", "a.obj", "-o", "o", "--stich-width", "2"], "Perhaps you meant: --stitch-width CM"),
+        (["knit", "a.obj"], "Missing from stitchmesh knit: -o DIR, --output DIR"),
+        (["knit", "a.obj", "b.obj", "-o", "o"], "Unrecognized options: b.obj"),
+        (["knit", "a.obj", "-o"], "'-o/--output'"),
+        (["relax", "a", "-o", "b", "--fabric", "c", "--keep-shape", "d"], "--fabric and --keep-shape are not allowed"),
+        (["swatch", "plain", "-o", "o", "--period", "1", "wide"], "--period: got '1 wide'; expected two numbers of cm"),
+        (["swatch", "plain", "-o", "o", "--tile", "1.5", "2"], "--tile: got '1.5 2'; expected whole numbers"),
+        (["knot"], "Unrecognized options: knot; Available subcommands: knit, label"),
+        ([], "Expected one of {knit, label"),
+    ],
+)  # fmt: skip
+def test_words_that_are_no_command_are_one_line(capsys, words, message):
+    said = refused(capsys, words)
+    assert message in said
+    program = f"stitchmesh {words[0]}" if words and words[0] != "knot" else "stitchmesh"
+    assert said.startswith(f"{program}: ") and said.endswith(f"; see {program} --help\n")
+
+
+@pytest.mark.parametrize("width", ["40", "80", "200"])
+def test_a_refusal_does_not_depend_on_the_width_of_the_terminal(capsys, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", width)
+    said = refused(capsys, ["knit", "a.obj", "-o", "o", "--friction", "slippery"])
+    assert "--friction: got 'slippery'; expected one number, or two with a comma between them; see" in said
+
+
+@pytest.mark.parametrize("width", [80, 120])
+@pytest.mark.parametrize("name", NAMES)
+def test_help_fits_the_terminal_and_shows_every_option(capsys, monkeypatch, name, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    with pytest.raises(SystemExit) as stop:
+        main([name, "--help"])
+    text = capsys.readouterr().out
+    assert stop.value.code == 0
+    assert max(len(line) for line in text.splitlines() if not line.startswith("usage")) <= width
+    command = COMMANDS[NAMES.index(name)]
+    for option in options_of(command):
+        assert f"--{option}" in text or option in ("mesh", "file", "pattern", "fabric", "yarns", "labeled", "output")
+    assert "None" not in text and "False" not in text and "``" not in text
+
+
+def options_of(group: Any) -> list[str]:
+    """Flags of a dataclass and of the groups in it."""
+    found = []
+    for name, hint in get_type_hints(group, include_extras=True).items():
+        inner = get_args(hint)[0] if get_origin(hint) is Annotated else hint
+        found += options_of(inner) if is_dataclass(inner) else [name.replace("_", "-")]
+    return found
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_are_frozen(command):
+    made = parsed(words_of(NAMES[COMMANDS.index(command)]))
+    for field in fields(command)[:1]:
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(made, field.name, "other")
+
+
+BOX = """\
+╭─ Value error ─────────╮
+│ Error parsing -x: got │
+│ 'a'                   │
+│ ───────────────────── │
+│ Argument helptext:    │
+│     -x X              │
+╰───────────────────────╯
+"""
+INDENTED = """\
+ Required options
+ ------------------
+  Missing from it:
+      MESH
+          any mesh
+      -o DIR
+  ------------------
+  For full helptext, run:
+      it --help
+
+"""
+
+
+@pytest.mark.parametrize(("box", "line"), [(BOX, "-x: got 'a'"), (INDENTED, "Missing from it: MESH, -o DIR")])
+def test_both_kinds_of_boxes_are_one_line(box, line):
+    """tyro draws lines around them where standard output is UTF-8, and indents them elsewhere."""
+    assert one_line(box) == line
+
+
+def test_a_terminal_of_ascii_is_told_in_one_line():
+    words = [sys.executable, "-m", "stitchmesh", "knit", "a.obj", "-o", "o", "--friction", "slippery"]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "60"}
+    done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, env=environment)
+    assert done.returncode == 2 and done.stdout == ""
+    expected = "--friction: got 'slippery'; expected one number, or two with a comma between them"
+    assert done.stderr == f"stitchmesh knit: {expected}; see stitchmesh knit --help\n"
+
+
+def test_help_is_printed_on_a_terminal_of_ascii_too():
+    words = [sys.executable, "-m", "stitchmesh", "--help"]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, env=environment)
+    assert done.returncode == 0 and "relax-edited" in done.stdout and done.stderr == ""
+
+
+def test_colours_of_a_terminal_do_not_come_into_the_line():
+    assert one_line("\x1b[31m│\x1b[0m \x1b[91;1mError\x1b[0m parsing -x: no \x1b[31m│\x1b[0m") == "-x: no"
+
+
+def test_an_error_that_is_no_box_is_one_line_too():
+    assert one_line("something\nelse\n") == "something else"

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Values that users write: what is sound comes back typed, and whatever is not is one line that names the key."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.checked import checked, parse_json
+
+
+class Panel(msgspec.Struct, forbid_unknown_fields=True):
+    rows: list[int]
+    pattern: str = "rib2x2"
+
+
+class Garment(msgspec.Struct, forbid_unknown_fields=True):
+    mesh: str
+    stitch_width: float = 0.8
+    panels: list[Panel] = []
+    spiral: bool = False
+    radius: float | None = None
+
+
+def test_what_is_sound_is_typed_and_has_its_defaults():
+    found = checked({"mesh": "hat.obj", "panels": [{"rows": [1, 2]}]}, Garment)
+    assert found == Garment("hat.obj", panels=[Panel([1, 2])])
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ({}, "needs 'mesh'; got nothing"),
+        ({"panels": []}, "needs 'mesh'; got panels"),
+        ([], "is []; expected an object"),
+        ({"mesh": 3}, "mesh is 3; expected a text"),
+        ({"mesh": "m", "stitch_width": "wide"}, 'stitch_width is "wide"; expected a number'),
+        ({"mesh": "m", "radius": "thin"}, 'radius is "thin"; expected a number or null'),
+        ({"mesh": "m", "spiral": 1}, "spiral is 1; expected true or false"),
+        ({"mesh": "m", "stich_width": 1}, "has no key 'stich_width'; did you mean 'stitch_width'? the keys are mesh, "),
+        ({"mesh": "m", "colour": 1}, "has no key 'colour'; the keys are mesh, stitch_width"),
+        ({"mesh": "m", "panels": [{"rows": [1]}, {"rows": [1, "x"]}]}, 'panels[1].rows[1] is "x"; expected a whole'),
+        ({"mesh": "m", "panels": [{"row": [1]}]}, "panels[0] has no key 'row'; did you mean 'rows'? the keys are "),
+        ({"mesh": "m", "panels": [{}]}, "panels[0] needs 'rows'; got nothing"),
+        ({"mesh": "m", "panels": "all"}, 'panels is "all"; expected a list'),
+        ({"mesh": list(range(99))}, "mesh is [0, 1, 2"),
+    ],
+)  # fmt: skip
+def test_what_is_not_is_one_line(value: Any, message: str):
+    with pytest.raises(ParameterError) as caught:
+        checked(value, Garment)
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 160
+
+
+@pytest.mark.parametrize("text", ["", "{", "{} {}", '{"a": NaN}', "[" * 100_000, '{"a": 1e400}', '{"a": "\x00"}'])
+def test_a_text_that_is_no_json_is_one_line(text: str):
+    with pytest.raises(ParameterError, match=r"^is no JSON .{0,100}$"):
+        parse_json(text)
+
+
+def test_json_is_its_value():
+    assert parse_json('{"edit": "flip_row", "arguments": {"face": [3, null]}}') == {
+        "edit": "flip_row",
+        "arguments": {"face": [3, None]},
+    }

@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Polygon meshes in every format that is read: what is written comes back, or what the format cannot hold is said."""
+
+from __future__ import annotations
+
+import logging
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.cli.main import main
+from stitchmesh.errors import FileError, MeshError, ParameterError
+from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches
+from stitchmesh.io.any_file import read_any
+from stitchmesh.io.meshes import FORMATS
+from stitchmesh.io.vtp import poly_data
+from stitchmesh.labeling import label
+from stitchmesh.mesh import Mesh
+from tests.gallery import ROOT, tube
+
+MESHES = ROOT / "assets" / "meshes"
+ALL = sorted(FORMATS)
+POLYGONS = [suffix for suffix in ALL if FORMATS[suffix].most_corners is None]
+TRIANGLES = [suffix for suffix in ALL if FORMATS[suffix].most_corners == 3]
+FLOAT32 = {".stl", ".glb"}
+ROUNDING = 6e-8
+"""Half the distance of float32 numbers, over the larger of the two."""
+L_SHAPE = np.array([[0, 0, 0], [3, 0, 0], [3, 1, 0], [1, 1, 0], [1, 3, 0], [0, 3, 0]], dtype=float)
+"""A hexagon with one corner inwards: its six triangles around any corner but that one and its opposite overlap."""
+
+
+def faces_of(mesh: Mesh) -> list[list[int]]:
+    return [mesh.face_vertex[first:last].tolist() for first, last in pairwise(mesh.face_start)]
+
+
+def area(mesh: Mesh) -> float:
+    return float(np.linalg.norm(mesh.face_vector_area, axis=1).sum())
+
+
+def mixed() -> Mesh:
+    """Two triangles, a quad and a pentagon around one vertex, taken in turns so that sizes change from face to face."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False) + 0.1
+    rim = np.stack([np.cos(angle), np.sin(angle), 0.3 * np.cos(3 * angle)], axis=1) / 7
+    vertices = np.concatenate([np.zeros((1, 3)), rim])
+    return Mesh.from_polygons(vertices, [[0, 1, 2], [0, 2, 3, 4, 5], [0, 5, 6], [0, 6, 7, 8], [0, 8, 1]])
+
+
+@pytest.mark.parametrize("suffix", ALL)
+@pytest.mark.parametrize("name", ["hat", "sock", "dress"])
+def test_garments_come_back(tmp_path, suffix, name):
+    mesh = read_mesh(MESHES / f"{name}.obj")
+    path = tmp_path / f"mesh{suffix}"
+    write_mesh(path, mesh)
+    again = read_mesh(path)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name], "nothing else is left"
+    # welding puts the vertices of STL and glTF in the order in which faces name them
+    assert len(again.vertices) == len(mesh.vertices)
+    assert len(again.boundary_loops) == len(mesh.boundary_loops)
+    if suffix in FLOAT32:
+        assert np.diff(again.face_start).max() == 3
+        # of a quad that is not flat, both ways of dividing it have another area than the vector area of the whole
+        assert area(again) == pytest.approx(area(mesh), rel=0.02)
+        size = np.abs(mesh.vertices).max()
+        nearest = np.linalg.norm(again.vertices[:, None] - mesh.vertices, axis=2).min(axis=0)
+        assert nearest.max() <= 4 * ROUNDING * size  # three coordinates, and metres to centimetres
+    else:
+        np.testing.assert_array_equal(again.vertices, mesh.vertices)
+        assert faces_of(again) == faces_of(mesh)
+
+
+@pytest.mark.parametrize("suffix", POLYGONS)
+def test_polygons_of_any_size_keep_it(tmp_path, suffix, caplog):
+    write_mesh(tmp_path / f"m{suffix}", mixed())
+    again = read_mesh(tmp_path / f"m{suffix}")
+    np.testing.assert_array_equal(again.vertices, mixed().vertices)
+    assert faces_of(again) == faces_of(mixed())
+    assert not caplog.records
+
+
+@pytest.mark.parametrize(("suffix", "count"), [(".stl", 2), (".glb", 2), (".msh", 1), (".mesh", 1)])
+def test_larger_faces_are_divided_and_a_line_says_so(tmp_path, suffix, count, caplog):
+    path = tmp_path / f"m{suffix}"
+    with caplog.at_level(logging.WARNING, logger="stitchmesh"):
+        write_mesh(path, mixed())
+    (line,) = [record.getMessage() for record in caplog.records]
+    assert line.startswith(f"{path}: the format holds triangles") and f"{count} larger faces are divided" in line
+    again = read_mesh(path)
+    corners = sorted(np.diff(again.face_start).tolist())
+    assert corners == ([3] * 8 if count == 2 else [3] * 6 + [4])
+    assert len(again.vertices) == 9 and len(again.boundary_loops) == 1
+
+
+@pytest.mark.parametrize("suffix", TRIANGLES)
+@pytest.mark.parametrize("first", range(6))
+def test_a_concave_face_is_divided_inside_itself(tmp_path, suffix, first):
+    """Triangles around one corner would cover some of the plane twice; the area says that none does."""
+    mesh = Mesh.from_polygons(np.roll(L_SHAPE, first, axis=0), [list(range(6))])
+    write_mesh(tmp_path / f"m{suffix}", mesh)
+    assert area(read_mesh(tmp_path / f"m{suffix}")) == pytest.approx(5.0, rel=1e-6)  # float32
+
+
+@pytest.mark.parametrize("suffix", sorted(set(ALL) - {".glb"}))
+def test_units_are_written(tmp_path, suffix):
+    mesh = tube(8, 2, radius=2.0, height=1.5)
+    write_mesh(tmp_path / f"m{suffix}", mesh, unit="mm")
+    as_cm = read_mesh(tmp_path / f"m{suffix}")
+    assert np.ptp(as_cm.vertices, axis=0).max() == pytest.approx(40.0, rel=1e-6)  # float32
+    again = read_mesh(tmp_path / f"m{suffix}", unit="mm")
+    assert np.ptp(again.vertices, axis=0).max() == pytest.approx(4.0, rel=1e-6)
+
+
+def test_gltf_is_in_metres(tmp_path):
+    import trimesh
+
+    write_mesh(tmp_path / "m.glb", tube(8, 2, radius=2.0, height=1.5))
+    stored = trimesh.load_scene(tmp_path / "m.glb", process=False).to_mesh()
+    assert np.ptp(stored.vertices, axis=0).max() == pytest.approx(0.04, rel=1e-6)  # float32
+    with pytest.raises(ParameterError, match="fixes or states its unit; leave the unit out"):
+        read_mesh(tmp_path / "m.glb", unit="mm")
+    with pytest.raises(ParameterError, match="fixes or states its unit; leave the unit out"):
+        write_mesh(tmp_path / "n.glb", tube(8, 2), unit="m")
+    assert not (tmp_path / "n.glb").exists()
+
+
+def test_seams_of_other_programs_are_welded(tmp_path):
+    """Normals of its own at each corner of each face: as many vertices as corners in the file."""
+    import trimesh
+
+    box = trimesh.creation.box()
+    box.unmerge_vertices()
+    box.export(tmp_path / "box.glb")
+    mesh = read_mesh(tmp_path / "box.glb")
+    assert (len(mesh.vertices), mesh.face_count, len(mesh.boundary_loops)) == (8, 12, 0)
+
+
+@pytest.mark.parametrize("suffix", [".vtp", ".glb", ".ply", ".stl"])
+def test_a_file_cut_short_is_an_error_wherever_it_is_cut(tmp_path, suffix, capfd):
+    write_mesh(tmp_path / f"whole{suffix}", tube(6, 2))
+    whole = (tmp_path / f"whole{suffix}").read_bytes()
+    capfd.readouterr()
+    for cut in range(0, len(whole) - 40, max(1, len(whole) // 60)):
+        (tmp_path / f"m{suffix}").write_bytes(whole[:cut])
+        with pytest.raises((FileError, MeshError)) as caught:
+            read_mesh(tmp_path / f"m{suffix}")
+        assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_vtp_holds_yarns_or_a_mesh(tmp_path):
+    write_mesh(tmp_path / "mesh.vtp", mixed())
+    assert type(read_any(tmp_path / "mesh.vtp")) is Mesh
+    assert poly_data(tmp_path / "mesh.vtp").GetNumberOfPolys() == 5
+    with pytest.raises(FileError, match="has no lines; expected polylines"):
+        read_yarns(tmp_path / "mesh.vtp")
+
+
+def test_vtp_that_names_points_that_are_not_there(tmp_path):
+    import pyvista
+
+    data = pyvista.PolyData(np.eye(3), faces=[3, 0, 1, 7])
+    data.save(tmp_path / "m.vtp", binary=False)
+    with pytest.raises(FileError, match="a face names point 7; the file has 3 points"):
+        read_mesh(tmp_path / "m.vtp")
+    pyvista.PolyData(np.eye(3)).save(tmp_path / "n.vtp")
+    with pytest.raises(FileError, match=r"has no faces; expected a polygon mesh"):
+        read_mesh(tmp_path / "n.vtp")
+
+
+@pytest.mark.parametrize("suffix", sorted(FLOAT32))
+def test_what_float32_cannot_hold_is_refused_and_the_old_file_stays(tmp_path, suffix):
+    path = tmp_path / f"m{suffix}"
+    path.write_bytes(b"old")
+    with pytest.raises(FileError, match="too large for the format's float32"):
+        write_mesh(path, Mesh.from_polygons(np.array([[0, 0, 0], [1e41, 0, 0], [0, 1e41, 0]]), [[0, 1, 2]]))
+    assert path.read_bytes() == b"old" and len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("suffix", ALL)
+def test_a_place_that_cannot_be_written_is_one_line(tmp_path, suffix):
+    (tmp_path / f"folder{suffix}").mkdir()
+    with pytest.raises(FileError, match="is a folder"):
+        write_mesh(tmp_path / f"folder{suffix}", tube(6, 2))
+    (tmp_path / "file").touch()
+    with pytest.raises(FileError, match="choose another folder"):
+        write_mesh(tmp_path / "file" / f"m{suffix}", tube(6, 2))
+
+
+@pytest.mark.parametrize("suffix", ALL)
+def test_convert_writes_every_format(tmp_path, suffix, capsys):
+    source, target = MESHES / "hat.obj", tmp_path / f"hat{suffix}"
+    assert main(["convert", str(source), str(target)]) == 0
+    assert read_mesh(target).vertices.shape == read_mesh(source).vertices.shape
+    assert main(["info", str(target)]) == 0
+    assert "polygon mesh" in capsys.readouterr().out
+
+
+def test_convert_writes_the_faces_of_a_stitch_mesh(tmp_path, capsys):
+    write_stitches(tmp_path / "rows.h5", label(tube(8, 2)))
+    assert main(["convert", str(tmp_path / "rows.h5"), str(tmp_path / "rows.ply")]) == 0
+    assert faces_of(read_mesh(tmp_path / "rows.ply")) == faces_of(read_stitches(tmp_path / "rows.h5"))
+    assert main(["convert", str(tmp_path / "rows.h5"), str(tmp_path / "rows.doc")]) == 2
+    said = capsys.readouterr().err
+    assert "unknown format '.doc'; expected one of .h5 .smobj .k .obj .off .ply" in said and said.count("\n") == 1
+    assert not Path(tmp_path / "rows.doc").exists()
