@@ -1,11 +1,11 @@
-# `make knit` and `make test` set themselves up; nothing else is needed than Python 3.11 and make.
+# `make knit`, `make test` and `make docs` set themselves up; nothing else is needed than Python 3.11 and make.
 
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
-.PHONY: knit test lint setup lock clean
+.PHONY: knit test lint docs setup lock clean
 
 knit: setup
 	$(RUN) -m stitchmesh knit assets/meshes/sweater.obj --stitch-width 1.5 --quality draft --device cpu -o out/sweater
@@ -17,6 +17,10 @@ lint: setup
 	$(RUN) -m ruff check .
 	$(RUN) -m mypy
 
+# the site, out/site/index.html; a broken link is an error. The theme announces MkDocs 2 in each build, so it is silenced
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build --strict --quiet
+
 setup: $(VENV)/ready
 
 $(VENV)/ready: requirements.lock pyproject.toml
@@ -27,7 +31,7 @@ $(VENV)/ready: requirements.lock pyproject.toml
 
 # after a change of the dependencies; needs uv
 lock:
-	uv pip compile pyproject.toml --extra dev --generate-hashes --no-header --python-version 3.11 -o requirements.lock
+	uv pip compile pyproject.toml --extra dev --extra docs --generate-hashes --no-header --python-version 3.11 -o requirements.lock
 
 clean:
 	rm -rf $(VENV) .cache out
