@@ -4,8 +4,9 @@
 
     python docs/tools/architecture_graph.py
 
-An arrow from A to B means that A imports B. An arrow is left out where a longer path leads from A to B too, for the
-order of imports can be read without it (the transitive reduction of the graph). Imports for annotations alone, under ``if TYPE_CHECKING``, are not shown.
+An arrow from A to B means that A imports B. An arrow is left out where a longer path leads from A to B too, because the
+order of imports can be read without it (the transitive reduction of the graph). Imports for annotations alone, under
+``if TYPE_CHECKING``, are not shown.
 """
 
 from __future__ import annotations
@@ -59,7 +60,9 @@ def mermaid(package: str) -> str:
     graph = import_graph(package)
     folder = ROOT.joinpath(*package.split("."))
     lines = ["flowchart TD"]
-    lines += [f"    {name}[{name}/]" if (folder / name).is_dir() else f"    {name}[{name}.py]" for name in sorted(graph)]
+    lines += [
+        f"    {name}[{name}/]" if (folder / name).is_dir() else f"    {name}[{name}.py]" for name in sorted(graph)
+    ]
     lines += [f"    {name} --> {other}" for name in sorted(graph) for other in sorted(graph[name])]
     return "\n".join(lines)
 
@@ -69,7 +72,9 @@ def page_with_graphs(page: str) -> str:
     for package in GRAPHS:
         begin, end = f"<!-- graph of {package} -->\n", "<!-- end of graph -->"
         block = f"{begin}\n```mermaid\n{mermaid(package)}\n```\n\n{end}"
-        page, count = re.subn(re.escape(begin) + ".*?" + re.escape(end), lambda _, text=block: text, page, flags=re.DOTALL)
+        page, count = re.subn(
+            re.escape(begin) + ".*?" + re.escape(end), lambda _, text=block: text, page, flags=re.DOTALL
+        )
         if count != 1:
             raise ValueError(f"{PAGE}: expected one comment 'graph of {package}' with its end, got {count}")
     return page

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 from html import escape
+from itertools import pairwise
 
 Node = str | tuple[str, str, int]
 """A node of the chart, or the point of an arrow from one node to another in a layer."""
@@ -76,7 +77,7 @@ def _neighbours(paths: list[list[Node]]) -> tuple[dict[Node, list[Node]], dict[N
     above: dict[Node, list[Node]] = {}
     below: dict[Node, list[Node]] = {}
     for path in paths:
-        for a, b in zip(path, path[1:], strict=False):
+        for a, b in pairwise(path):
             below.setdefault(a, []).append(b)
             above.setdefault(b, []).append(a)
     return above, below
@@ -91,7 +92,9 @@ def _ordered(layers: list[list[Node]], paths: list[list[Node]]) -> list[list[Nod
         numbers = range(1, len(layers)) if sweep % 2 == 0 else range(len(layers) - 2, -1, -1)
         for number in numbers:
             place = {node: i for layer in layers for i, node in enumerate(layer)}
-            layers[number].sort(key=lambda node, place=place: _mean([place[o] for o in sides.get(node, [])], place[node]))
+            layers[number].sort(
+                key=lambda node, place=place: _mean([place[o] for o in sides.get(node, [])], place[node])
+            )
         if (count := _crossings(layers, below)) < fewest:
             best, fewest = layers, count
     return best
@@ -103,7 +106,7 @@ def _mean(values: list[float] | list[int], otherwise: float) -> float:
 
 def _crossings(layers: list[list[Node]], below: dict[Node, list[Node]]) -> int:
     count = 0
-    for upper, lower in zip(layers, layers[1:], strict=False):
+    for upper, lower in pairwise(layers):
         place = {node: i for i, node in enumerate(lower)}
         ends = [place[o] for node in upper for o in sorted(below.get(node, []), key=place.__getitem__)]
         count += sum(a > b for i, a in enumerate(ends) for b in ends[i + 1 :])
@@ -142,7 +145,11 @@ def _width(node: Node, labels: dict[str, str]) -> float:
 
 
 def _svg(
-    labels: dict[str, str], paths: list[list[Node]], x: dict[Node, float], y: dict[Node, float], width: dict[Node, float]
+    labels: dict[str, str],
+    paths: list[list[Node]],
+    x: dict[Node, float],
+    y: dict[Node, float],
+    width: dict[Node, float],
 ) -> str:
     right, bottom = max(x[n] + width[n] / 2 for n in x) + 1, max(y.values()) + HEIGHT + 1
     parts = [
@@ -162,7 +169,7 @@ def _svg(
 def _curve(path: list[Node], x: dict[Node, float], y: dict[Node, float]) -> str:
     """From the bottom of the first box to the top of the last, straight down past the boxes of the layers between."""
     text = f"M{x[path[0]]:.1f},{y[path[0]] + HEIGHT:.1f}"
-    for a, b in zip(path, path[1:], strict=False):
+    for a, b in pairwise(path):
         start, end = y[a] + HEIGHT, y[b]
         bend = (end - start) / 2
         text += f" C{x[a]:.1f},{start + bend:.1f} {x[b]:.1f},{end - bend:.1f} {x[b]:.1f},{end:.1f}"

@@ -20,6 +20,8 @@ from mermaid_svg import mermaid_to_svg
 
 ROOT_PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 """File of the root, and its name on the site."""
+LINK = re.compile(r"\]\((?:docs/)?(?!https?:)([^)#]+)")
+"""A link of such a page: its target without the folder and the anchor."""
 FENCE = re.compile(r"^```mermaid\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -40,8 +42,4 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 def links_from_docs(text: str) -> str:
     """The text of a page of the root with its links as they are written in ``docs/``."""
-    return re.sub(r"\]\((?:docs/)?([^)#:]+)(#[^)]*)?\)", lambda found: f"]({_renamed(found.group(1))}{found.group(2) or ''})", text)
-
-
-def _renamed(target: str) -> str:
-    return ROOT_PAGES.get(target, target)
+    return LINK.sub(lambda found: f"]({ROOT_PAGES.get(found[1], found[1])}", text)
