@@ -56,8 +56,9 @@ def test_files_named_in_prose_exist(page):
 
 
 def test_the_reference_has_every_public_name_once():
-    named = [name for page in PAGES for name in REFERENCE.findall(page.read_text())]
-    assert sorted(name.split(".")[-1] for name in named) == sorted(stitchmesh.__all__)
+    named = [name.split(".")[-1] for page in PAGES for name in REFERENCE.findall(page.read_text())]
+    assert len(named) == len(set(named))
+    assert set(named) >= set(stitchmesh.__all__)
 
 
 def test_references_from_pages_are_in_the_reference():
