@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the site needs beyond the pages of ``docs/``: the pages of the root, and pictures of the graphs.
+"""What the site needs beyond the pages of ``docs/``: the pages of the root, pictures of the graphs, and no other host.
 
 ``CONTRIBUTING.md`` and ``CHANGELOG.md`` stand in the root of the repository, where hosts of repositories look for
 them; the site shows them with links that start in ``docs/``. A Mermaid graph is drawn as SVG when the site is built,
@@ -22,6 +22,8 @@ ROOT_PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.m
 """File of the root, and its name on the site."""
 LINK = re.compile(r"\]\((?:docs/)?(?!https?:)([^)#]+)")
 """A link of such a page: its target without the folder and the anchor."""
+REMOTE = re.compile(r"<(?:script|link|img|iframe|source)\b[^>]*(?:src|href)=\"?(?:https?:)?//[^>]*>")
+"""What a browser loads by itself, from another host."""
 FENCE = re.compile(r"^```mermaid\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -38,6 +40,17 @@ def on_files(files: Any, *, config: Any) -> Any:
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Replace the source of each graph by its picture."""
     return FENCE.sub(lambda found: f'<div class="graph">{mermaid_to_svg(found.group(1))}</div>', markdown)
+
+
+def on_post_page(output: str, **_: Any) -> str:
+    """Refuse a page that would load something from another host.
+
+    Raises:
+        ValueError: it would.
+    """
+    if found := REMOTE.search(output):
+        raise ValueError(f"a page loads something from another host: {found.group(0)}")
+    return output
 
 
 def links_from_docs(text: str) -> str:

@@ -68,6 +68,17 @@ def test_references_from_pages_are_in_the_reference():
     assert used
 
 
+@pytest.mark.parametrize("tag", ['<script src="https://host/a.js">', '<link rel="stylesheet" href="//host/a.css">'])
+def test_a_page_that_loads_from_another_host_is_refused(tag):
+    with pytest.raises(ValueError, match="another host"):
+        site_hooks.on_post_page(f"<html>{tag}</html>")
+
+
+def test_a_page_may_link_to_another_host():
+    page = '<html><a href="https://host/">host</a><script src="assets/a.js"></script></html>'
+    assert site_hooks.on_post_page(page) == page
+
+
 def test_pages_of_the_root_are_linked_from_docs():
     text = "[a](docs/tour.md#swatches) [b](CHANGELOG.md) [c](CONTRIBUTING.md) [d](https://example.org/docs/x.md)"
     expected = "[a](tour.md#swatches) [b](changelog.md) [c](contributing.md) [d](https://example.org/docs/x.md)"
