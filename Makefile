@@ -20,6 +20,7 @@ lint: setup
 # the site, out/site/index.html; a broken link is an error. The theme announces MkDocs 2 in each build, so it is silenced
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build --strict --quiet
+	@echo out/site/index.html
 
 setup: $(VENV)/ready
 
