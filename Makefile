@@ -1,4 +1,4 @@
-# `make knit` and `make test` set themselves up; nothing else is needed than Python 3.11 and make.
+# `make knit`, `make test` and `make docs` set themselves up; nothing else is needed than Python 3.11 and make.
 
 PYTHON ?= python3
 VENV := .venv
@@ -7,7 +7,7 @@ RUN := $(VENV)/bin/python
 KERNELS ?= $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),Haswell,Prescott)
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
-.PHONY: knit test test-kernels lint setup lock clean
+.PHONY: knit test test-kernels lint docs setup lock clean
 
 knit: setup
 	$(RUN) -m stitchmesh knit assets/meshes/sweater.obj --stitch-width 1.5 --quality draft --device cpu -o out/sweater
@@ -26,6 +26,11 @@ lint: setup
 	$(RUN) -m ruff check .
 	$(RUN) -m mypy
 
+# the site, out/site/index.html; a broken link is an error. The theme announces MkDocs 2 in each build, so it is silenced
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(RUN) -m mkdocs build --strict --quiet
+	@echo out/site/index.html
+
 setup: $(VENV)/ready
 
 $(VENV)/ready: requirements.lock pyproject.toml
@@ -36,7 +41,7 @@ $(VENV)/ready: requirements.lock pyproject.toml
 
 # after a change of the dependencies; needs uv
 lock:
-	uv pip compile pyproject.toml --extra dev --generate-hashes --no-header --python-version 3.11 -o requirements.lock
+	uv pip compile pyproject.toml --extra dev --extra docs --generate-hashes --no-header --python-version 3.11 -o requirements.lock
 
 clean:
 	rm -rf $(VENV) .cache out

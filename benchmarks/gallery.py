@@ -104,12 +104,13 @@ def page(folder: Path) -> str:
         "<!--", "SPDX-FileCopyrightText: StitchMesh contributors", "SPDX-License-Identifier: Apache-2.0", "-->", "",
         "# Gallery", "",
         "The patterns in `assets/patterns`, relaxed at quality `standard`, seen from the right side. The 29 knits and",
-        "the weaves of Leaf et al. 2018, table 3, are periodic cells that repeat in the picture (`python",
-        "benchmarks/corpus.py relax out/gallery`, then `draw`), all others swatches with their edges held (`python",
-        "benchmarks/gallery.py` likewise). The times of the corpus are in [measurements](measurements.md#the-corpus).",
+        "the weaves of Leaf et al. 2018, table 3, are periodic cells that repeat in the picture",
+        "(`python benchmarks/corpus.py relax out/gallery`, then `draw`). All others are swatches whose edges are held",
+        "(`python benchmarks/gallery.py relax out/gallery`, then `draw`). [Speed](swatch-speed.md#the-corpus) has the",
+        "times of the corpus.",
         "",
         "## The six patterns of Yuksel et al. 2012, figure 16", "",
-        "Reconstructed from knitting practice: the paper names them and shows pictures, it gives no charts.", "",
+        "Reconstructed from knitting practice: the paper gives their names and pictures, and no charts.", "",
         "| | | |", "|---|---|---|",
     ]  # fmt: skip
     for first in (0, 3):

@@ -143,43 +143,43 @@ SPDX-License-Identifier: Apache-2.0
 
 # Stitches
 
-Made by `python benchmarks/stitch_pictures.py`, which measures the distances and takes the pictures.
+`python benchmarks/stitch_pictures.py` writes this page: it measures the distances and takes the pictures.
 
-A code says what is made on the loops below, seen from the right side, from left to right: `k` knit, `p` purl and `y`
-yarn-over make a loop, `s` slips one. Before a decrease stands `d` with the loops that it is worked through, numbered
-from the left and listed from front to back. A loop on top may be twisted, clockwise or counter-clockwise: its legs
-change places below the top side, at `+1` with the leg that comes from the left in front.
+A code states the loops that are made on the loops below, seen from the right side, from left to right: `k` knit, `p`
+purl and `y` yarn-over make a loop, `s` slips one. The code of a decrease begins with `d` and the loops that it is
+worked through, numbered from the left and listed from front to back. A loop on top may be twisted, clockwise or
+counter-clockwise: its legs change places below the top side. At `+1` the leg that comes from the left is in front.
 
 In the pictures the yarn of the stitch's own row is red, and the loops that it is worked on are blue, green and yellow
-from the left. What is around is knit.
+from the left. The stitches around it are knit.
 
-*Distance* is the smallest between the axes of yarns when yarn is generated for the stitch among knit stitches and
-among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns are 2 apart. Relaxation moves them
-apart. *Twisted* is the smallest over all ways to twist the loops on top.
+*Distance* is the smallest distance between the axes of yarns when yarn is generated for the stitch among knit stitches
+and among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns are 2 apart. Relaxation moves
+yarns apart. *Twisted* is the smallest distance over all combinations of twists of the loops on top.
 
-Every stitch beside and on top of every other is measured in [measurements.md](measurements.md).
+[Speed](measurements.md#pairs-of-stitches) has the distances of every stitch beside and on top of every other one.
 
 ![All stitches](stitches/all.jpg)
 
-## How the drawings came about
+## How the drawings are made
 
-Stitches that are mirror images of one another, or one another turned over, share a drawing. A rough one, right in its
-topology (`assets/stitches/rough.json`), is refined by `assets/stitches/refine.py`: its yarns repel one another and
-those of plain stitches around them, twisted and not, in steps that let no yarn pass through yarn. `tests/yarngen`
-counts the crossings of every stitch with every twist.
+Stitches that mirror each other, or that are each other turned over, share a drawing. A rough drawing with the right
+topology (`assets/stitches/rough.json`) is refined by `assets/stitches/refine.py`: its yarns repel each other and those
+of plain stitches around them, twisted and not, in steps that let no yarn pass through another. `tests/yarngen` counts
+the crossings of every stitch with every combination of twists.
 
-Yuksel et al. 2012 show some stitches only in drawings (figures 4 and 5). We read them so:
+Yuksel et al. 2012 show some stitches only in drawings (figures 4 and 5). This library reads the drawings as follows:
 
-- `x` (figure 4): the loop below is slipped, and the row's yarn passes behind its two legs, back in front of them and
-  on behind them: one full turn around both.
-- `s` (figure 5) is our `b`: the loop below is slipped, and the row's yarn passes straight behind both legs. `f` is
-  `b` turned over.
-- `sk` (figure 5): the loop below goes on upwards, to the left, and the row's yarn comes through it from behind and
-  makes a new loop, to the right; the face has one bottom side and two top sides. `sp` and the mirror images follow.
-- `sy` has no figure: the loop below goes on to the left, and the row's yarn passes behind both its legs and makes a
+- `x` (figure 4): the loop below is slipped. The row's yarn passes behind its two legs, back in front of them and again
+  behind them: one full turn around both.
+- `s` (figure 5) is `b` here: the loop below is slipped, and the row's yarn passes straight behind both legs. `f` is `b`
+  turned over.
+- `sk` (figure 5): the loop below continues upwards, to the left. The row's yarn comes through it from behind and makes
+  a new loop, to the right. The face has one bottom side and two top sides. `sp` and the mirror images are analogous.
+- `sy` has no figure: the loop below continues to the left. The row's yarn passes behind both its legs and makes a
   yarn-over to the right.
-- A yarn-over of an increase lies outside the loop below: behind it where the loop beside it is knit, in front where
-  that is purled. Between a knit and a purl loop the yarn goes through the loop below and once around its top.
+- A yarn-over of an increase lies outside the loop below: behind it if the loop beside it is knit, in front if that loop
+  is purled. Between a knit and a purl loop the yarn goes through the loop below and once around its top.
 
 ## All stitches
 

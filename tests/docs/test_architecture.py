@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The graphs of docs/architecture.md say what the imports are, and are drawn so that they can be read."""
+
+from __future__ import annotations
+
+import re
+import sys
+from itertools import pairwise
+
+import pytest
+
+from tests.docs.pages import DOCS
+
+sys.path.insert(0, str(DOCS / "tools"))
+
+from architecture_graph import GRAPHS, PAGE, import_graph, mermaid, page_with_graphs, reduced
+from mermaid_svg import mermaid_to_svg
+
+BOX = re.compile(r'<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"')
+ENDS = re.compile(r'<path d="M([\d.]+),([\d.]+) .*?([\d.]+),([\d.]+)" fill="none"')
+
+
+def test_the_page_is_up_to_date():
+    # python docs/tools/architecture_graph.py writes it anew
+    page = PAGE.read_text()
+    assert page_with_graphs(page) == page
+
+
+@pytest.mark.parametrize("package", GRAPHS)
+def test_the_graph_keeps_the_order_of_imports(package):
+    graph = import_graph(package)
+    assert reduced(graph) == graph
+    assert all(other in graph for others in graph.values() for other in others)
+
+
+def test_an_arrow_beside_a_longer_path_is_left_out():
+    graph = {"a": {"b", "c", "d"}, "b": {"c"}, "c": {"d"}, "d": set()}
+    assert reduced(graph) == {"a": {"b"}, "b": {"c"}, "c": {"d"}, "d": set()}
+
+
+def test_a_cycle_is_named():
+    with pytest.raises(ValueError, match="b -> c -> b"):
+        reduced({"a": {"b"}, "b": {"c"}, "c": {"b"}})
+
+
+@pytest.mark.parametrize("package", GRAPHS)
+def test_the_picture_has_every_box_apart_and_every_arrow_downwards(package):
+    source = mermaid(package)
+    picture = mermaid_to_svg(source)
+    boxes = sorted((float(y), float(x), float(width)) for x, y, width, _ in BOX.findall(picture))
+    assert len(boxes) == source.count("[")
+    for (y, x, width), (next_y, next_x, _) in pairwise(boxes):
+        assert y < next_y or x + width < next_x
+    arrows = ENDS.findall(picture)
+    assert len(arrows) == source.count("-->")
+    assert all(float(bottom) > float(top) for _, top, _, bottom in arrows)
+
+
+def test_a_line_that_is_no_node_and_no_arrow_is_refused():
+    with pytest.raises(ValueError, match="got the line"):
+        mermaid_to_svg("flowchart TD\n    a --- b")

@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every command and every Python block of the pages is one that the program understands."""
+
+from __future__ import annotations
+
+import ast
+import re
+import shlex
+from importlib import import_module
+
+import pytest
+
+import stitchmesh
+from stitchmesh.cli.arguments import parse
+from stitchmesh.cli.main import COMMANDS, DESCRIPTION
+from tests.docs.pages import PAGES, blocks, name_of, prose
+from tests.gallery import ROOT
+
+
+def lines(page):
+    """Command lines of the pages, continued lines joined, without their comments."""
+    for block in blocks(page, "sh"):
+        for line in block.replace("\\\n", " ").splitlines():
+            yield shlex.split(line, comments=True)
+
+
+COMMAND_LINES = [(name_of(page), words) for page in PAGES for words in lines(page) if words]
+PYTHON = [(name_of(page), block) for page in PAGES for block in blocks(page, "python")]
+
+
+def test_the_pages_have_commands_and_python():
+    assert sum(words[0] == "stitchmesh" for _, words in COMMAND_LINES) > 50
+    assert sum("stitchmesh" in block for _, block in PYTHON) > 5
+
+
+@pytest.mark.parametrize(
+    "page, words", [(page, words) for page, words in COMMAND_LINES if words[0] == "stitchmesh"], ids=str
+)
+def test_commands_parse(page, words):
+    assert parse(COMMANDS, words[1:], program="stitchmesh", description=DESCRIPTION) is not None
+
+
+@pytest.mark.parametrize(
+    "page, words", [(page, words) for page, words in COMMAND_LINES if words[0].endswith("python")], ids=str
+)
+def test_scripts_exist_and_know_their_options(page, words):
+    if words[1] == "-m":
+        return
+    text = (ROOT / words[1]).read_text()
+    for word in words[2:]:
+        assert not word.startswith("--") or f'"{word}"' in text, word
+
+
+@pytest.mark.parametrize("page, block", PYTHON, ids=range(len(PYTHON)))
+def test_python_compiles_and_names_what_exists(page, block):
+    for node in ast.walk(ast.parse(block, page)):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "sm":
+            assert node.attr in stitchmesh.__all__, f"{page}: sm.{node.attr}"
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("stitchmesh"):
+            for alias in node.names:
+                assert hasattr(import_module(node.module), alias.name), f"{page}: {node.module}.{alias.name}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_prose_names_public_names(page):
+    for name in re.findall(r"`sm\.(\w+)", prose(page)):
+        assert name in stitchmesh.__all__, name
