@@ -131,7 +131,7 @@ class Mesh:
 
     @cached_property
     def side_edge(self) -> IntArray:
-        """Edge of each side, shape (C,); twins share an edge, and edges are numbered in the order of their first side."""
+        """Edge of each side, shape (C,); twins share an edge, and edges are numbered in order of their first sides."""
         sides = np.arange(self.side_count)
         first = np.where(self.twin == BORDER, sides, np.minimum(sides, self.twin))
         return (np.cumsum(first == sides) - 1)[first]
