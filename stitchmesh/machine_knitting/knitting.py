@@ -259,8 +259,8 @@ class _Knitting:
         to = max(last + 2, needle - MOST_RACK + 1) if right else min(last - 2, needle + MOST_RACK - 1)
         if abs(to - needle) > MOST_RACK:
             raise ParameterError(
-                "knitting machine: the ends of the two halves of a tube are too far apart for racking; make the rows of "
-                "the tube more equal in their numbers of stitches"
+                "knitting machine: the ends of the two halves of a tube are too far apart for racking; make the rows "
+                "of the tube more equal in their numbers of stitches"
             )
         self.program.transfer(half.bed, needle, to)
         items = [*other.loops.items(), (loop, to)] if right else [(loop, to), *other.loops.items()]

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How many stitches lie along each edge.
+"""The number of stitches along each edge.
 
-Course edges get their length over the stitch width. All wale edges of a row get one count, from their mean length
-over the stitch height, so that the two wale edges of every face agree.
+The count of a course edge is its length divided by the stitch width. All wale edges of a row have the same count, their
+mean length divided by the stitch height, so that the two wale edges of every face agree.
 """
 
 from __future__ import annotations
@@ -18,19 +18,25 @@ from stitchmesh.mesh import BOTTOM, IntArray, StitchMesh
 EdgeName = int | tuple[int, int]
 
 BYTES_PER_STITCH = 40_000
-"""Peak memory of the whole pipeline per stitch face, measured by ``benchmarks/garments.py``."""
+"""Peak memory of the whole pipeline per stitch face [bytes], measured by ``benchmarks/garments.py``."""
 MOST_STITCHES = 1_000_000
-"""Stitch faces beyond which a request is refused rather than left to exhaust the machine."""
+"""Largest number of stitch faces; a larger request is refused, because it could exhaust the memory of the machine."""
 
 
 def edge_counts(
     labeled: StitchMesh, stitch_width: float, stitch_height: float, given: Mapping[EdgeName, int]
 ) -> IntArray:
-    """Number of stitches along each edge, shape (E,).
+    """Return the number of stitches along each edge, shape (E,).
+
+    Args:
+        labeled: the labeled mesh.
+        stitch_width: wale spacing [cm].
+        stitch_height: course spacing [cm].
+        given: counts of single edges; the count of a wale edge applies to its whole row.
 
     Raises:
-        ParameterError: the stitch is not a positive size, or larger than the garment; a given count is below 1 or
-            its edge does not exist.
+        ParameterError: the stitch size is not positive or larger than the garment, a given count is below 1, or its
+            edge does not exist.
         TessellationError: two given counts of one row differ, or the stitches would not fit in memory.
     """
     _check_size(labeled, stitch_width, stitch_height)
@@ -58,7 +64,7 @@ def _check_size(labeled: StitchMesh, width: float, height: float) -> None:
 
 
 def _row_counts(labeled: StitchMesh, length: np.ndarray, height: float) -> np.ndarray:
-    """Stitch rows in each row of panels."""
+    """Number of stitch rows in each row of panels, shape (rows,)."""
     wale_length = length[labeled.side_edge[labeled.left_wale]] + length[labeled.side_edge[labeled.right_wale]]
     total = np.bincount(labeled.row, wale_length / 2)
     return np.maximum(1.0, np.rint(total / np.bincount(labeled.row) / height))
@@ -71,12 +77,13 @@ def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> N
     if total > MOST_STITCHES:
         raise TessellationError(
             f"stitch width {width:g} cm: needs about {total:.2g} stitches and {total * BYTES_PER_STITCH / 1e9:.3g} GB "
-            f"of memory; at most {MOST_STITCHES:,} are made, so use at least "
+            f"of memory; at most {MOST_STITCHES:,} stitches are allowed, so use a width of at least "
             f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm"
         )
 
 
 def _with_given(labeled: StitchMesh, counts: IntArray, given: Mapping[EdgeName, int]) -> IntArray:
+    """Replace the counts of single edges by given counts."""
     rows: dict[int, int] = {}
     for name, count in given.items():
         edge = edge_named(labeled, name)
@@ -98,7 +105,7 @@ def _with_given(labeled: StitchMesh, counts: IntArray, given: Mapping[EdgeName, 
 
 
 def edge_named(labeled: StitchMesh, name: EdgeName) -> int:
-    """The edge of a side number or a pair of vertices.
+    """Return the edge of a side number or of a pair of vertices.
 
     Raises:
         ParameterError: there is no such edge.
