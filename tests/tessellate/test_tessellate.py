@@ -42,7 +42,7 @@ def test_tessellation_preserves_the_topology(name, width):
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
 def test_there_are_no_t_junctions(name):
-    """A T-junction would be a gap with a border of its own; the borders must have the lengths of the input's borders."""
+    """A T-junction would be a gap with its own border; the borders must have the same lengths as those of the input."""
     labeled = label(FLAT_AND_ROUND[name]())
     fabric = tessellate(labeled, stitch_width=0.3)
     before = sorted(labeled.side_length[loop].sum() for loop in labeled.boundary_loops)
