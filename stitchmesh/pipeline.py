@@ -265,7 +265,7 @@ def with_pattern(
         fabric: stitch mesh.
         pattern: the pattern.
         remainder: treatment of the stitches that remain beside whole tiles.
-        face: face at which the pattern starts; None to apply it to the whole fabric.
+        face: a plain stitch, around which the pattern fills the largest grid; None for the whole fabric.
 
     Returns:
         The fabric in the pattern, and the number of faces that the pattern has changed.
