@@ -317,7 +317,8 @@ def gradient_and_nearest(scene: Scene) -> tuple[Array, float]:
     for strand in scene.strands:
         weights = strand.weights(strand.even_arcs, len(waypoints))
         points = weights @ waypoints
-        gradient += weights.T @ (stiffness(scene.shape, strand, points) + POINT_SPACING * confinement(scene.shape, points))
+        inside = POINT_SPACING * confinement(scene.shape, points)
+        gradient += weights.T @ (stiffness(scene.shape, strand, points) + inside)
     for strand in scene.strands:
         gradient[[strand.place, strand.place + len(strand.waypoints) - 1]] = 0.0  # Ends, which join the neighbours.
     return gradient, nearest

@@ -36,7 +36,7 @@ def repeats(items: Sequence[Hashable]) -> list[Block]:
     return blocks
 
 
-def folded(words: Sequence[str]) -> str:
+def fold_words(words: Sequence[str]) -> str:
     """Return the words of a row as one line with repeats."""
     tokens = [_token(word, len(list(run))) for word, run in groupby(words)]
     parts = []

@@ -31,7 +31,7 @@ class Joins:
             for place, side in enumerate(piece.needle[::-1], start=1):
                 self.loop[side] = number, place
 
-    def taken_up(self, sources: Iterable[int]) -> str:
+    def describe_start(self, sources: Iterable[int]) -> str:
         """Describe the loops with which a piece starts, in working order.
 
         Args:
@@ -46,16 +46,16 @@ class Joins:
                 parts.append(f"{_named(self.loop[side][1] for side in sides)} of piece {owner}")
         return ", ".join(parts)
 
-    def left(self, piece: Piece) -> list[str]:
+    def describe_remaining(self, piece: Piece) -> list[str]:
         """Describe what is done with the loops that remain on the needle of a piece, one line for each run of loops."""
         lines = []
-        for fate, run in groupby(piece.needle[::-1], self._fate):
+        for instruction, run in groupby(piece.needle[::-1], self._loop_instruction):
             places = [self.loop[side][1] for side in run]
             whole = len(places) == len(piece.needle)
-            lines.append(fate.format(f"all {len(places)} sts" if whole else _named(places)))
+            lines.append(instruction.format(f"all {len(places)} sts" if whole else _named(places)))
         return lines
 
-    def _fate(self, side: int) -> str:
+    def _loop_instruction(self, side: int) -> str:
         """Instruction for the remaining loop of a top side, with a place for the numbers of loops."""
         across = int(self.fabric.twin[side])
         if across == BORDER:
@@ -64,7 +64,7 @@ class Joins:
             return "Leave {} on a thread, to be grafted."
         return f"Leave {{}} on a thread for piece {self.piece[self.fabric.side_face[across]]}."
 
-    def lines(self) -> list[str]:
+    def describe_finishing(self) -> list[str]:
         """Describe the joins that are made after all pieces are finished."""
         return [*self._grafts(), *self._cast_on_joins(), *self._seams()]
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stitchmesh.hand_knitting.pieces import PieceRow
-from stitchmesh.hand_knitting.words import cable_word, colour_letter, stitch_word, word_on_twisted
+from stitchmesh.hand_knitting.words import cable_word, colour_letter, stitch_word, word_with_twists
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 from stitchmesh.mesh.courses import bottom_sides
@@ -68,7 +68,7 @@ def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator
             continue
         stitch = Stitch(int(fabric.stitch[face]))
         twists = [int(fabric.twist[crossings.loop_at.get(place, place)]) for place in places]
-        word = word_on_twisted(stitch_word(stitch, row.right_side), twists)
+        word = word_with_twists(stitch_word(stitch, row.right_side), twists)
         for _ in range(_times(fabric, face, stitch)):
             yield face, word
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 
 from stitchmesh.hand_knitting.chart import charts
-from stitchmesh.hand_knitting.folding import folded, repeats
+from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.hand_knitting.rows import Crossings, row_words
@@ -28,7 +28,7 @@ MORE_WORDS = {
     r" turning ": "turning R1 L2: first turn the 1st st so that its right leg is in front, the 2nd so that its left is",
     r"\bc\d+[fb]\b": "c4f, c4b: cross 4, the first 2 held in front, in back; knit all",
     r"\bcross \d": "cross 2/3 front: hold 2 sts in front; work the next 3, then the 2",
-    r"\bcross to ": "cross to 2-3-1: bring the sts into this order; front to back: which of them lies where",
+    r"\bcross to ": "cross to 2-3-1: rearrange the sts into this order; front to back: their order in depth",
     r"\bco\d": "co: cast on with a backward loop",
     r"\bdt\d": "dt: draw the yarn through the st and let the st off the needle",
     r"\bpass \d": "pass 1: leave the next st unworked and continue after it",
@@ -52,7 +52,7 @@ def knitting_instructions(fabric: StitchMesh) -> str:
     body: list[str] = []
     for number, piece in enumerate(pieces, start=1):
         body += ["", *_piece(fabric, number, piece, joins, crossings)]
-    last = joins.lines()
+    last = joins.describe_finishing()
     if last:
         body += ["", "To finish:", *last]
     count = f"{len(pieces)} piece{'s' if len(pieces) > 1 else ''}, {fabric.face_count} stitches"
@@ -74,11 +74,12 @@ def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[st
 
 
 def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossings: Crossings) -> list[str]:
+    """Lines of one piece: its start, its rows, the use of its remaining loops, and its charts."""
     how = "in rounds" if piece.in_rounds else "to and fro"
     lines = [f"Piece {number}, worked {how}"]
     rows = list(enumerate(piece.rows))
     if piece.sources:
-        lines.append(f"Take up {joins.taken_up(piece.sources)}; join the yarn.")
+        lines.append(f"Take up {joins.describe_start(piece.sources)}; join the yarn.")
         rows = [(index + 1, row) for index, row in rows]
         loops = len(piece.sources)
     else:
@@ -91,7 +92,7 @@ def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossing
         text, loops = _row(fabric, row, loops, crossings)
         bodies.append(((f" ({'RS' if row.right_side else 'WS'})" if not piece.in_rounds else ""), text))
     lines += _numbered(bodies, rows[0][0] if rows else 0, "Round" if piece.in_rounds else "Row")
-    lines += joins.left(piece) if piece.needle else ["Cut the yarn and pull it tight."]
+    lines += joins.describe_remaining(piece) if piece.needle else ["Cut the yarn and pull it tight."]
     return lines + charts(fabric, piece)
 
 
@@ -107,7 +108,7 @@ def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: Crossings) ->
     faces = list(row.faces)
     yarns = set(fabric.yarn[faces].tolist())
     colour = f" in yarn {colour_letter(yarns.pop())}" if fabric.yarn.any() and len(yarns) == 1 else ""
-    words = folded(row_words(fabric, row, crossings))
+    words = fold_words(row_words(fabric, row, crossings))
     passed = f"pass {row.passed}, " if row.passed else ""
     turn = ", turn" if row.left_over else ""
     bound = f" first bind off sts {', '.join(str(place + 1) for place in row.bound_off)};" if row.bound_off else ""

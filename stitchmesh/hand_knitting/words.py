@@ -74,7 +74,7 @@ def stitch_meaning(stitch: Stitch, right_side: bool) -> str:
     return VOCABULARY[seen].instruction.partition(" (")[0]
 
 
-def word_on_twisted(word: str, twists: Sequence[int]) -> str:
+def word_with_twists(word: str, twists: Sequence[int]) -> str:
     """Return the word of a stitch together with the twists of the loops that it is worked through.
 
     Args:

@@ -37,11 +37,13 @@ UNEVEN = 3
 
 
 @dataclass
-class Placed:
+class PlacedStitch:
     """A stitch on its needles; all sequences run from left to right along the bed."""
 
     face: int
+    """Face of the stitch."""
     half: Half
+    """Half of the piece, and with it the bed, that makes the stitch."""
     needles: list[int]
     """Needles of the stitch, enough for its loops below and for its loops on top."""
     letters: str
@@ -74,11 +76,11 @@ def machine_program(fabric: StitchMesh) -> str:
     groups = {int(side): group for group in cable_groups(fabric) for side in group.sides}
     for number, piece in enumerate(pieces, start=1):
         program.comment(f"piece {number}")
-        _Knitting(fabric, program, piece, groups).knit()
+        _PieceKnitter(fabric, program, piece, groups).knit()
     return program.text()
 
 
-class _Knitting:
+class _PieceKnitter:
     """The state of one piece on the beds while its program is written."""
 
     def __init__(self, fabric: StitchMesh, program: Program, piece: Piece, groups: dict[int, CableGroup]) -> None:
@@ -97,7 +99,7 @@ class _Knitting:
             if number == 0:
                 self._cast_on(placed)
             else:
-                self._pass(placed, row)
+                self._knit_row(placed, row)
             self.program.release()
             self._set_loops(placed)
             for yarn in self._yarns(row):
@@ -109,7 +111,7 @@ class _Knitting:
         """Yarns of a row in the order of its stitches from the right."""
         return list(dict.fromkeys(self.fabric.yarn[list(row.faces[::-1])].tolist()))
 
-    def _place_row(self, row: PieceRow) -> list[Placed]:
+    def _place_row(self, row: PieceRow) -> list[PlacedStitch]:
         """Place the stitches of a row on neighbouring needles, from left to right along each bed, half by half."""
         sides = self._half_of_faces(row)
         placed = []
@@ -132,14 +134,14 @@ class _Knitting:
         """Number of needles of a face."""
         return max(len(self._below(face)), int(self.fabric.n_top[face]))
 
-    def _on_needles(self, face: int, half: Half, needles: list[int]) -> Placed:
+    def _on_needles(self, face: int, half: Half, needles: list[int]) -> PlacedStitch:
         """Place the stitch of a face on the given needles of a half."""
         below, above = self._below(face), top_sides(self.fabric, (face,))
         stitch = Stitch(int(self.fabric.stitch[face]))
         letters = "y" * len(above) if stitch == Stitch.CAST_ON else VOCABULARY[stitch].made
         if half.bed == BACK:
             below, above, letters = below[::-1], above[::-1], letters[::-1]
-        placed = Placed(face, half, needles, letters, below, above)
+        placed = PlacedStitch(face, half, needles, letters, below, above)
         if len(below) > 1:
             first = self._order(placed)[0]
             placed.made = [needles[first]]
@@ -147,7 +149,7 @@ class _Knitting:
             placed.made = needles[: len(above)]
         return placed
 
-    def _order(self, placed: Placed) -> list[int]:
+    def _order(self, placed: PlacedStitch) -> list[int]:
         """Places (from left to right along the bed) of the loops below, listed from the outside to the inside."""
         count = len(placed.below)
         order = VOCABULARY[Stitch(int(self.fabric.stitch[placed.face]))].order
@@ -197,7 +199,7 @@ class _Knitting:
         faces = [row.faces[(first + step) % count] for step in range(count) if mine[(first + step) % count]]
         return faces if half.bed == FRONT else faces[::-1]
 
-    def _move_loops(self, placed: list[Placed]) -> None:
+    def _move_loops(self, placed: list[PlacedStitch]) -> None:
         """Move the loops below a row to the needles of their stitches, cross the cables and stack the decreases."""
         if len(self.halves) == 2:
             self._move_around_folds(placed)
@@ -214,14 +216,14 @@ class _Knitting:
             half.stack(self.program, [*self._crossings(half), *stacks])
         self.program.rack_to(0)
 
-    def _targets(self, stitch: Placed) -> dict[int, int]:
+    def _targets(self, stitch: PlacedStitch) -> dict[int, int]:
         """Needle of each loop below a stitch; a single loop is placed below the loop on top that is not a yarn-over."""
         if len(stitch.below) == 1:
             place = next(index for index, letter in enumerate(stitch.letters) if letter != "y")
             return {stitch.below[0]: stitch.needles[place]}
         return dict(zip(stitch.below, stitch.needles, strict=False))
 
-    def _stack(self, stitch: Placed) -> list[tuple[int, int]]:
+    def _stack(self, stitch: PlacedStitch) -> list[tuple[int, int]]:
         """Moves that stack the loops of a decrease on the needle of the outermost loop."""
         return [(stitch.needles[place], stitch.made[0]) for place in self._order(stitch)[1:]]
 
@@ -241,7 +243,7 @@ class _Knitting:
             found[id(group)] = moves
         return list(found.values())
 
-    def _move_around_folds(self, placed: list[Placed]) -> None:
+    def _move_around_folds(self, placed: list[PlacedStitch]) -> None:
         """Move loops at a fold to the other bed if their stitches are made there, the outermost loop first."""
         half_of_loop = {loop: stitch.half for stitch in placed for loop in stitch.below}
         for half, other in (self.halves, self.halves[::-1]):
@@ -266,7 +268,7 @@ class _Knitting:
         items = [*other.loops.items(), (loop, to)] if right else [(loop, to), *other.loops.items()]
         other.loops = dict(items)
 
-    def _cast_on(self, placed: list[Placed]) -> None:
+    def _cast_on(self, placed: list[PlacedStitch]) -> None:
         """Tuck on every second needle, and then on the needles between, so that the second tucks hold the first."""
         loops = self._in_order(placed, right_side=True)
         turns = [loops[::2], loops[1::2]] if self.piece.in_rounds else [loops[::2], loops[1::2][::-1]]
@@ -277,7 +279,7 @@ class _Knitting:
                 note = self._note(stitch, place)
                 self.program.stitch("tuck", direction, stitch.half.bed, stitch.made[place], yarn, note)
 
-    def _in_order(self, placed: list[Placed], right_side: bool) -> list[tuple[Placed, int]]:
+    def _in_order(self, placed: list[PlacedStitch], right_side: bool) -> list[tuple[PlacedStitch, int]]:
         """All loops of a row in the order of the yarn: on the right side from right to left, as seen from outside."""
         loops = [(stitch, place) for stitch in placed for place in range(len(stitch.above))]
         front = [item for item in loops if item[0].half.bed == FRONT]
@@ -288,12 +290,12 @@ class _Knitting:
         """Direction of the carrier over a half: ``-`` to the left or ``+`` to the right."""
         return "-" if (half.bed == FRONT) == right_side else "+"
 
-    def _note(self, stitch: Placed, place: int) -> str:
+    def _note(self, stitch: PlacedStitch, place: int) -> str:
         """Comment of a loop: its face, and its place among the loops of the face, from the left."""
         loops = len(stitch.above)
         return f"face {stitch.face} loop {place + 1 if stitch.half.bed == FRONT else loops - place}"
 
-    def _pass(self, placed: list[Placed], row: PieceRow) -> None:
+    def _knit_row(self, placed: list[PlacedStitch], row: PieceRow) -> None:
         """Make the loops of a row, with one pass of the carrier for each yarn."""
         across = [stitch for stitch in placed if self._is_across(stitch)]
         for stitch in across:
@@ -309,16 +311,16 @@ class _Knitting:
             needle = self._worked_needle(stitch)
             stitch.half.from_other_bed(self.program, needle, needle)
 
-    def _is_across(self, stitch: Placed) -> bool:
+    def _is_across(self, stitch: PlacedStitch) -> bool:
         """Whether a stitch is worked on the other bed: purl stitches, and slipped loops with the yarn in front."""
         code = self.fabric.stitch[stitch.face]
         return "p" in stitch.letters or code == Stitch.SLIP_FRONT
 
-    def _worked_needle(self, stitch: Placed) -> int:
+    def _worked_needle(self, stitch: PlacedStitch) -> int:
         """Needle of the loop on top that is not a yarn-over."""
         return next(needle for needle, letter in zip(stitch.made, stitch.letters, strict=True) if letter != "y")
 
-    def _make_loop(self, stitch: Placed, place: int, right_side: bool, yarn: int) -> None:
+    def _make_loop(self, stitch: PlacedStitch, place: int, right_side: bool, yarn: int) -> None:
         """Write the operation that makes one loop of a stitch."""
         letter, half = stitch.letters[place], stitch.half
         bed = half.other if letter != "y" and self._is_across(stitch) else half.bed
@@ -326,7 +328,7 @@ class _Knitting:
         direction = self._direction(half, right_side)
         self.program.stitch(operation, direction, bed, stitch.made[place], yarn, self._note(stitch, place))
 
-    def _move_carrier_to_end(self, placed: list[Placed], row: PieceRow, last: Half, yarn: int) -> None:
+    def _move_carrier_to_end(self, placed: list[PlacedStitch], row: PieceRow, last: Half, yarn: int) -> None:
         """Move the carrier to the end of its row, for a tube around the fold, so that its next row begins there."""
         for half in self.halves[self.halves.index(last) :]:
             needles = [needle for stitch in placed if stitch.half is half for needle in stitch.made]
@@ -336,7 +338,7 @@ class _Knitting:
             if half is not last or (at < end if direction == "+" else at > end):
                 self.program.stitch("miss", direction, half.bed, end, yarn)
 
-    def _set_loops(self, placed: list[Placed]) -> None:
+    def _set_loops(self, placed: list[PlacedStitch]) -> None:
         """Record the needles of the loops of a row that has been made."""
         for half in self.halves:
             half.loops = {}

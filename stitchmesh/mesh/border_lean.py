@@ -7,9 +7,9 @@ narrower than the border, and the generated yarns of neighbouring loops would be
 stitch would narrow by more than ``NARROWING``, the step is therefore turned towards the normal n of the fabric without
 a change of its length:
 
-    s' = |s| (s + l |s| n) / |s + l |s| n|,   l = ``STAND_UP`` (narrowing - ``NARROWING``),
+    s' = |s| (s + l |s| n) / |s + l |s| n|,   l = ``LEAN_RATE`` (narrowing - ``NARROWING``),
 
-where narrowing is 1 - width of the new row / width of the border stitch.
+where the narrowing is 1 - width of the new row / width of the border stitch.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 
 NARROWING = 0.2
 """Narrowing of a stitch beyond the border above which its row leans out of the fabric."""
-STAND_UP = 6.0
+LEAN_RATE = 6.0
 """Increase of the lean l with the narrowing above ``NARROWING``."""
 
 
@@ -33,7 +33,7 @@ def border_lean(base: FloatArray, step: FloatArray, sides: IntArray) -> FloatArr
         sides: the two ends of each border side, as indices into ``base``, shape (2, s).
     """
     width, after = (np.linalg.norm(ends[sides[1]] - ends[sides[0]], axis=1) for ends in (base, base + step))
-    leaning = STAND_UP * np.clip(1.0 - after / width - NARROWING, 0.0, None)
+    leaning = LEAN_RATE * np.clip(1.0 - after / width - NARROWING, 0.0, None)
     result = np.zeros(len(base))
     np.maximum.at(result, sides, np.broadcast_to(leaning, sides.shape))
     return result

@@ -117,6 +117,7 @@ def _images_along(fabric: StitchMesh, sides: IntArray) -> IntArray:
 
 
 def _check_destinations(fabric: StitchMesh, line: IntArray, destination: IntArray, is_ring: bool) -> None:
+    """Check that the loops of a course line stay on the line and that each place takes one loop."""
     count = len(line)
     shift = destination - np.arange(count)
     outside = np.abs(shift) >= count if is_ring else (destination < 0) | (destination >= count)
@@ -137,6 +138,7 @@ def _check_destinations(fabric: StitchMesh, line: IntArray, destination: IntArra
 
 
 def _check_group(fabric: StitchMesh, group: CableGroup) -> None:
+    """Check that stitches above take the loops of a group and that loops that cross have different layers."""
     across = fabric.twin[group.sides]
     against = np.flatnonzero((across != BORDER) & (fabric.side_role[across] != BOTTOM))
     if len(against):

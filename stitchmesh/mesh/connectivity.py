@@ -51,6 +51,7 @@ def find_twins(face_start: IntArray, face_vertex: IntArray, vertex_count: int) -
 
 
 def _check_repeats(face_start: IntArray, face_vertex: IntArray, face: IntArray) -> None:
+    """Check that no face has a vertex twice and that no two faces have the same vertices."""
     order = np.lexsort((face_vertex, face))
     repeated = np.flatnonzero((np.diff(face_vertex[order]) == 0) & (np.diff(face[order]) == 0))
     if len(repeated):
@@ -66,6 +67,14 @@ def _check_repeats(face_start: IntArray, face_vertex: IntArray, face: IntArray) 
 
 
 def _pair_sides(tail: IntArray, head: IntArray, face: IntArray, vertex_count: int) -> IntArray:
+    """Pair the sides with the same two vertices; return the twin of each side, shape (C,).
+
+    Args:
+        tail: vertex at which each side starts, shape (C,).
+        head: vertex at which each side ends, shape (C,).
+        face: face of each side, shape (C,).
+        vertex_count: number of vertices.
+    """
     edge = np.minimum(tail, head) * vertex_count + np.maximum(tail, head)
     order = np.argsort(edge, kind="stable")
     _, first, count = np.unique(edge[order], return_index=True, return_counts=True)

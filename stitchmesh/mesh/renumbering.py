@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 IntArray = NDArray[np.int64]
 
-GONE = -1
+REMOVED = -1
 """Number of a removed element after the change."""
 
 
@@ -62,8 +62,8 @@ class Renumbering:
 
     @cached_property
     def after(self) -> IntArray:
-        """Number after the change of each element before it, ``GONE`` if the element is removed, shape (count,)."""
-        after = np.full(self.count, GONE)
+        """Number after the change of each element before it, ``REMOVED`` if the element is removed, shape (count,)."""
+        after = np.full(self.count, REMOVED)
         after[self.kept] = self.moved
         return after
 

@@ -74,6 +74,7 @@ def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayL
 
 
 def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:
+    """Concatenate the points of all curves and find the steps between consecutive points."""
     counts = np.array([len(curve) for curve in curves])
     starts = np.concatenate([[0], np.cumsum(counts)])
     following = np.arange(1, starts[-1] + 1)
@@ -86,6 +87,7 @@ def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:
 
 
 def _frames(rings: _Rings) -> tuple[FloatArray, FloatArray]:
+    """The two unit normals of the twist-free frame of each point, shape (P, 3) each."""
     tangent = _tangents(rings)
     across = _any_normal(tangent)
     upward = np.cross(tangent, across)
@@ -110,6 +112,7 @@ def _tangents(rings: _Rings) -> FloatArray:
 
 
 def _any_normal(tangent: FloatArray) -> FloatArray:
+    """A unit vector perpendicular to each tangent, shape (P, 3)."""
     axis = np.zeros_like(tangent)
     axis[np.arange(len(tangent)), np.abs(tangent).argmin(axis=1)] = 1.0
     normal = np.cross(tangent, axis)
@@ -136,6 +139,7 @@ def _angles(rings: _Rings, tangent: FloatArray, across: FloatArray, upward: Floa
 
 
 def _triangles(rings: _Rings, sides: int) -> IntArray:
+    """Triangles between consecutive rings, and of the caps of open curves, shape (T, 3)."""
     corner = np.arange(sides)
     beside = (corner + 1) % sides
     here, there = rings.step_from[:, None] * sides, rings.step_to[:, None] * sides

@@ -82,9 +82,13 @@ class Relaxation:
     """The constant data of a relaxation, and its iteration."""
 
     springs: Springs
+    """Vertices and rest lengths of the forces."""
     assembly: Assembly
+    """Assembly of the forces and of their Jacobians."""
     attachment: Attachment
+    """Attachment of the vertices to the surface."""
     patches: Patches
+    """Patches of the preconditioner."""
 
     def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
         """Iterate until the residual is at most the tolerance or the iterations reach their limit.

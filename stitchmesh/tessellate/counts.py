@@ -71,6 +71,7 @@ def _row_counts(labeled: StitchMesh, length: np.ndarray, height: float) -> np.nd
 
 
 def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> None:
+    """Raise an error if there would be more than ``MOST_STITCHES`` stitches."""
     along = np.where(labeled.is_wale, 0.0, counts[labeled.side_edge])
     stitches = np.add.reduceat(along, labeled.face_start[:-1]) / 2 * counts[labeled.side_edge[labeled.left_wale]]
     total = stitches.sum()

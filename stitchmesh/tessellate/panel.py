@@ -28,9 +28,13 @@ class StitchFaces:
     edges: list[list[int]] = field(default_factory=list)
     """Edges of each face, in the order of its sides."""
     n_bottom: list[int] = field(default_factory=list)
+    """Number of bottom sides of each face."""
     n_top: list[int] = field(default_factory=list)
+    """Number of top sides of each face."""
     stitch: list[Stitch] = field(default_factory=list)
+    """Stitch of each face."""
     row: list[int] = field(default_factory=list)
+    """Row of each face."""
 
 
 @dataclass(frozen=True)

@@ -79,6 +79,7 @@ class _Samples:
 
 
 def _sample(yarns: YarnSet) -> _Samples:
+    """Sample all yarns with ``SAMPLES_PER_SEGMENT`` samples per segment."""
     curves = yarns.sampled(SAMPLES_PER_SEGMENT)
     points = np.concatenate(curves)
     yarn = np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])

@@ -229,6 +229,7 @@ def plain_stitches(fabric: StitchMesh) -> NDArray[np.bool_]:
 
 
 def _segments_of_stitch(yarns: YarnSet, fabric: StitchMesh, code: str) -> NDArray[np.bool_]:
+    """Return whether a stitch of the given code made each segment, shape (S,)."""
     found = fabric.stitch == CODES[code]
     if not found.any():
         codes = [known for known, stitch in CODES.items() if (fabric.stitch == stitch).any()]
@@ -238,6 +239,7 @@ def _segments_of_stitch(yarns: YarnSet, fabric: StitchMesh, code: str) -> NDArra
 
 
 def _segments_of_row(yarns: YarnSet, row: int) -> NDArray[np.bool_]:
+    """Return whether a stitch of the given row made each segment, shape (S,)."""
     _check_stitches_known(yarns, f"rest length row:{row}")
     rows = np.where(segment_faces(yarns) == UNKNOWN_FACE, -1, yarns.row[yarns.segment_points[:, 1]])
     found = (rows == row) & (rows >= 0)
@@ -247,12 +249,14 @@ def _segments_of_row(yarns: YarnSet, row: int) -> NDArray[np.bool_]:
 
 
 def _segments_of_yarn(yarns: YarnSet, yarn: int) -> NDArray[np.bool_]:
+    """Return whether each segment belongs to the given yarn, shape (S,)."""
     if not 0 <= yarn < yarns.yarn_count:
         raise ParameterError(f"rest length yarn:{yarn}: there is no such yarn; expected 0 to {yarns.yarn_count - 1}")
     return yarns.segment_yarn == yarn
 
 
 def _segments_of_part(yarns: YarnSet, fabric: StitchMesh | None, name: str) -> NDArray[np.bool_]:
+    """Return whether each segment belongs to the given part (``PARTS``), shape (S,)."""
     if name in ("warp", "weft"):
         return _segments_of_weave(yarns, name)
     fabric = _own_fabric(yarns, fabric, f"rest length {name}")

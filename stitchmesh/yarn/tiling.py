@@ -118,11 +118,13 @@ def _check_counts(columns: int, rows: int) -> None:
 
 
 def _tiles(columns: int, rows: int) -> IntArray:
+    """Column and row of each tile, shape (columns * rows, 2)."""
     row, column = np.divmod(np.arange(columns * rows), columns)
     return np.stack([column, row], axis=1)
 
 
 def _strands(yarns: YarnSet, steps: IntArray, columns: int, rows: int, periodic: bool) -> Iterator[_Strand]:
+    """All strands of a box of tiles, in the order of the tiles in which they start."""
     seen: set[tuple[int, int, int]] = set()
     for column, row in _tiles(columns, rows).tolist():
         for yarn, (a, b) in enumerate(steps.tolist()):
@@ -160,6 +162,7 @@ def _tile_of_points(yarns: YarnSet, strand: _Strand, steps: IntArray) -> IntArra
 
 
 def _copied_points(yarns: YarnSet, lattice: Lattice, strand: _Strand, steps: IntArray) -> FloatArray:
+    """Control points of a strand [cm], shape (n, 3)."""
     return yarns.points[_copied_indices(yarns, strand)] + lattice.shift(_tile_of_points(yarns, strand, steps))
 
 

@@ -272,6 +272,7 @@ def _check_counts(start: IntArray, closed: NDArray[np.bool_]) -> None:
 
 
 def _segment_start(start: IntArray, closed: NDArray[np.bool_]) -> IntArray:
+    """First segment of each yarn, and the number of segments at the end, shape (Y + 1,)."""
     counts = np.diff(start) - np.where(closed, 0, 3)
     return np.concatenate([[0], np.cumsum(counts)])
 

@@ -14,7 +14,7 @@ from stitchmesh import cli
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting import knitting_instructions
-from stitchmesh.hand_knitting.folding import folded, repeats
+from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.pieces import find_pieces
 from stitchmesh.io import read_mesh, write_stitches
 from stitchmesh.labeling import label
@@ -328,7 +328,7 @@ def test_cast_on_edges_that_meet_are_grafted():
 def test_repeats_are_folded_and_unfolded():
     words = ["k", "k", "p", "k2tog", "yo", "k2tog", "yo", "k2tog", "yo", "k", "ssk", "ssk"]
     line = "k2, p1, [k2tog, yo] 3 times, k1, [ssk] 2 times"
-    assert folded(words) == line
+    assert fold_words(words) == line
     assert list(words_of(line)) == words
 
 
@@ -337,7 +337,7 @@ def test_folding_is_reversible():
     rng = np.random.default_rng(4)
     for _ in range(50):
         words = rng.choice(["k", "p", "yo", "(k1, yo) in 1 st", "A: k"], size=30).tolist()
-        assert list(words_of(folded(words))) == words
+        assert list(words_of(fold_words(words))) == words
         blocks = repeats(words)
         assert sum(length * times for _, length, times in blocks) == len(words)
 

@@ -7,16 +7,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.renumbering import GONE, Renumbering
+from stitchmesh.mesh.renumbering import REMOVED, Renumbering
 
 
 @pytest.mark.parametrize(
     ("added_count", "added", "after"),
     [
-        (0, [], [0, GONE, 1, GONE, 2]),
-        (1, [1], [0, GONE, 2, GONE, 3]),
-        (2, [1, 3], [0, GONE, 2, GONE, 4]),
-        (4, [1, 3, 5, 6], [0, GONE, 2, GONE, 4]),
+        (0, [], [0, REMOVED, 1, REMOVED, 2]),
+        (1, [1], [0, REMOVED, 2, REMOVED, 3]),
+        (2, [1, 3], [0, REMOVED, 2, REMOVED, 4]),
+        (4, [1, 3, 5, 6], [0, REMOVED, 2, REMOVED, 4]),
     ],
 )
 def test_added_elements_fill_the_gaps_and_kept_elements_close_the_others(added_count, added, after):
