@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A pattern in the round: ropes up a hat, and what a hand knitter would read.
+"""Apply a pattern in the round: cables on a hat, and the written instructions for a hand knitter.
 
     python examples/cable_a_hat.py
 
-`stitchmesh patterns` lists the library; docs/patterns.md is the language that PATTERN is written in.
+The command `stitchmesh patterns` lists the library of patterns; docs/patterns.md describes the language of PATTERN.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ round 4: p1 c4f
 
 
 def main(folder: Path = Path("out/cables"), stitch_width: float = 1.6) -> sm.YarnSet:
-    """Knit the hat in ropes, chained off, and write it in words too."""
+    """Knit the hat with cables and a chained bind-off, and also write its hand-knitting instructions."""
     mesh = sm.read_mesh(MESH)
     fabric = sm.tessellate(sm.label(mesh), stitch_width=stitch_width)
-    fabric = sm.apply_pattern(fabric, sm.parse_pattern(PATTERN))  # columns follow the wales of the hat
+    fabric = sm.apply_pattern(fabric, sm.parse_pattern(PATTERN))  # Columns of the pattern follow the wales of the hat.
     fabric = sm.relax_mesh(fabric, surface=mesh)
     yarns = sm.generate_yarns(fabric, quality="draft", bind_off="chain")
     result = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric)

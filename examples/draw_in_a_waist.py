@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tighter stitches where a garment should be drawn in, and yarn that has weight and rubs.
+"""Make stitches tighter where a garment should be narrower, and relax yarn with weight and friction.
 
     python examples/draw_in_a_waist.py
 
-Rest lengths say how much yarn goes where. Terms that are not asked for cost nothing.
+Rest lengths determine the length of yarn in each stitch. Energy terms that are not requested have no cost.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pathlib import Path
 import stitchmesh as sm
 
 MESH = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
-DOWN = (0.0, -981.0, 0.0)  # cm / s^2
+DOWN = (0.0, -981.0, 0.0)  # Acceleration of gravity [cm / s^2].
 
 
 def main(folder: Path = Path("out/waist"), stitch_width: float = 1.6) -> sm.YarnSet:
-    """Knit the hat with less yarn in every other row of its lower half."""
+    """Knit the hat with less yarn in every second row of its lower half."""
     fabric = sm.tessellate(sm.label(sm.read_mesh(MESH)), stitch_width=stitch_width)
     half = int(fabric.row.max()) // 2
     tight = sm.RestLengths(factor=1.02, rows=dict.fromkeys(range(1, half, 2), 0.97))

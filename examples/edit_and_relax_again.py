@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edit stitches of a fabric whose yarns are at rest, and relax again from there.
+"""Edit stitches of a fabric whose yarns are relaxed, and relax the yarns again from their present state.
 
     python examples/edit_and_relax_again.py
 
-docs/editing.md lists all edits, and says how well the yarns come to the same rest as if relaxed anew.
+docs/editing.md lists all edits, and compares the result with that of a relaxation from the beginning.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ MESH = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 
 
 def main(folder: Path = Path("out/edited"), stitch_width: float = 1.6) -> sm.YarnSet:
-    """Purl a few stitches of the hat, change one's mind about one of them, and relax."""
+    """Purl two stitches of the hat, twist a loop and undo the twist, and relax the yarns again."""
     mesh = sm.read_mesh(MESH)
     fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=stitch_width), surface=mesh)
     yarns = sm.generate_yarns(fabric, quality="draft")
-    anew = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric)
+    first = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric)
 
     history = sm.History(fabric)
     row = np.flatnonzero((fabric.row == 4) & (fabric.stitch == sm.Stitch.KNIT))
@@ -32,9 +32,9 @@ def main(folder: Path = Path("out/edited"), stitch_width: float = 1.6) -> sm.Yar
     history.undo()
     history.save(folder / "log.jsonl")
 
-    yarns, start = sm.regenerate_yarns(anew.yarns, fabric, history.fabric, quality="draft")
+    yarns, start = sm.regenerate_yarns(first.yarns, fabric, history.fabric, quality="draft")
     again = sm.relax_yarns(yarns, start=start, quality="draft", device="cpu", keep_shape=history.fabric)
-    print(f"{anew.report['iterations']} iterations anew, {again.report['iterations']} again")
+    print(f"first relaxation: {first.report['iterations']} iterations, second: {again.report['iterations']}")
     sm.write_yarns(folder / "yarns.h5", again.yarns)
     return again.yarns
 

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Change stitches before the yarn is made: a garter band in a knitted tube.
+"""Change stitches before the yarns are generated: a garter band in a knitted swatch.
 
     python examples/purl_a_band.py
 
-A stitch mesh is frozen; ``dataclasses.replace`` gives a new one with other stitches.
+A stitch mesh is immutable; ``dataclasses.replace`` returns a new one with other stitches.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MESH = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "swatch.ob
 
 
 def main(folder: Path = Path("out/band"), stitch_width: float = 1.6) -> sm.YarnSet:
-    """Knit the swatch with every second row purled in its middle."""
+    """Knit the swatch with every second row of its middle part purled."""
     fabric = sm.tessellate(sm.label(sm.read_mesh(MESH)), stitch_width=stitch_width)
     rows = int(fabric.row.max()) + 1
     band = (fabric.row > rows // 4) & (fabric.row < 3 * rows // 4) & (fabric.row % 2 == 0)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Every error that StitchMesh raises on purpose.
+"""The errors that StitchMesh raises on purpose.
 
-A message says what is wrong, where (an index), what was found, what was expected and how to mend it, on one
-line: the command line prints it as it stands and exits with status 2.
+A message is one line. It says what is wrong, where (an index), what was found, what was expected and how to correct
+it. The command line prints the message unchanged and exits with status 2.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 
 class StitchMeshError(Exception):
-    """Base of all errors below; catch this one to catch them all."""
+    """Base class of all errors below; a handler of this class catches all of them."""
 
 
 class FileError(StitchMeshError):
-    """A file cannot be read or written, or does not hold what its format promises."""
+    """A file cannot be read or written, or its content does not match its format."""
 
 
 class ParameterError(StitchMeshError):
-    """A number or a name given by the user is outside what the operation accepts."""
+    """The user gave a number or a name that the operation does not accept."""
 
 
 class MeshError(StitchMeshError):
@@ -34,7 +34,7 @@ class LabelError(StitchMeshError):
 
 
 class TessellationError(StitchMeshError):
-    """A labeled mesh cannot be divided into legal stitch faces with the counts asked for."""
+    """A labeled mesh cannot be divided into legal stitch faces with the requested counts."""
 
 
 class PatternError(StitchMeshError):
@@ -42,11 +42,11 @@ class PatternError(StitchMeshError):
 
 
 class YarnError(StitchMeshError):
-    """A set of yarns is malformed, or a stitch mesh cannot be turned into yarns."""
+    """A set of yarns is malformed, or yarns cannot be generated from a stitch mesh."""
 
 
 class SolverError(StitchMeshError):
-    """A relaxation cannot go on; the last good state was kept."""
+    """A relaxation cannot continue; the last good state was kept."""
 
 
 class DisplayError(StitchMeshError):
@@ -54,7 +54,12 @@ class DisplayError(StitchMeshError):
 
 
 def first_few(items: Sequence[object] | NDArray, limit: int = 3) -> str:
-    """Name the first offenders and count the rest: ``4, 7, 9 (+12 more)``."""
+    """List the first items and count the others: ``4, 7, 9 (+12 more)``.
+
+    Args:
+        items: what to list, for example the indices of all faces that failed a check.
+        limit: number of items to list.
+    """
     shown = ", ".join(str(item) for item in items[:limit])
     rest = len(items) - limit
     return f"{shown} (+{rest} more)" if rest > 0 else shown

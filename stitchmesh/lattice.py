@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lattice of a periodic fabric: two period vectors and integer images.
 
-A neighbour across the cell border is always ``x_j + a*u + b*v - x_i`` with a stored integer image (a, b). The
-nearest-image rule is never used: a one-stitch cell is smaller than twice the contact range.
+The vector to a neighbour across the border of the cell is always ``x_j + a*u + b*v - x_i`` with a stored integer
+image (a, b). The nearest-image rule is never used, because a cell of one stitch is smaller than twice the contact
+range.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from stitchmesh.errors import MeshError
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Two period vectors of a fabric that repeats.
+    """The two period vectors of a periodic fabric.
 
     Raises:
         MeshError: the periods are not finite or do not span a plane.
@@ -46,18 +47,18 @@ class Lattice:
         return np.asarray(image, dtype=np.float64) @ self.periods
 
     def image_of(self, points: ArrayLike) -> NDArray[np.int64]:
-        """Image of the cell at the origin in which points lie, shape (n, 3) to (n, 2)."""
+        """Image of the cell in which each point lies; the cell at the origin is (0, 0), shape (n, 3) to (n, 2)."""
         image: NDArray[np.int64] = np.floor(np.asarray(points, dtype=np.float64) @ self._dual.T).astype(np.int64)
         return image
 
     def near_images(self, points: ArrayLike, reach: float) -> NDArray[np.int64]:
-        """Images in which points may come near to where they are: (0, 0) and others, shape (m, 2).
+        """Images whose copies of the points may be near the points themselves, (0, 0) included, shape (m, 2).
 
-        An image is far if it shifts the box around all points clear of itself, by more than ``reach``.
+        An image is left out if the shifted bounding box of the points is farther than ``reach`` from the box itself.
 
         Args:
-            points: [cm], shape (n, 3).
-            reach: distance up to which points are near [cm].
+            points: positions [cm], shape (n, 3).
+            reach: distance up to which two points are near each other [cm].
         """
         places = np.asarray(points, dtype=np.float64)
         span = np.ptp(places @ self._dual.T, axis=0) + reach * np.linalg.norm(self._dual, axis=1)
@@ -69,14 +70,18 @@ class Lattice:
 
     @property
     def _dual(self) -> NDArray[np.float64]:
-        """Dual basis: its rows tell how many of each period a displacement spans [1/cm], shape (2, 3)."""
+        """Dual basis [1/cm], shape (2, 3): row k times a displacement is the number of periods k that it spans."""
         return np.asarray(np.linalg.pinv(self.periods).T, dtype=np.float64)
 
 
 def lattice_frame(periods: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit vectors along the courses, across them in the plane of a lattice, and out of it, (..., 2, 3) to (..., 3, 3).
+    """Orthonormal frame of one or many lattices, shape (..., 2, 3) to (..., 3, 3).
 
-    ``periods`` may be those of many lattices.
+    The first vector points along the courses, the second across the courses in the plane of the lattice, and the third
+    is the normal of that plane.
+
+    Args:
+        periods: period vectors of each lattice [cm].
     """
     first, second = periods[..., 0, :], periods[..., 1, :]
     along = first / np.linalg.norm(first, axis=-1, keepdims=True)

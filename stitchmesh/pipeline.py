@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The whole line from a polygon mesh to relaxed yarns on disk."""
+"""The pipeline from a polygon mesh to files of relaxed yarns."""
 
 from __future__ import annotations
 
@@ -42,29 +42,29 @@ from stitchmesh.yarnrelax.material import DEFAULT_MATERIAL
 from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
 
 Progress = Callable[[str, float, str], None]
-"""Called with the stage, the part of it that is done (0 to 1), and a line or two on how it goes."""
+"""Function that reports progress: called with the stage, its completed part (0 to 1), and one or two lines of text."""
 
 
 @dataclass(frozen=True)
 class RelaxOptions:
-    """What the relaxation of yarns may be told, beside its quality and device.
+    """Options of the relaxation of yarns, except for quality and device.
 
     Raises:
         ParameterError: there is no material of that name.
     """
 
     material: str = DEFAULT_MATERIAL
-    """Name of a material, which is scaled to the yarns' radius."""
+    """Name of a material, which is scaled to the radius of the yarns."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
-    """How much yarn goes where."""
+    """Changes of the rest lengths."""
     terms: Sequence[TermChoice] = ()
-    """More energies."""
+    """Additional energy terms."""
     constraints: Sequence[ConstraintChoice] = ()
-    """What holds control points."""
+    """Constraints of control points."""
     checkpoint: Checkpoints | None = None
-    """Where and how often what it takes to resume is written."""
+    """File and interval of checkpoints; None writes no checkpoints."""
     resume: FilePath | None = None
-    """A checkpoint to go on from."""
+    """Checkpoint file from which the relaxation continues; None starts a new relaxation."""
 
     def __post_init__(self) -> None:
         YarnMaterial.named(self.material)
@@ -72,63 +72,72 @@ class RelaxOptions:
 
 @dataclass(frozen=True)
 class KnitOptions:
-    """What ``knit`` may be told."""
+    """Options of ``knit``."""
 
     stitch_width: float = STITCH_WIDTH
     """Wale spacing [cm]."""
     yarn_radius: float | None = None
-    """Yarn radius [cm]; an eighth of the stitch width unless given."""
+    """Yarn radius [cm]; by default an eighth of the stitch width."""
     quality: str | Quality = DEFAULT_QUALITY
-    """Preset of ``quality.py``, or a value of one's own."""
+    """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None
-    """Warp's name of the device; its preferred one unless given."""
+    """Warp's name of the device; None for the preferred device."""
     seeds: Sequence[int | tuple[int, int]] = ()
-    """Course edges that rows start from."""
+    """Course edges from which rows start (``label``)."""
     flip: Sequence[int] = ()
-    """Faces whose rows are turned over."""
+    """Faces whose rows are reversed (``label``)."""
     pattern: Pattern | None = None
-    """What the stitches are worked in, if not all knit."""
+    """Knitting pattern; None for plain knit."""
     pattern_remainder: Remainder = DEFAULT_REMAINDER
-    """What is done with stitches that whole tiles of the pattern leave over, as in ``apply_pattern``."""
+    """Treatment of the stitches that remain beside whole tiles of the pattern, as in ``apply_pattern``."""
     spiral: bool = False
-    """Whether the rings of tubes become turns of one row that climbs."""
+    """Whether the rings of tubes become turns of one spiral row."""
     finish: YarnFinish = field(default_factory=YarnFinish)
     """How rows are cast on and bound off, and which floats are cut."""
     relaxation: RelaxOptions = field(default_factory=RelaxOptions)
-    """How the yarns are relaxed."""
+    """Options of the relaxation of yarns."""
 
 
 @dataclass(frozen=True)
 class Knitted:
-    """What ``knit`` made."""
+    """The results of ``knit``."""
 
     fabric: StitchMesh
+    """Stitch mesh after mesh relaxation."""
     yarns: YarnSet
+    """Relaxed yarns."""
     report: dict[str, object]
+    """Figures of all stages, as in ``report.json``."""
     history: Sequence[HistoryEntry]
-    """How the yarns came to rest."""
+    """Assessments of the relaxation of yarns, in order."""
 
 
 def silent(stage: str, done: float, note: str) -> None:
-    """A progress that tells nobody."""
+    """Report no progress (a ``Progress`` function)."""
 
 
 def knit(
     mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = silent
 ) -> Knitted:
-    """Turn a polygon mesh into relaxed yarns and write them.
+    """Make relaxed yarns from a polygon mesh, and write them.
 
-    Writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc``, ``report.json`` and ``convergence.csv`` into the folder. While
-    yarns relax, the last good state is saved now and then and when the user interrupts, and ``report.json`` says that
-    it is unfinished.
+    The function writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc``, ``report.json`` and ``convergence.csv`` into the
+    folder. During the relaxation of yarns, the last good state is written at intervals and when the user interrupts;
+    ``report.json`` then says that the relaxation is unfinished.
+
+    Args:
+        mesh: the polygon mesh.
+        folder: output folder.
+        options: options of all stages.
+        progress: called with the progress of each stage.
 
     Raises:
-        StitchMeshError: from the stage that cannot go on.
+        StitchMeshError: a stage cannot continue; the error is that of the stage.
     """
     quality = quality_named(options.quality)
     device = str(device_named(options.device))
-    told = options.quality if isinstance(options.quality, str) else asdict(options.quality)
-    report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": told}
+    quality_entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
+    report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": quality_entry}
     target = Path(folder)
     fabric = _stitches(mesh, options, device, report, progress)
     yarns = _yarns(fabric, options, quality, report, progress)
@@ -153,24 +162,24 @@ def relax_as_told(
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
     progress: Progress = silent, on_state: Callable[[YarnSet], None] | None = None,
 ) -> Relaxation:  # fmt: skip
-    """Give yarns their rest lengths and relax them.
+    """Change the rest lengths of yarns, and relax the yarns.
 
     Args:
         yarns: the yarns.
-        options: what to relax and how.
-        quality: a preset or a ``Quality``.
-        device: Warp's name of the device; its preferred one unless given.
-        fabric: the fabric that the yarns were made from, if it is known.
-        keep_shape: whether the fabric's borders and shape are to be kept.
-        start: the same yarns in another place to start from.
-        progress: told how far the relaxation is.
-        on_state: called now and then with the last good state.
+        options: options of the relaxation.
+        quality: name of a preset, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+        fabric: the fabric from which the yarns were made, if it is known.
+        keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
+        start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
+        progress: called with the progress of the relaxation.
+        on_state: called with the last good state at intervals.
 
     Raises:
-        StitchMeshError: the rest lengths do not fit, or as for ``relax_yarns``.
+        StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
     quality = quality_named(quality)
-    tell = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+    report_progress = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
     return relax_yarns(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
         start=start,
@@ -180,7 +189,7 @@ def relax_as_told(
         keep_shape=fabric if keep_shape else None,
         terms=options.terms,
         constraints=options.constraints,
-        progress=lambda entry: tell(entry["iteration"], entry["residual"], entry["energies"]),
+        progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
         on_state=on_state,
         checkpoint=options.checkpoint,
         resume=options.resume,
@@ -188,23 +197,27 @@ def relax_as_told(
 
 
 def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
-    """Write yarns and their report, each file atomically."""
+    """Write ``yarns.h5``, ``yarns.bcc`` and ``report.json``, each file atomically."""
     write_yarns(folder / "yarns.h5", yarns)
     write_yarns(folder / "yarns.bcc", yarns)
     write_json(folder / "report.json", report)
 
 
 class _StateSaver:
-    """Saves the relaxation's last good state now and then; the yarns as generated are the first."""
+    """Keeps the last good state of a relaxation, and writes it at intervals.
+
+    The generated yarns are the first state.
+    """
 
     EVERY_SECONDS = 60.0
+    """Shortest interval between two writes [s]."""
 
     def __init__(self, folder: Path, report: dict[str, object], start: YarnSet) -> None:
         self._folder, self._report, self._state = folder, report, start
         self._saved = time.monotonic()
 
     def keep(self, state: YarnSet) -> None:
-        """Take a good state; write it if the last one on disk is old."""
+        """Keep a good state, and write it if the last write is older than the interval."""
         self._state = state
         if time.monotonic() - self._saved > self.EVERY_SECONDS:
             self.save()
@@ -224,7 +237,7 @@ def _stitches(
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(labeled, stitch_width=options.stitch_width)
-    checked_radius(fabric, options.yarn_radius)  # before the long work, not after it
+    checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     if options.pattern is not None:
         progress("pattern", 0.0, options.pattern.name)
@@ -244,7 +257,16 @@ def _stitches(
 def with_pattern(
     fabric: StitchMesh, pattern: Pattern, remainder: Remainder, *, face: int | None = None
 ) -> tuple[StitchMesh, int]:
-    """A fabric in a pattern, and how many faces the pattern made others.
+    """Apply a pattern to a fabric.
+
+    Args:
+        fabric: stitch mesh.
+        pattern: the pattern.
+        remainder: treatment of the stitches that remain beside whole tiles.
+        face: a plain stitch, around which the pattern fills the largest grid; None for the whole fabric.
+
+    Returns:
+        The fabric in the pattern, and the number of faces that the pattern has changed.
 
     Raises:
         StitchMeshError: as for ``apply_pattern``.
@@ -274,28 +296,36 @@ def _yarns(
 def relaxing_progress(
     stage: str, tolerance: float, progress: Progress, *, max_iterations: float = math.inf
 ) -> Callable[..., None]:
-    """Turn what a solver tells into the part done: its iteration, its residual and, if it knows, energies by term.
+    """Return a function that converts the assessments of a solver into the completed part of a stage.
 
-    Residuals fall by a factor a turn, so their logarithm counts; the iterations do where they run out sooner.
+    The returned function is called with the iteration, the residual and, optionally, the energies by term. Residuals
+    decrease approximately geometrically, so that the completed part is computed from the logarithm of the residual, or
+    from the number of iterations if that gives a larger part.
+
+    Args:
+        stage: name of the stage.
+        tolerance: residual at which the stage is complete.
+        progress: called with the completed part and a line of text.
+        max_iterations: iterations at which the stage is complete.
     """
     start: list[tuple[int, float]] = []
 
-    def tell(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
+    def report_assessment(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
         """Report one assessment."""
         if not start and residual > tolerance and math.isfinite(residual):
             start.append((iteration, residual))
         done = 0.0
         if start and residual > 0.0:
             first, highest = start[0]
-            fallen = math.log(highest / residual) / math.log(highest / tolerance)
-            done = max(fallen, (iteration - first) / max(max_iterations - first, 1.0))
+            decrease = math.log(highest / residual) / math.log(highest / tolerance)
+            done = max(decrease, (iteration - first) / max(max_iterations - first, 1.0))
         progress(stage, float(np.clip(done, 0.0, 1.0)), _note(iteration, residual, energies or {}))
 
-    return tell
+    return report_assessment
 
 
 def _note(iteration: int, residual: float, energies: Mapping[str, float]) -> str:
-    """A relaxation's figures, energies in a second line."""
+    """Iteration and residual of a relaxation, and its energies in a second line."""
     line = f"iteration {iteration}, residual {residual:.3g}"
     if not energies:
         return line
@@ -303,13 +333,13 @@ def _note(iteration: int, residual: float, energies: Mapping[str, float]) -> str
 
 
 class _Clock:
-    """Seconds between laps."""
+    """A stopwatch."""
 
     def __init__(self) -> None:
         self._last = time.perf_counter()
 
     def lap(self) -> float:
-        """Seconds since the last lap."""
+        """Return the seconds since the last call, or since the construction."""
         now = time.perf_counter()
         seconds, self._last = now - self._last, now
         return round(seconds, 4)

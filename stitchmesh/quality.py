@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Accuracy as a dial: how finely yarns are sampled and how far they are relaxed."""
+"""Presets of accuracy: how finely yarns are sampled and to what residual they are relaxed."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ Solver = Literal["quasistatic", "dynamics"]
 
 @dataclass(frozen=True)
 class Quality:
-    """What a relaxation may cost."""
+    """Accuracy of a relaxation, and with it the cost of the relaxation."""
 
     precision: Precision
     """Floating-point type of the solver."""
     quadrature_points: int
-    """Gauss points a segment for stretch, length and bending."""
+    """Gauss points per segment for stretch, length and bending."""
     contact_samples: int
-    """Contact spheres a segment."""
+    """Contact spheres per segment."""
     control_points_per_stitch: int
     """Control points of a plain stitch."""
     step_fraction: float
-    """Largest move of a control point in one iteration, as a part of the yarn radius."""
+    """Largest displacement of a control point in one iteration, divided by the yarn radius."""
     tolerance: float
     """Relative force residual at which a relaxation has converged (``yarnrelax.convergence``)."""
     max_iterations: int
     """Iterations after which a relaxation stops without having converged."""
     solver: Solver = "quasistatic"
-    """How it comes to rest: "quasistatic", or "dynamics" as in L, Algorithm 1."""
+    """Method of the relaxation: "quasistatic", or "dynamics" (Leaf et al. 2018, Algorithm 1)."""
 
 
 PRESETS: dict[str, Quality] = {
@@ -40,13 +40,13 @@ PRESETS: dict[str, Quality] = {
     "standard": Quality("float32", 3, 3, 20, 0.2, 0.005, 20_000),
     "reference": Quality("float64", 11, 11, 24, 0.1, 1e-4, 200_000),
 }
-"""The presets of the command line."""
+"""The presets of the command line, by name."""
 DEFAULT_QUALITY = "standard"
-"""The preset where no quality is given."""
+"""Name of the preset that applies if no quality is given."""
 
 
 def quality_named(name: str | Quality) -> Quality:
-    """The preset of that name, or the value itself.
+    """Return the preset of a name; a ``Quality`` is returned unchanged.
 
     Raises:
         ParameterError: there is no preset of that name.
@@ -61,7 +61,15 @@ def quality_named(name: str | Quality) -> Quality:
 def quality_with(
     name: str | Quality, *, solver: Solver | None = None, max_iterations: int | None = None
 ) -> str | Quality:
-    """The preset of that name, with another solver or limit of iterations where given.
+    """Return a preset with another solver or another limit of iterations.
+
+    Args:
+        name: name of a preset, or a ``Quality``.
+        solver: the other solver; the preset's solver if None.
+        max_iterations: the other limit of iterations; the preset's limit if None.
+
+    Returns:
+        The changed ``Quality``, or ``name`` itself if nothing is changed.
 
     Raises:
         ParameterError: there is no preset of that name, or the limit is not positive.

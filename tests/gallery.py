@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Small meshes that tests share, the awkward ones among them."""
+"""Small meshes that tests share, including irregular ones."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ import pytest
 from stitchmesh.mesh import Mesh
 
 ROOT = Path(__file__).resolve().parent.parent
+"""Root folder of the project."""
 GARMENTS = sorted((ROOT / "assets" / "meshes").glob("*.obj"))
+"""Mesh files of the garments of the project."""
 SHARED = ROOT.parent / "shared" / "data"
+"""Folder of real data beside the project, which need not exist."""
 
 
 def shared(name: str) -> Path:
-    """A real input that lies beside the project, or a skip that says so."""
+    """Return the path of a file of real data, or skip the test if the file does not exist."""
     path = SHARED / name
     if not path.exists():
-        pytest.skip(f"real data {name} is not beside the project (shared)")
+        pytest.skip(f"real data {name} is not in the folder beside the project (shared)")
     return path
 
 
@@ -38,7 +41,7 @@ def grid(columns: int, rows: int, *, width: float = 1.0, height: float = 1.0) ->
 
 
 def tube(around: int, rows: int, *, radius: float = 3.0, height: float = 1.0, top_radius: float | None = None) -> Mesh:
-    """An upright tube of quads, outward normals."""
+    """An upright tube of quads with outward normals."""
     radii = np.linspace(radius, radius if top_radius is None else top_radius, rows + 1)
     angle = 2 * np.pi * np.arange(around) / around
     rings = [np.stack([r * np.sin(angle), np.full(around, k * height), r * np.cos(angle)], axis=1)
@@ -52,7 +55,7 @@ def tube(around: int, rows: int, *, radius: float = 3.0, height: float = 1.0, to
 
 
 def closed_cone(around: int) -> Mesh:
-    """A tube row closed by triangles that meet in a pole."""
+    """One row of a tube, closed by triangles that meet in a pole."""
     body = tube(around, 1, radius=3.0, height=2.0)
     pole = len(body.vertices)
     ring = [around + c for c in range(around)]
@@ -62,7 +65,7 @@ def closed_cone(around: int) -> Mesh:
 
 
 def pentagon_row() -> Mesh:
-    """A row of two pentagons between quads: one bottom edge, two top edges each."""
+    """A row of two pentagons below a row of quads; each pentagon has one bottom edge and two top edges."""
     vertices = [[0, 0, 0], [2, 0, 0], [4, 0, 0], [4, 2, 0], [3, 2.2, 0], [2, 2, 0], [1, 2.2, 0], [0, 2, 0],
                 [0, 4, 0], [1, 4, 0], [2, 4, 0], [3, 4, 0], [4, 4, 0]]  # fmt: skip
     faces = [[0, 1, 5, 6, 7], [1, 2, 3, 4, 5], [7, 6, 9, 8], [6, 5, 10, 9], [5, 4, 11, 10], [4, 3, 12, 11]]
@@ -70,7 +73,7 @@ def pentagon_row() -> Mesh:
 
 
 def torus(around: int, along: int) -> Mesh:
-    """A closed torus of quads, no border."""
+    """A torus of quads, without a border."""
     a, b = np.meshgrid(2 * np.pi * np.arange(around) / around, 2 * np.pi * np.arange(along) / along)
     ring = 3.0 + np.cos(a)
     vertices = np.stack([ring * np.cos(b), ring * np.sin(b), np.sin(a)], axis=-1).reshape(-1, 3)
@@ -84,7 +87,7 @@ def torus(around: int, along: int) -> Mesh:
 
 
 def odd_corner() -> Mesh:
-    """Three quads around an inner vertex: every strip crosses itself into a contradiction."""
+    """Three quads around an inner vertex: every strip of quads crosses itself, so that the labels contradict."""
     vertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [-0.8, 1.2, 0], [-1, 0.2, 0], [0.3, -1, 0]]
     faces = [[0, 1, 2, 3], [0, 3, 4, 5], [0, 5, 6, 1]]
     return Mesh.from_polygons(np.array(vertices, dtype=float), faces)
@@ -119,4 +122,4 @@ FLAT_AND_ROUND = {
     "pentagons": pentagon_row,
     "two tubes": two_tubes,
 }
-"""Meshes with borders that rows exist on."""
+"""Meshes with borders that can be divided into rows."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that dies by SIGKILL at a moment of one's choice, counted in calls so that no clock is needed."""
+"""Functions that are killed by SIGKILL at a chosen moment, which is counted in calls, so that no clock is needed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from typing import Any
 
 
 class Countdown:
-    """Counts calls from the first call of a function on, and acts before the call after so many of them."""
+    """A profiling function that counts calls and runs an action before the call after ``calls`` calls.
+
+    The count starts with the first call of the function of the given name. With ``of_files`` only calls that may change
+    a file are counted.
+    """
 
     def __init__(self, function: str, calls: float, act: Callable[[], None], *, of_files: bool) -> None:
         self.function, self.calls, self.act, self.of_files = function, calls, act, of_files
@@ -31,13 +35,13 @@ class Countdown:
 
 
 def _on_files(called: Any) -> bool:
-    """Whether a call may change a file: one of the operating system, or a method of an open file."""
+    """Whether a call may change a file: a call of the operating system, or of a method of an open file."""
     own = getattr(called, "__self__", None)
     return getattr(own, "__name__", "") == "posix" or isinstance(own, IOBase)
 
 
 def count_calls(function: str, work: Callable[[], object]) -> int:
-    """Calls in ``work`` from the first call of a function of that name on."""
+    """Count the calls in ``work`` from the first call of the function of the given name."""
     counter = Countdown(function, float("inf"), lambda: None, of_files=False)
     sys.setprofile(counter)
     try:
@@ -48,9 +52,18 @@ def count_calls(function: str, work: Callable[[], object]) -> int:
 
 
 def killed(function: str, calls: int, work: Callable[[], object], *, of_files: bool = False) -> bool:
-    """Do ``work`` in a child that is killed after as many calls, or calls on files; whether work did not end before.
+    """Run ``work`` in a child process that is killed after a number of calls.
 
-    The caller must have one thread.
+    The calling process must have only one thread.
+
+    Args:
+        function: name of the function whose first call starts the count.
+        calls: number of calls before the child process is killed.
+        work: what the child process runs.
+        of_files: whether only calls that may change a file are counted.
+
+    Returns:
+        Whether the child process was killed; False if ``work`` ended before.
     """
     child = os.fork()
     if child == 0:

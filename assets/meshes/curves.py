@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Curves from which the garments are drawn: oval rings and smooth columns."""
+"""Curves from which the garments are modelled: oval rings and smooth columns."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ Vector = tuple[float, float, float]
 def oval(
     count: int, half_width: float, half_depth: float, height: float, start: float = -90.0
 ) -> np.ndarray:
-    """Return a horizontal oval ring of points, counter-clockwise seen from above.
+    """Return a horizontal oval ring of points, counter-clockwise as seen from above.
 
     `start` is the angle of the first point in degrees; 0 is the front (+z), 90 the side +x.
     """
@@ -32,7 +32,7 @@ def hermite(
 
 
 def smooth_step(t: np.ndarray | float) -> np.ndarray | float:
-    """Rise from 0 to 1 for t in 0..1 with level ends; clamp outside."""
+    """Return a cubic step from 0 to 1 for t in 0..1, with zero slope at both ends; clamp outside."""
     t = np.clip(t, 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
 

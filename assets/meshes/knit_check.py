@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that a quad mesh is clean and can be knitted: every quad lies in exactly one row.
+"""Checks that a quad mesh is valid and can be knitted, so that every quad belongs to one row.
 
-Opposite edges of a quad carry the same label, adjacent edges different ones. 'Course' edges run
-along the rows of knitting, 'wale' edges across them; a row is a strip of quads that are joined
-by wale edges.
+Opposite edges of a quad have the same label, and adjacent edges have different labels. 'Course'
+edges are parallel to the rows of knitting, 'wale' edges are across the rows. A row is a strip of
+quads that are joined by wale edges.
 """
 
 from collections import defaultdict, deque
@@ -19,7 +19,7 @@ COURSE, WALE = 0, 1
 
 @dataclass(frozen=True)
 class Border:
-    """One border loop: its name, vertices in order, length in cm and kinds of edges."""
+    """One border loop: its name, vertices in order, length [cm] and number of course edges."""
 
     name: str
     loop: list[int]
@@ -29,7 +29,7 @@ class Border:
 
 @dataclass(frozen=True)
 class Report:
-    """What is worth saying about a checked garment."""
+    """Figures of a checked garment; lengths are in cm."""
 
     faces: int
     vertices: int
@@ -41,7 +41,7 @@ class Report:
 
 
 def edge(a: int, b: int) -> Edge:
-    """Return an edge without direction."""
+    """Return an undirected edge: its two vertices in ascending order."""
     return (a, b) if a < b else (b, a)
 
 
@@ -51,26 +51,31 @@ def quad_edges(quad: tuple[int, ...]) -> list[Edge]:
 
 
 def edge_lengths(mesh: QuadMesh) -> dict[Edge, float]:
-    """Return the length of every edge."""
+    """Return the length of every edge [cm]."""
     edges = {e for quad in mesh.quads for e in quad_edges(quad)}
     return {(a, b): float(np.linalg.norm(mesh.points[a] - mesh.points[b])) for a, b in edges}
 
 
 def check_manifold(mesh: QuadMesh) -> None:
-    """Raise unless faces are consistently oriented and no edge has more than two faces."""
+    """Raise unless the mesh is an oriented manifold.
+
+    Raises:
+        ValueError: faces have opposite orientations, an edge has more than two faces, a vertex is
+            isolated, or the faces around a vertex form more than one fan.
+    """
     directed = [(q[i], q[(i + 1) % 4]) for q in mesh.quads for i in range(4)]
     if len(set(directed)) != len(directed):
-        raise ValueError("an edge is used twice in one direction")
+        raise ValueError("two faces pass an edge in the same direction")
     used = {v for quad in mesh.quads for v in quad}
     if used != set(range(len(mesh.points))):
-        raise ValueError("isolated vertices")
+        raise ValueError("the mesh has isolated vertices")
     for vertex, corners in corner_fans(mesh).items():
         if not is_single_fan(corners):
-            raise ValueError(f"the faces at vertex {vertex} are not one fan")
+            raise ValueError(f"the faces at vertex {vertex} do not form one fan")
 
 
 def corner_fans(mesh: QuadMesh) -> dict[int, dict[int, int]]:
-    """For each vertex, map the next neighbour of each of its faces to the previous one."""
+    """Return, for each vertex, the map from the next to the previous neighbour in each face."""
     fans: dict[int, dict[int, int]] = defaultdict(dict)
     for quad in mesh.quads:
         for i in range(4):
@@ -79,7 +84,7 @@ def corner_fans(mesh: QuadMesh) -> dict[int, dict[int, int]]:
 
 
 def is_single_fan(turns: dict[int, int]) -> bool:
-    """Tell whether the faces about one vertex form one closed or open fan."""
+    """Return whether the faces around one vertex form one closed or open fan."""
     starts = set(turns) - set(turns.values())
     first = next(iter(starts), next(iter(turns)))
     at, steps = turns[first], 1
@@ -89,23 +94,26 @@ def is_single_fan(turns: dict[int, int]) -> bool:
 
 
 def check_shapes(mesh: QuadMesh) -> None:
-    """Raise on vertices in one place and on quads that are degenerate or not convex."""
+    """Raise if two vertices are in the same place, or if a quad is degenerate or not convex."""
     points = np.array(mesh.points)
     if len(np.unique(np.round(points, 4), axis=0)) != len(points):
-        raise ValueError("two vertices in one place")
+        raise ValueError("two vertices are in the same place")
     corners = points[np.array(mesh.quads)]
     ahead, behind = np.roll(corners, -1, 1) - corners, np.roll(corners, 1, 1) - corners
     turns = np.cross(ahead, behind)
     normals = turns.sum(axis=1)
     if np.linalg.norm(normals, axis=1).min() < 1e-3:
-        raise ValueError("a quad without area")
+        raise ValueError("a quad has no area")
     bad = np.flatnonzero((np.einsum("qcx,qx->qc", turns, normals) <= 0).any(axis=1))
     if len(bad):
-        raise ValueError(f"quads that are not convex: {bad.tolist()}")
+        raise ValueError(f"quads {bad.tolist()} are not convex")
 
 
 def check_outward(mesh: QuadMesh, loops: list[list[int]]) -> None:
-    """Raise unless the normals point outward: the mesh with capped borders has volume >= 0."""
+    """Raise unless the normals point outward.
+
+    The criterion is that the volume of the mesh with closed borders is not negative.
+    """
     points = np.array(mesh.points)
     triangles = [points[[q[0], q[i], q[i + 1]]] for q in mesh.quads for i in (1, 2)]
     for loop in loops:
@@ -113,11 +121,11 @@ def check_outward(mesh: QuadMesh, loops: list[list[int]]) -> None:
         centre, following = ring.mean(axis=0), np.roll(ring, -1, axis=0)
         triangles += [np.array([centre, p, q]) for p, q in zip(ring, following, strict=True)]
     if np.linalg.det(np.array(triangles)).sum() < -1e-6:
-        raise ValueError("the faces are turned inside out")
+        raise ValueError("the faces have inward normals")
 
 
 def border_loops(mesh: QuadMesh) -> list[list[int]]:
-    """Return the border loops; each runs so that it could be filled by an outward face."""
+    """Return the border loops; each has the orientation of an outward face that would fill it."""
     directed = {(q[i], q[(i + 1) % 4]) for q in mesh.quads for i in range(4)}
     following = {b: a for a, b in directed if (b, a) not in directed}
     loops = []
@@ -135,7 +143,11 @@ def loop_edges(loop: list[int]) -> list[Edge]:
 
 
 def label_edges(mesh: QuadMesh, course: list[Edge]) -> dict[Edge, int]:
-    """Label every edge as course or wale, starting from known course edges, or raise."""
+    """Label every edge as course or wale, starting from known course edges.
+
+    Raises:
+        ValueError: the mesh is not connected, or the labels contradict each other.
+    """
     faces: dict[Edge, list[list[Edge]]] = defaultdict(list)
     for quad in mesh.quads:
         edges = quad_edges(quad)
@@ -147,16 +159,16 @@ def label_edges(mesh: QuadMesh, course: list[Edge]) -> dict[Edge, int]:
         for edges in faces[e]:
             spread_labels(edges, e, labels, queue)
     if len(labels) != len(faces):
-        raise ValueError("the mesh is not in one piece")
+        raise ValueError("the mesh is not connected")
     if any(labels[e] != COURSE for e in course):
-        raise ValueError("the first border is not all course edges")
+        raise ValueError("some edges of the first border are not course edges")
     return labels
 
 
 def spread_labels(
     edges: list[Edge], known: Edge, labels: dict[Edge, int], queue: deque[Edge]
 ) -> None:
-    """Label the edges of one quad from one known edge; raise on a contradiction."""
+    """Label the edges of one quad from one known edge; raise if the labels contradict."""
     place = edges.index(known)
     for turn in range(1, 4):
         e, label = edges[(place + turn) % 4], (labels[known] + turn) % 2
@@ -168,7 +180,7 @@ def spread_labels(
 
 
 def count_strips(mesh: QuadMesh, labels: dict[Edge, int], joint: int) -> int:
-    """Count the strips of quads that are joined by edges of one label."""
+    """Return the number of strips of quads that are joined by edges with the label ``joint``."""
     parent = list(range(len(mesh.quads)))
 
     def root(i: int) -> int:
@@ -185,7 +197,11 @@ def count_strips(mesh: QuadMesh, labels: dict[Edge, int], joint: int) -> int:
 
 
 def check_garment(garment: Garment) -> Report:
-    """Run all checks, raising ValueError on the first that fails, and describe the garment."""
+    """Run all checks, and return the figures of the garment.
+
+    Raises:
+        ValueError: a check has failed.
+    """
     mesh = garment.mesh
     check_manifold(mesh)
     check_shapes(mesh)
@@ -209,7 +225,7 @@ def check_garment(garment: Garment) -> Report:
 def name_borders(
     garment: Garment, loops: list[list[int]], labels: dict[Edge, int], lengths: dict[Edge, float]
 ) -> list[Border]:
-    """Match the borders found with those that the garment should have."""
+    """Match the borders of the mesh with the named borders of the garment."""
     if len(loops) != len(garment.borders):
         raise ValueError(f"{len(loops)} borders instead of {len(garment.borders)}")
     found = []

@@ -2,20 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """A sleeveless dress: rings up to the underarm, then front and back in open rows.
 
-The middle of front and back ends at the neckline; the shoulder straps go on until the last row
-of each front strap meets the last row of the back strap in the same edges (grafted shoulders).
+The middle of front and back ends at the neckline. The shoulder straps continue until the last row
+of each front strap and the last row of the back strap share the same edges (grafted shoulders).
 """
 
 import numpy as np
 from curves import hermite, oval, unit
 from quad_mesh import Garment, QuadMesh, Ring
 
-EDGES = 20  # front 8, underarm 2, back 8, underarm 2
+EDGES = 20  # Front 8, underarm 2, back 8, underarm 2.
 PANEL_ROWS = 6
-FRONT_NECK = (2, 0.18)  # row where the neckline begins, depth of its curve
+FRONT_NECK = (2, 0.18)  # Row where the neckline begins, and depth of its curve.
 BACK_NECK = (4, 0.10)
-STRAPS = (slice(0, 3), slice(6, 9))  # columns of points of the two straps
-BODY = [  # half width, depth to the front, depth to the back, height, depth of the folds
+STRAPS = (slice(0, 3), slice(6, 9))  # Columns of points of the two straps.
+BODY = [  # Half width, depth to the front and to the back, height, depth of the folds [cm].
     (26.6, 22.4, 22.8, 0.0, 1.5),
     (25.6, 21.2, 21.8, 6.5, 1.3),
     (24.5, 19.9, 20.7, 13.0, 1.1),
@@ -52,7 +52,7 @@ def model_dress() -> Garment:
 def dress_ring(
     half_width: float, front: float, back: float, height: float, fold: float
 ) -> np.ndarray:
-    """Return a ring of the skirt or bodice, with soft folds."""
+    """Return a ring of the skirt or bodice, with smooth folds."""
     ring = oval(EDGES, 1.0, 1.0, height, start=-72.0)
     angles = np.arctan2(ring[:, 0], ring[:, 2])
     depth = np.where(ring[:, 2] > 0.0, front, back)
@@ -62,7 +62,7 @@ def dress_ring(
 
 
 def shoulder_points() -> np.ndarray:
-    """Return the nine points of the shoulder line, straps sloping down to the outside."""
+    """Return the nine points of the shoulder line, where the straps slope down to the outside."""
     slope = 97.0 - 0.32 * (np.abs(SHOULDER_X) - 8.6)
     return np.column_stack([SHOULDER_X, slope, 0.0 * SHOULDER_X - 1.0])
 
@@ -83,7 +83,7 @@ def add_panel(
 def panel_rows(
     base: np.ndarray, shoulder: np.ndarray, neck_row: int, scoop: float
 ) -> list[np.ndarray]:
-    """Return the rows between the underarm row and the shoulder line, both left out."""
+    """Return the rows between the underarm row and the shoulder line, without these two."""
     facing = np.sign(base[4, 2])
     count = len(base)
     span = np.linalg.norm(shoulder - base, axis=1, keepdims=True)

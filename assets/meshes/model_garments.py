@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Model StitchMesh's own garments and write them as OBJ files beside this script.
+"""Model the garments of StitchMesh, and write them as OBJ files into the folder of this script.
 
 Usage: python assets/meshes/model_garments.py [--out FOLDER]
 
-The meshes are coarse, made of quads only, in centimetres with y up. They are checked before they
-are written; a table of their faces, rows and borders is printed. The result is always the same.
+The meshes are coarse and consist of quads only; coordinates are in centimetres with y upwards. The
+meshes are checked before they are written, and a table of their faces, rows and borders is printed.
+The result is deterministic.
 """
 
 import argparse

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A glove for the right hand, its palm to the front (+z), the thumb at +x.
+"""A glove for the right hand, with the palm to the front (+z) and the thumb at +x.
 
-A ring splits where thumb and fingers begin: neighbouring tubes share the edges of the web between
-them, from front to back. Each tip ends in a small ring, which the last yarn draws together.
+A ring is divided where the thumb and the fingers begin: neighbouring tubes share the edges of the
+web between them, from front to back. Each tip ends in a small ring, which the yarn of the last row
+closes.
 """
 
 import numpy as np
@@ -12,17 +13,17 @@ from quad_mesh import Garment, QuadMesh, Ring
 
 WRIST_HEIGHT, THUMB_HEIGHT = 6.6, 12.6
 CUFF = [(4.0, 2.9, 0.0), (3.9, 2.8, 2.2), (3.8, 2.6, 4.4), (3.7, 2.4, 6.6)]
-WEB_X = np.array([-4.75, -2.4, 0.0, 2.4, 4.75])  # middles of the webs at the top of the palm
+WEB_X = np.array([-4.75, -2.4, 0.0, 2.4, 4.75])  # Centres of the webs at the top of the palm.
 WEB_Y = np.array([16.9, 17.9, 18.5, 18.3, 17.3])
 FRONT_X = np.array([-4.25, -2.4, 0.0, 2.4, 4.25])
-FINGERS = [  # length, lean to the thumb in degrees, rows, half width
+FINGERS = [  # Length [cm], angle towards the thumb [degrees], rows, half width [cm].
     (5.9, -15.0, 4, 1.05),
     (7.4, -5.5, 5, 1.12),
     (8.1, 1.5, 6, 1.15),
     (7.3, 9.0, 5, 1.15),
 ]
-CURL = 0.22  # radians by which a finger bends to the palm
-THUMB = (6.6, 33.0, 4, 1.35)
+CURL = 0.22  # Angle by which a finger bends towards the palm [radians].
+THUMB = (6.6, 33.0, 4, 1.35)  # As for a finger.
 
 
 def model_glove() -> Garment:
@@ -32,7 +33,7 @@ def model_glove() -> Garment:
     rings += [gusset_ring(t) for t in (1 / 3, 2 / 3, 1.0)]
     cuff = mesh.add(rings[0])
     hand = mesh.grow(cuff, rings[1:])
-    front, thumb, back = hand[1:6], hand[6:9], hand[9:14]  # hand[0] is at the little finger
+    front, thumb, back = hand[1:6], hand[6:9], hand[9:14]  # hand[0] is at the little finger.
     (web,) = mesh.add([[4.35, THUMB_HEIGHT + 0.9, 0.25]])
     borders = {"cuff": cuff[0]}
     borders["thumb tip"] = add_finger(mesh, [web, front[4], *thumb, back[0]], *THUMB)[0]
@@ -42,7 +43,7 @@ def model_glove() -> Garment:
 
 
 def gusset_ring(t: float) -> np.ndarray:
-    """Return a ring of 14 between the wrist (t = 0) and the base of the thumb (t = 1)."""
+    """Return a ring of 14 points between the wrist (t = 0) and the base of the thumb (t = 1)."""
     front_x = np.array([-4.2, -2.2, 0.0, 2.2, 4.2])
     front_z = np.array([1.05, 1.45, 1.5, 1.5, 1.35])
     x = np.concatenate([[-4.7], front_x, [5.7, 6.5, 5.7], front_x[::-1]])
@@ -72,7 +73,7 @@ def add_palm(mesh: QuadMesh, ring: Ring) -> list[Ring]:
 
 
 def palm_top() -> np.ndarray:
-    """Return the ring of 12 from which the fingers grow, a curve over the knuckles."""
+    """Return the ring of 12 points at the base of the fingers, a curve over the knuckles."""
     front = np.column_stack([FRONT_X, WEB_Y, [1.0, 1.25, 1.3, 1.25, 1.05]])
     back = front[::-1] * [1.0, 1.0, -1.0]
     sides = np.column_stack([WEB_X, WEB_Y, 0.0 * WEB_X])
@@ -82,7 +83,10 @@ def palm_top() -> np.ndarray:
 def add_finger(
     mesh: QuadMesh, base: Ring, length: float, lean: float, rows: int, half_width: float
 ) -> Ring:
-    """Add a finger on a ring of six (web, two front, web, two back vertices); return its tip."""
+    """Add a finger on a ring of six vertices (web, two front, web, two back).
+
+    Return the ring at its tip.
+    """
     start = np.array([mesh.points[i] for i in base])
     tilt = np.radians(lean)
     along = np.array([np.sin(tilt), np.cos(tilt), 0.1])
@@ -102,7 +106,7 @@ def add_finger(
 def finger_ring(
     centre: np.ndarray, across: np.ndarray, axis: np.ndarray, half_width: float
 ) -> np.ndarray:
-    """Return a six-sided ring about a finger."""
+    """Return a ring of six points around a finger."""
     front = 0.95 * half_width * unit(np.cross(across, axis))
     side = half_width * across
     spokes = [-side, front - 0.52 * side, front + 0.52 * side]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Simple garments: a swatch, and those knitted in the round without branches."""
+"""Simple garments: a flat swatch, and garments knitted in the round without branches."""
 
 from itertools import pairwise
 
@@ -8,7 +8,7 @@ import numpy as np
 from curves import hermite, oval, smooth_step, unit
 from quad_mesh import Garment, QuadMesh
 
-HAT_PROFILE = [  # radius, height, lean to the back
+HAT_PROFILE = [  # Radius, height and displacement to the back [cm].
     (9.1, 0.0, 0.0),
     (9.0, 3.0, 0.0),
     (9.3, 5.9, 0.0),
@@ -20,7 +20,7 @@ HAT_PROFILE = [  # radius, height, lean to the back
     (3.7, 20.3, -2.1),
     (1.5, 20.7, -2.2),
 ]
-COZY_PROFILE = [  # radius, height
+COZY_PROFILE = [  # Radius and height [cm].
     (7.8, 0.0),
     (8.5, 2.0),
     (9.0, 4.2),
@@ -33,9 +33,9 @@ COZY_PROFILE = [  # radius, height
     (3.6, 18.9),
     (1.5, 20.0),
 ]
-COZY_SLIT = (2, 6)  # rings between which the cozy is open for spout and handle
+COZY_SLIT = (2, 6)  # Rings between which the cozy is open for spout and handle.
 COZY_EDGES = 16
-SOCK_RINGS = [  # shin or instep (y, z), calf or sole (y, z), half width
+SOCK_RINGS = [  # Shin or instep (y, z), calf or sole (y, z), half width [cm].
     (29.0, 4.4, 29.0, -4.6, 4.3),
     (26.4, 4.4, 26.4, -4.7, 4.3),
     (23.8, 4.4, 23.8, -4.8, 4.3),
@@ -68,7 +68,7 @@ PONCHO_ROWS = 11
 
 
 def model_swatch() -> Garment:
-    """Return a flat square of 20 x 20 cm that faces +z, 5 x 5 quads."""
+    """Return a flat square of 20 x 20 cm and 5 x 5 quads, with the normal +z."""
     mesh, steps = QuadMesh(), np.linspace(0.0, 20.0, 6)
     rows = [np.column_stack([steps, np.full(6, y), np.zeros(6)]) for y in steps]
     first = mesh.add(rows[0])
@@ -77,10 +77,10 @@ def model_swatch() -> Garment:
 
 
 def model_hat() -> Garment:
-    """Return a beanie: rings of 12 from the brim to a small open crown."""
+    """Return a beanie: rings of 12 edges from the brim to a small open crown."""
     rings = []
     for radius, height, lean in HAT_PROFILE:
-        depth = radius * (1.0 + 0.12 * (radius - 1.5) / 8.0)  # a head is longer than wide
+        depth = radius * (1.0 + 0.12 * (radius - 1.5) / 8.0)  # A head is longer than wide.
         rings.append(oval(12, 0.94 * radius, depth, height) + np.array([0.0, 0.0, lean]))
     mesh = QuadMesh()
     brim = mesh.add(rings[0])
@@ -89,7 +89,7 @@ def model_hat() -> Garment:
 
 
 def model_tea_cozy() -> Garment:
-    """Return a round cozy, open at both sides for spout and handle."""
+    """Return a round tea cozy, which is open at both sides for spout and handle."""
     low, high = COZY_SLIT
     rings = [oval(COZY_EDGES, r, r, y) for r, y in COZY_PROFILE]
     mesh = QuadMesh()
@@ -104,7 +104,7 @@ def model_tea_cozy() -> Garment:
 def cozy_halves(
     mesh: QuadMesh, lower: list[int], between: list[np.ndarray], upper: list[int]
 ) -> tuple[list[int], list[int]]:
-    """Knit front and back in open rows between two closed rings.
+    """Add front and back in open rows between two closed rings.
 
     Return one vertex of each slit, and the upper ring.
     """
@@ -123,7 +123,7 @@ def cozy_halves(
 
 
 def model_sock() -> Garment:
-    """Return a sock: a bent tube from cuff to toe, which the last yarn draws together."""
+    """Return a sock: a bent tube from cuff to toe; the yarn of the last row closes the toe."""
     rings = [sock_ring(np.array(line)) for line in SOCK_RINGS + SOCK_TOE]
     mesh = QuadMesh()
     cuff = mesh.add(rings[0])
@@ -132,7 +132,7 @@ def model_sock() -> Garment:
 
 
 def sock_ring(line: np.ndarray) -> np.ndarray:
-    """Return the ring through an upper and a lower point of the middle plane x = 0."""
+    """Return the ring through an upper and a lower point in the symmetry plane x = 0."""
     upper, lower, half_width = line[0:2], line[2:4], line[4]
     angles = 2.0 * np.pi * np.arange(SOCK_EDGES) / SOCK_EDGES
     middle, spoke = (upper + lower) / 2, (upper - lower) / 2
@@ -141,7 +141,7 @@ def sock_ring(line: np.ndarray) -> np.ndarray:
 
 
 def model_poncho() -> Garment:
-    """Return a poncho: rings of 32 from a hem with four soft corners up to the neck."""
+    """Return a poncho: rings of 32 edges from a hem with four rounded corners up to the neck."""
     mesh = QuadMesh()
     rings = [poncho_ring(1.0 - row / PONCHO_ROWS) for row in range(PONCHO_ROWS + 1)]
     hem = mesh.add(rings[0])
@@ -150,7 +150,7 @@ def model_poncho() -> Garment:
 
 
 def poncho_ring(t: float) -> np.ndarray:
-    """Return the ring at t = 0 (neck) to 1 (hem): over the shoulders, then hanging down."""
+    """Return the ring at t from 0 (neck) to 1 (hem); rings pass over the shoulders and then hang down."""
     angles = np.radians(-90.0 + 360.0 * np.arange(PONCHO_EDGES) / PONCHO_EDGES)
     outward = np.column_stack([np.sin(angles), 0.0 * angles, np.cos(angles)])
     corner = np.abs(np.cos(2.0 * angles)) * (np.cos(4.0 * angles) + 1.0) / 2.0

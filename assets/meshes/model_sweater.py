@@ -1,23 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A sweater with sleeves: a seamless yoke knitted from the bottom up.
+"""A sweater with sleeves and a seamless yoke, knitted from the bottom up.
 
-Body and sleeves are tubes; under each arm two edges of the body's top ring are also edges of the
-sleeve's top ring (the grafted underarm). All other edges of the three rings make the first
-ring of the yoke, which ends at the neck.
+Body and sleeves are tubes. Under each arm, two edges of the top ring of the body are also edges of
+the top ring of the sleeve (the grafted underarm). All other edges of the three top rings form the
+first ring of the yoke, which ends at the neck.
 """
 
 import numpy as np
 from curves import hermite, oval, smooth_step, unit
 from quad_mesh import Garment, QuadMesh, Ring
 
-FRONT = 8  # edges of the front and of the back, between the underarms
+FRONT = 8  # Number of edges of the front, and of the back, between the underarms.
 UNDERARM = 2
 BODY_EDGES = 2 * (FRONT + UNDERARM)
 SLEEVE_EDGES = 8
 YOKE_ROWS = 6
 SLEEVE_ROWS = 9
-BODY = [  # half width, half depth, height
+BODY = [  # Half width, half depth and height [cm].
     (19.6, 12.4, 0.0),
     (19.4, 12.2, 4.0),
     (20.4, 12.8, 8.5),
@@ -28,8 +28,8 @@ BODY = [  # half width, half depth, height
     (20.8, 12.6, 33.5),
     (21.0, 12.6, 38.5),
 ]
-CORNER_SHIFT = np.array([0.8, 1.3, 0.8])  # outward and up, where body, sleeve and yoke meet
-SLEEVE_ANGLE = np.radians(40.0)  # below the horizontal
+CORNER_SHIFT = np.array([0.8, 1.3, 0.8])  # Outward and up, where body, sleeve and yoke meet.
+SLEEVE_ANGLE = np.radians(40.0)  # Angle below the horizontal.
 SLEEVE_LENGTH = 46.0
 MIRROR = np.array([-1.0, 1.0, 1.0])
 MIRROR_ORDER = [2, 1, 0, 7, 6, 5, 4, 3]
@@ -54,7 +54,7 @@ def model_sweater() -> Garment:
 def add_sleeve(mesh: QuadMesh, underarm: Ring, mirrored: bool) -> tuple[Ring, int]:
     """Add a sleeve; return the five inner vertices of its outer top edges and a cuff vertex.
 
-    The vertices are in the order of the yoke's ring.
+    The vertices have the order of the first ring of the yoke.
     """
     rings = sleeve_rings(np.array([mesh.points[i] for i in underarm]), mirrored)
     outer = mesh.add(rings[-1][3:])
@@ -79,8 +79,8 @@ def sleeve_rings(underarm: np.ndarray, mirrored: bool) -> list[np.ndarray]:
 
 
 def sleeve_ring(underarm: np.ndarray, t: float) -> np.ndarray:
-    """Return a ring of the left sleeve at t = 0 (underarm) to 1 (cuff)."""
-    angle = SLEEVE_ANGLE + 0.16 * t  # the arm hangs, with a slight bend to the front
+    """Return the ring of the left sleeve at t from 0 (underarm) to 1 (cuff)."""
+    angle = SLEEVE_ANGLE + 0.16 * t  # The arm hangs down and bends slightly to the front.
     down = np.array([np.cos(angle), -np.sin(angle), 0.16 * t])
     up = np.array([np.sin(SLEEVE_ANGLE), np.cos(SLEEVE_ANGLE), 0.0])
     tall = np.interp(t, [0.0, 0.25, 0.9, 1.0], [7.6, 6.9, 4.6, 4.0])

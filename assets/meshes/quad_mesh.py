@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A small welded quad mesh that is grown ring by ring, the way a garment is knitted."""
+"""A small quad mesh that is built ring by ring, as a garment is knitted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ LICENCE_HEADER = (
 
 @dataclass
 class QuadMesh:
-    """Points and quads; rows are added upward, seen from outside from left to right."""
+    """Points and quads; rows are added upwards, from left to right as seen from outside."""
 
     points: list[np.ndarray] = field(default_factory=list)
     quads: list[Quad] = field(default_factory=list)
@@ -31,7 +31,7 @@ class QuadMesh:
         return list(range(first, len(self.points)))
 
     def bridge(self, lower: Ring, upper: Ring, closed: bool = True) -> None:
-        """Add one row of quads between two rings (or two open lines) of equal length."""
+        """Add one row of quads between two rings, or two open lines, with equally many vertices."""
         if len(lower) != len(upper):
             raise ValueError(f"cannot bridge {len(lower)} and {len(upper)} vertices")
         count = len(lower)
@@ -40,7 +40,7 @@ class QuadMesh:
             self.quads.append((lower[i], lower[j], upper[j], upper[i]))
 
     def grow(self, start: Ring, rings: Sequence[np.ndarray], closed: bool = True) -> Ring:
-        """Knit on from `start` through new rings of points; return the last ring."""
+        """Add rows of quads from `start` through new rings of points; return the last ring."""
         for points in rings:
             upper = self.add(points)
             self.bridge(start, upper, closed)
@@ -57,10 +57,11 @@ class QuadMesh:
 
 @dataclass
 class Garment:
-    """A named mesh with one vertex on each border to tell the borders apart."""
+    """A named mesh with named borders."""
 
     name: str
     mesh: QuadMesh
     borders: dict[str, int]
+    """One vertex of each border, by the name of the border."""
     first_course: list[tuple[int, int]] | None = None
-    """Edges known to be course edges; by default those of the longest border."""
+    """Edges that are known to be course edges; by default the edges of the longest border."""

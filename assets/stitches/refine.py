@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Move the yarn of drawn stitches apart: from rough drawings to the table that the package ships.
+"""Separate the yarn of drawn stitches: compute the table of drawings in the package from rough drawings.
 
-    python assets/stitches/refine.py                 # all of rough.json
-    python assets/stitches/refine.py kpk d123k       # some; the others stay as they are
+    python assets/stitches/refine.py                 # all stitches of rough.json
+    python assets/stitches/refine.py kpk d123k       # some stitches; all others do not change
 
-Points along the drawn parts repel one another and those of plain stitches around them, knit and purl, with the loops
-on top untwisted and twisted either way. Parts resist bending and lengthening and stay within their face. No step moves
-a point by more than a fifth of the smallest distance there is, so that no yarn passes through yarn and a drawing keeps
-its topology, twisted or not.
+The method is a descent of an energy. Points along the drawn parts repel each other and the points of surrounding plain
+stitches, knit and purl, for untwisted loops on top and for loops twisted in both directions. Parts resist bending and
+stretching, and stay inside their face. No step moves a point by more than a fifth of the smallest distance between
+points. Yarn therefore never passes through yarn, and a drawing keeps its topology for all twists.
 
-All points depend linearly on the waypoints of the splines, so one matrix leads from the slope of the energy in the
-points to its slope in the waypoints. Lengths are in radii.
+All points depend linearly on the waypoints of the splines, so that a matrix converts the gradient of the energy with
+respect to the points into the gradient with respect to the waypoints. Lengths are in yarn radii.
 """
 
 from __future__ import annotations
@@ -47,68 +47,71 @@ Array = NDArray[np.float64]
 ROUGH = Path(__file__).with_name("rough.json")
 SHIPPED = Path(drawings.__file__).with_name("drawings.json")
 RADII = np.array([1 / RADIUS_OVER_WIDTH, 1 / RADIUS_OVER_WIDTH, 1.0])
-"""Radii in the units of a template's points."""
+"""Conversion factors from the units of the points of a template to yarn radii."""
 WAYPOINT_SPACING, POINT_SPACING = 1.7, 0.34
+"""Distance of waypoints and of points along a part."""
 REACH = 2.3
-"""Distance at which yarns begin to repel one another; touching yarns are 2 apart."""
+"""Distance below which yarns repel each other; the distance of yarns in contact is 2."""
 ALONG = 3.6
-"""Points of one yarn that are nearer along it do not repel one another."""
+"""Distance along a yarn below which two of its points do not repel each other."""
 BENDING, LENGTH, INSIDE, FLATNESS = 0.5, 0.1, 3.0, 0.06
-"""Weights beside repulsion."""
+"""Weights of the energy terms relative to repulsion."""
 TURNS = {0: 0.5, -1: 0.25, 1: 0.25}
-"""Weight of repulsion with the loops on top untwisted and twisted either way."""
+"""Weight of the repulsion for each twist of the loops on top."""
 MARGIN = 0.4
-"""How far parts keep inside their face."""
+"""Distance that parts keep from the border of their face."""
 FINE = 400
-"""Points of a curve from which its arc length is taken."""
+"""Number of points of a curve from which its arc length is computed."""
 ROUNDS, STEPS = 15, 40
-"""Rounds, before each of which waypoints and points are spread evenly, and steps of a round."""
+"""Number of rounds, and steps per round; waypoints and points are redistributed uniformly before each round."""
 LARGEST_STEP = 0.2
-"""Largest move of a point, as a part of the smallest distance."""
+"""Largest displacement of a point in one step, divided by the smallest distance."""
 FIRST_PACE, LAST_PACE, MEMORY, SQUARE_MEMORY = 0.06, 0.004, 0.9, 0.98
-"""Largest move of a waypoint in the first and the last step, and how slowly its direction and size change."""
+"""Largest displacement of a waypoint in a step of the first and of the last round, and the decay rates of the running
+means of the gradient and of its square."""
 OUTWARD = np.array([2.0, 4.0, 0.0]) / 20**0.5
 """Direction in which the right leg of a plain loop crosses a course side upwards."""
 
 
 @dataclass
 class Strand:
-    """A part on its way."""
+    """A part of the drawing during the descent."""
 
     part: Part
     waypoints: Array
-    """Its ends included, shape (w, 3)."""
+    """Waypoints of the spline, ends included, shape (w, 3)."""
     spline: CubicSpline
-    """Weights of the waypoints along it."""
+    """Spline of the weights of the waypoints."""
     arc: Array
-    """Arc length at ``FINE`` even parameters of the spline."""
+    """Arc length at ``FINE`` uniform parameters of the spline."""
     place: int
-    """Number of its first waypoint among those of all strands."""
+    """Index of the first waypoint among the waypoints of all strands."""
 
     def weights(self, arcs: Array, total: int) -> Array:
-        """Weights of all ``total`` waypoints in its points at these arc lengths, shape (points, total)."""
+        """Weights of all ``total`` waypoints for points at these arc lengths, shape (points, total)."""
         own = self.spline(np.interp(arcs, self.arc, np.linspace(0.0, self.spline.x[-1], FINE)))
         return np.pad(own, ((0, 0), (self.place, total - self.place - len(self.waypoints))))
 
     @property
     def even_arcs(self) -> Array:
-        """Where its points lie."""
+        """Arc lengths of the points of the strand."""
         return np.linspace(0.0, self.arc[-1], round(self.arc[-1] / POINT_SPACING) + 1)
 
 
 @dataclass
 class Points:
-    """Points that repel one another; ``weights @ waypoints + shift`` where they move."""
+    """Points that repel each other; the positions are ``weights @ waypoints + shift``."""
 
     weights: Array
+    """Weights of the waypoints, shape (n, w); w is 0 for points that do not move."""
     shift: Array
-    """Shape (n, 3)."""
+    """Constant part of the positions, shape (n, 3)."""
     strand: NDArray[np.int64]
     """Strand of each point, shape (n,)."""
     arc: Array
-    """Arc length to both ends of the strand, shape (n, 2)."""
+    """Arc length from each point to both ends of its strand, shape (n, 2)."""
     ends: Array
-    """Where these ends lie, shape (n, 2, 3)."""
+    """Positions of these ends, shape (n, 2, 3)."""
 
 
 def arc_lengths(points: Array) -> Array:
@@ -117,7 +120,7 @@ def arc_lengths(points: Array) -> Array:
 
 
 def strands_along(parts: list[Part], curves: list[Array]) -> list[Strand]:
-    """Strands along curves, their waypoints at even distances."""
+    """Make strands along curves, with waypoints at uniform distances."""
     strands: list[Strand] = []
     for part, curve in zip(parts, curves, strict=True):
         arc = arc_lengths(curve)
@@ -132,7 +135,7 @@ def strands_along(parts: list[Part], curves: list[Array]) -> list[Strand]:
 
 @dataclass
 class Line:
-    """Points along one strand, before they are put in one row."""
+    """Points along one strand, before the points of all strands are concatenated."""
 
     weights: Array
     shift: Array
@@ -140,7 +143,7 @@ class Line:
 
 
 def points_of(shape: Template, strands: list[Strand], turn: int) -> Points:
-    """Points along all strands, with the loops on top twisted by so many half turns."""
+    """Points along all strands, with the loops on top twisted by ``turn`` half turns."""
     arcs = [strand.even_arcs for strand in strands]
     lines = [
         Line(strand.weights(arc, total_of(strands)), np.zeros((len(arc), 3)), strand.waypoints[[0, -1]])
@@ -157,18 +160,18 @@ def points_of(shape: Template, strands: list[Strand], turn: int) -> Points:
 
 
 def total_of(strands: list[Strand]) -> int:
-    """Number of waypoints."""
+    """Number of waypoints of all strands."""
     return sum(len(strand.waypoints) for strand in strands)
 
 
 def _leg(strands: list[Strand], slot: Crossing) -> tuple[int, int]:
-    """Number of the strand that a crossing ends, and which of its ends it is: 0 or 1."""
+    """The strand that ends at a crossing, and which of its ends this is: 0 (start) or 1 (end)."""
     number = next(k for k, each in enumerate(strands) if slot in (each.part.start, each.part.end))
     return number, int(strands[number].part.end == slot)
 
 
 def _turn(strands: list[Strand], lines: list[Line], legs: list[tuple[int, int]], turn: int) -> None:
-    """Turn the two legs of a loop about one another, as ``twists.twisted`` does."""
+    """Twist the two legs of a loop about each other, as ``yarngen.templates.twists`` does."""
     length = min(LONGEST_TURN * RADII[0], *(SHARE * strands[number].arc[-1] for number, _ in legs))
     arrivals = [strands[number].waypoints[-end] for number, end in legs]
     for side, (number, end) in enumerate(legs):
@@ -186,7 +189,7 @@ def _turn(strands: list[Strand], lines: list[Line], legs: list[tuple[int, int]],
 
 
 def around(shape: Template, stitch: Stitch, plain: Stitch) -> Points:
-    """Points of the plain stitches near a stitch, where its template lies."""
+    """Points of the plain stitches around a stitch, in the coordinates of its template."""
     fabric, centre = surrounded(stitch, (), plain)
     beside = template(plain, 1, 1)
     points, arcs, ends = [], [], []
@@ -213,12 +216,12 @@ def inward_normals(shape: Template) -> Array:
 
 
 def depths(shape: Template, points: Array) -> Array:
-    """How far points lie inside each side of a face, shape (n, sides)."""
+    """Distance of points from each side of a face, positive inside, shape (n, sides)."""
     return np.einsum("kd,pkd->pk", inward_normals(shape), points[:, None, :2] - shape.polygon * RADII[:2])
 
 
 def may_touch(points: Points, others: Points) -> NDArray[np.bool_]:
-    """Whether each two points belong to different yarns, or are far enough along one, shape (n, m)."""
+    """Whether two points belong to different yarns, or are far apart along one yarn, shape (n, m)."""
     same = (points.strand[:, None] == others.strand) & (points.strand[:, None] >= 0)
     near = same & (np.abs(points.arc[:, None, 0] - others.arc[None, :, 0]) < ALONG)
     for one in (0, 1):
@@ -230,31 +233,31 @@ def may_touch(points: Points, others: Points) -> NDArray[np.bool_]:
 
 
 def repulsion(points: Array, others: Array, allowed: NDArray[np.bool_]) -> tuple[Array, float]:
-    """Slope of the sum of (REACH^2 / d^2 - 1)^2 over near pairs, in the points, and the smallest distance."""
+    """Gradient of the sum of (REACH^2 / d^2 - 1)^2 over pairs with d < REACH, shape (n, 3), and the smallest d."""
     gap = points[:, None] - others[None]
     square = np.where(allowed, np.einsum("ijk,ijk->ij", gap, gap), np.inf)
     nearness = np.maximum(REACH**2 / square, 1.0)
-    slope = np.einsum("ij,ijk->ik", -4.0 * (nearness - 1.0) * nearness / square, gap)
-    return slope, float(square.min()) ** 0.5
+    gradient = np.einsum("ij,ijk->ik", -4.0 * (nearness - 1.0) * nearness / square, gap)
+    return gradient, float(square.min()) ** 0.5
 
 
 def stiffness(shape: Template, strand: Strand, points: Array) -> Array:
-    """Slope of bending and length in a strand's points."""
+    """Gradient of bending and length with respect to the points of a strand, shape (n, 3)."""
     step = np.linalg.norm(np.diff(points, axis=0), axis=1).mean()
     before = points[:1] + step * outward(shape, strand.part.start)
     after = points[-1:] + step * outward(shape, strand.part.end)
     bend = 2 * BENDING / step**3 * np.diff(np.concatenate([before, points, after]), 2, axis=0)
-    slope = np.zeros((len(points) + 2, 3))
+    gradient = np.zeros((len(points) + 2, 3))
     for shift, factor in ((0, 1.0), (1, -2.0), (2, 1.0)):
-        slope[shift : len(bend) + shift] += factor * bend
+        gradient[shift : len(bend) + shift] += factor * bend
     tangent = LENGTH * np.diff(points, axis=0) / step
-    slope[1:-2] -= tangent
-    slope[2:-1] += tangent
-    return slope[1:-1]
+    gradient[1:-2] -= tangent
+    gradient[2:-1] += tangent
+    return gradient[1:-1]
 
 
 def outward(shape: Template, crossing: Crossing) -> Array:
-    """Direction in which yarn of plain stitches leaves a face through a crossing."""
+    """Direction in which the yarn of a plain stitch leaves a face through a crossing."""
     low, high = shape.n_bottom, shape.n_top
     if crossing.place in (low, low + high + 1):
         return np.array([1.0 if crossing.place == low else -1.0, 0.0, 0.0])
@@ -265,7 +268,7 @@ def outward(shape: Template, crossing: Crossing) -> Array:
 
 
 def confinement(shape: Template, points: Array) -> Array:
-    """Slope of what keeps a strand's points within their face, and flat."""
+    """Gradient of the terms that keep the points of a strand inside their face and near its plane, shape (n, 3)."""
     count = np.arange(len(points))
     margin = np.minimum(MARGIN, 0.5 * POINT_SPACING * np.minimum(count, count[::-1]))
     lacking = np.maximum(margin[:, None] - depths(shape, points), 0.0)
@@ -275,21 +278,23 @@ def confinement(shape: Template, points: Array) -> Array:
 
 @dataclass
 class Scene:
-    """Strands, and all that their energy depends on until they are spread anew."""
+    """Strands, and the data of their energy during one round."""
 
     shape: Template
     strands: list[Strand]
     variants: list[tuple[float, Points, list[tuple[Points, NDArray[np.bool_]]]]]
-    """Weight, points, and what these may touch: themselves first."""
+    """For each twist: its weight, the points, and all points that repel them, with the pairs that may touch.
+
+    The first of the repelling sets are the points themselves."""
 
     @property
     def waypoints(self) -> Array:
-        """Those of all strands."""
+        """Waypoints of all strands, shape (w, 3)."""
         return np.concatenate([strand.waypoints for strand in self.strands])
 
 
 def scene_of(shape: Template, strands: list[Strand], plain: list[Points]) -> Scene:
-    """Strands among plain stitches."""
+    """The scene of strands among plain stitches."""
     variants = []
     for turn, weight in TURNS.items():
         points = points_of(shape, strands, turn)
@@ -297,10 +302,10 @@ def scene_of(shape: Template, strands: list[Strand], plain: list[Points]) -> Sce
     return Scene(shape, strands, variants)
 
 
-def slope_and_nearest(scene: Scene) -> tuple[Array, float]:
-    """Slope of the energy in the waypoints, shape (w, 3), and the smallest distance."""
+def gradient_and_nearest(scene: Scene) -> tuple[Array, float]:
+    """Gradient of the energy with respect to the waypoints, shape (w, 3), and the smallest distance."""
     waypoints = scene.waypoints
-    slope, nearest = np.zeros_like(waypoints), np.inf
+    gradient, nearest = np.zeros_like(waypoints), np.inf
     for weight, points, others in scene.variants:
         where = points.weights @ waypoints + points.shift
         push = np.zeros_like(where)
@@ -308,18 +313,19 @@ def slope_and_nearest(scene: Scene) -> tuple[Array, float]:
             force, distance = repulsion(where, where if number == 0 else other.shift, allowed)
             push += force if number == 0 else force / (len(others) - 1)
             nearest = min(nearest, distance)
-        slope += weight * POINT_SPACING**2 * points.weights.T @ push
+        gradient += weight * POINT_SPACING**2 * points.weights.T @ push
     for strand in scene.strands:
         weights = strand.weights(strand.even_arcs, len(waypoints))
         points = weights @ waypoints
-        slope += weights.T @ (stiffness(scene.shape, strand, points) + POINT_SPACING * confinement(scene.shape, points))
+        inside = POINT_SPACING * confinement(scene.shape, points)
+        gradient += weights.T @ (stiffness(scene.shape, strand, points) + inside)
     for strand in scene.strands:
-        slope[[strand.place, strand.place + len(strand.waypoints) - 1]] = 0.0  # where it joins its neighbours
-    return slope, nearest
+        gradient[[strand.place, strand.place + len(strand.waypoints) - 1]] = 0.0  # Ends, which join the neighbours.
+    return gradient, nearest
 
 
 def refine(code: str, parts: list[PartDrawing]) -> list[PartDrawing]:
-    """The drawing with its yarn moved apart."""
+    """Return the drawing of a stitch with its yarn separated."""
     shape = as_template(code, parts)
     plain = [around(shape, CODES[code], each) for each in (Stitch.KNIT, Stitch.PURL)]
     curves = [part.curve * RADII for part in shape.parts]
@@ -329,17 +335,24 @@ def refine(code: str, parts: list[PartDrawing]) -> list[PartDrawing]:
         curves = [strand.weights(strand.even_arcs, len(scene.waypoints)) @ scene.waypoints for strand in scene.strands]
         if round_ % 5 == 0:
             print(f"{code}: smallest distance {nearest:.2f} radii")
-    print(f"{code}: smallest distance {nearest:.2f} radii in the end")
-    return [redrawn(part, strand) for part, strand in zip(parts, scene.strands, strict=True)]
+    print(f"{code}: smallest distance {nearest:.2f} radii at the end")
+    return [updated_part(part, strand) for part, strand in zip(parts, scene.strands, strict=True)]
 
 
 def descend(scene: Scene, pace: float) -> float:
-    """Go some steps down the slope; the smallest distance before the last."""
+    """Descend the energy for ``STEPS`` steps (Adam with one step size).
+
+    Return the smallest distance between points before the last step.
+
+    Args:
+        scene: strands, whose waypoints are changed.
+        pace: largest displacement of a waypoint in one step, approximately.
+    """
     mean, square = np.zeros_like(scene.waypoints), 0.0
     for step in range(1, STEPS + 1):
-        slope, nearest = slope_and_nearest(scene)
-        mean = MEMORY * mean + (1 - MEMORY) * slope
-        square = SQUARE_MEMORY * square + (1 - SQUARE_MEMORY) * (slope**2).sum(axis=1).max()
+        gradient, nearest = gradient_and_nearest(scene)
+        mean = MEMORY * mean + (1 - MEMORY) * gradient
+        square = SQUARE_MEMORY * square + (1 - SQUARE_MEMORY) * (gradient**2).sum(axis=1).max()
         move = -pace * mean / ((square / (1 - SQUARE_MEMORY**step)) ** 0.5 + 1e-12)
         largest = max(np.linalg.norm(points.weights @ move, axis=1).max() for _, points, _ in scene.variants)
         move *= min(1.0, LARGEST_STEP * nearest / max(largest, 1e-12))
@@ -348,8 +361,8 @@ def descend(scene: Scene, pace: float) -> float:
     return nearest
 
 
-def redrawn(part: PartDrawing, strand: Strand) -> PartDrawing:
-    """The row of the table for a strand."""
+def updated_part(part: PartDrawing, strand: Strand) -> PartDrawing:
+    """Return the entry of the table for a strand."""
     inner = strand.waypoints[1:-1] / RADII / [1.0, STITCH_HEIGHT, 1.0]
     return {**part, "through": [tuple(point) for point in np.round(inner, 2).tolist()]}
 
@@ -357,7 +370,7 @@ def redrawn(part: PartDrawing, strand: Strand) -> PartDrawing:
 def main() -> None:
     """Refine the drawings named on the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("codes", nargs="*", help="of the stitches to refine; all if none")
+    parser.add_argument("codes", nargs="*", help="codes of the stitches to refine; all stitches by default")
     given = parser.parse_args()
     rough, shipped = json.loads(ROUGH.read_text()), json.loads(SHIPPED.read_text())
     for code in given.codes or rough:

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Charts: where the rows of a piece form a grid, one character for each stitch, as seen from the right side.
+"""Charts of rows that form a grid, with one character per stitch, as seen from the right side.
 
-Rows run upwards. Where a chart repeats, in width or in height, one repeat is drawn.
+The rows of a chart follow one another upwards. If a chart is periodic in width or in height, one period is drawn.
 """
 
 from __future__ import annotations
@@ -22,27 +22,30 @@ SYMBOLS = {
     Stitch.SLIP_FRONT: ("^", "slip, yarn on the right side"),
     Stitch.WRAP: ("w", "slip and wrap"),
 }
-"""Stitches of one loop below and one on top."""
+"""Symbols and explanations of stitches with one loop below and one loop on top."""
 TWISTED = {Stitch.KNIT: ("t", "knit through the back loop"), Stitch.PURL: ("T", "purl through the back loop")}
-"""The same worked on a loop whose right leg is in front."""
+"""Symbols and explanations of stitches on a loop whose right leg is in front."""
 
 
 def charts(fabric: StitchMesh, piece: Piece) -> list[str]:
-    """Lines of the charts of a piece: one for each stretch of rows that is a grid of more than one kind of stitch."""
+    """Return the lines of the charts of a piece.
+
+    There is one chart for each block of consecutive rows that form a grid with more than one kind of stitch or yarn.
+    """
     lines: list[str] = []
-    stretch: list[tuple[int, list[str], list[str]]] = []
+    block: list[tuple[int, list[str], list[str]]] = []
     for number, row in enumerate(piece.rows):
-        drawn = _drawn(fabric, row)
-        if stretch and (drawn is None or len(drawn[0]) != len(stretch[0][1])):
-            lines += _chart(piece, stretch)
-            stretch = []
-        if drawn is not None:
-            stretch.append((number, *drawn))
-    return lines + _chart(piece, stretch)
+        symbols = _row_symbols(fabric, row)
+        if block and (symbols is None or len(symbols[0]) != len(block[0][1])):
+            lines += _chart(piece, block)
+            block = []
+        if symbols is not None:
+            block.append((number, *symbols))
+    return lines + _chart(piece, block)
 
 
-def _drawn(fabric: StitchMesh, row: PieceRow) -> tuple[list[str], list[str]] | None:
-    """The symbols and the colours of a row; None where it does not fit a grid."""
+def _row_symbols(fabric: StitchMesh, row: PieceRow) -> tuple[list[str], list[str]] | None:
+    """The symbols and the colours of a row; None if the row does not fit into a grid."""
     if row.passed or row.left_over or row.bound_off:
         return None
     symbols = []
@@ -56,26 +59,27 @@ def _drawn(fabric: StitchMesh, row: PieceRow) -> tuple[list[str], list[str]] | N
     return symbols, [colour_letter(int(yarn)) for yarn in fabric.yarn[list(row.faces)]]
 
 
-def _chart(piece: Piece, stretch: Sequence[tuple[int, list[str], list[str]]]) -> list[str]:
-    """Charts of stitches and of colours, each only where there is more than one kind."""
+def _chart(piece: Piece, block: Sequence[tuple[int, list[str], list[str]]]) -> list[str]:
+    """Charts of stitches and of colours of a block of rows, each only if there is more than one kind."""
     lines = []
-    grids = {"stitches": [symbols for _, symbols, _ in stretch], "colours": [colours for _, _, colours in stretch]}
+    grids = {"stitches": [symbols for _, symbols, _ in block], "colours": [colours for _, _, colours in block]}
     for what, grid in grids.items():
         kinds = {symbol for row in grid for symbol in row}
         if len(grid) > 1 and len(kinds) > 1:
-            lines += _drawing(piece, what, [row[0] for row in stretch], grid)
+            lines += _drawing(piece, what, [row[0] for row in block], grid)
             if what == "stitches":
                 lines += [f"  {symbol} {meaning}" for symbol, meaning in _legend() if symbol in kinds]
     return lines
 
 
 def _drawing(piece: Piece, what: str, numbers: list[int], grid: list[list[str]]) -> list[str]:
+    """Title and rows of one chart; the number of a row is written on the side where the row starts."""
     width = _period(list(zip(*grid, strict=True)))
     height = _period([tuple(row) for row in grid])
     name = "rounds" if piece.in_rounds else "rows"
-    told = [f"{width} sts, {len(grid[0]) // width} times"] if width < len(grid[0]) else []
-    told += [f"{height} {name}, {len(grid) // height} times"] if height < len(grid) else []
-    repeat = f" (one repeat: {', '.join(told)})" if told else ""
+    counts = [f"{width} sts, {len(grid[0]) // width} times"] if width < len(grid[0]) else []
+    counts += [f"{height} {name}, {len(grid) // height} times"] if height < len(grid) else []
+    repeat = f" (one repeat: {', '.join(counts)})" if counts else ""
     lines = [f"Chart of {what}, {name} {numbers[0]} to {numbers[-1]}{repeat}:"]
     for number, row in reversed(list(zip(numbers[:height], grid, strict=False))):
         text = "".join(row[len(row) - width :])
@@ -89,7 +93,7 @@ def _legend() -> list[tuple[str, str]]:
 
 
 def _period(items: Sequence[tuple[str, ...]]) -> int:
-    """Length of the shortest block that the whole sequence repeats."""
+    """Length of the shortest block of which the whole sequence is a repetition."""
     count = len(items)
     for length in range(1, count):
         if count % length == 0 and all(items[place] == items[place % length] for place in range(length, count)):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Repeats in a row of words, and in a list of rows, as patterns write them: ``k3, [k2tog, yo] 4 times, k1``."""
+"""Repeats in a row of words and in a list of rows, as knitting patterns write them: ``k3, [k2tog, yo] 4 times``."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from collections.abc import Hashable, Sequence
 from itertools import groupby
 
 LONGEST = 48
-"""Words in the longest repeat that is looked for."""
+"""Largest length of a repeated block."""
 COUNTED = frozenset({"k", "p", "co", "dt", "bo"})
-"""Words that a number follows: ``k3``; others are repeated in brackets."""
+"""Words whose repeats are counted by a number, as in ``k3``; other words are repeated in brackets."""
 
 Block = tuple[int, int, int]
-"""Where a block starts, how long it is, and how often it comes."""
+"""Start, length and number of occurrences of a block."""
 
 
 def repeats(items: Sequence[Hashable]) -> list[Block]:
-    """Cut a sequence into blocks that come once or several times running.
+    """Divide a sequence into blocks, each of which occurs once or several times in succession.
 
-    From the left, each time the block whose repeats leave the most unsaid; the shortest of equals.
+    The search goes from left to right. At each place it takes the block whose repeats shorten the sequence most, and
+    the shortest of equally good blocks.
     """
     blocks: list[Block] = []
     place = 0
@@ -35,8 +36,8 @@ def repeats(items: Sequence[Hashable]) -> list[Block]:
     return blocks
 
 
-def folded(words: Sequence[str]) -> str:
-    """One line for the words of a row."""
+def fold_words(words: Sequence[str]) -> str:
+    """Return the words of a row as one line with repeats."""
     tokens = [_token(word, len(list(run))) for word, run in groupby(words)]
     parts = []
     for start, length, times in repeats(tokens):
@@ -46,7 +47,7 @@ def folded(words: Sequence[str]) -> str:
 
 
 def _times(items: Sequence[Hashable], place: int, length: int) -> int:
-    """How often the block at this place comes running."""
+    """Number of successive occurrences of the block at a place."""
     times, following = 1, place + length
     while items[following : following + length] == items[place : place + length]:
         times += 1
@@ -55,7 +56,7 @@ def _times(items: Sequence[Hashable], place: int, length: int) -> int:
 
 
 def _token(word: str, count: int) -> str:
-    """A word that comes several times; a colour may stand before it."""
+    """A word that occurs ``count`` times in succession; the word may begin with a colour, as in ``A: k``."""
     if word.rpartition(": ")[2] in COUNTED:
         return f"{word}{count}"
     return word if count == 1 else f"[{word}] {count} times"

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where pieces meet: loops that one piece leaves for another, and edges that are joined when all are made."""
+"""Joins of pieces: loops that one piece leaves for another, and edges that are joined after all pieces are made."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ EDGES = {RIGHT: "right", LEFT: "left"}
 
 
 class Joins:
-    """The pieces of a fabric by their faces, and the numbers of the loops that they leave."""
+    """The piece and the row of each face of a fabric, and the numbers of the loops that remain on the needles."""
 
     def __init__(self, fabric: StitchMesh, pieces: Sequence[Piece]) -> None:
-        """Number the loops on each piece's needle from 1 at its right, where a round starts."""
+        """Number the loops on the needle of each piece from 1 at its right end, where a round starts."""
         self.fabric = fabric
         self.piece = np.zeros(fabric.face_count, dtype=np.int64)
         self.row = np.zeros(fabric.face_count, dtype=np.int64)
@@ -31,8 +31,12 @@ class Joins:
             for place, side in enumerate(piece.needle[::-1], start=1):
                 self.loop[side] = number, place
 
-    def taken_up(self, sources: Iterable[int]) -> str:
-        """What a piece starts with: loops of others, in the order in which they are worked."""
+    def describe_start(self, sources: Iterable[int]) -> str:
+        """Describe the loops with which a piece starts, in working order.
+
+        Args:
+            sources: top sides of other pieces, ``BORDER`` for a loop that is cast on (``Piece.sources``).
+        """
         parts = []
         for owner, run in groupby(sources, lambda side: BORDER if side == BORDER else self.loop[side][0]):
             sides = list(run)
@@ -42,16 +46,17 @@ class Joins:
                 parts.append(f"{_named(self.loop[side][1] for side in sides)} of piece {owner}")
         return ", ".join(parts)
 
-    def left(self, piece: Piece) -> list[str]:
-        """What becomes of the loops on a piece's needle."""
+    def describe_remaining(self, piece: Piece) -> list[str]:
+        """Describe what is done with the loops that remain on the needle of a piece, one line for each run of loops."""
         lines = []
-        for fate, run in groupby(piece.needle[::-1], self._fate):
+        for instruction, run in groupby(piece.needle[::-1], self._loop_instruction):
             places = [self.loop[side][1] for side in run]
             whole = len(places) == len(piece.needle)
-            lines.append(fate.format(f"all {len(places)} sts" if whole else _named(places)))
+            lines.append(instruction.format(f"all {len(places)} sts" if whole else _named(places)))
         return lines
 
-    def _fate(self, side: int) -> str:
+    def _loop_instruction(self, side: int) -> str:
+        """Instruction for the remaining loop of a top side, with a place for the numbers of loops."""
         across = int(self.fabric.twin[side])
         if across == BORDER:
             return "Bind off {}."
@@ -59,12 +64,12 @@ class Joins:
             return "Leave {} on a thread, to be grafted."
         return f"Leave {{}} on a thread for piece {self.piece[self.fabric.side_face[across]]}."
 
-    def lines(self) -> list[str]:
-        """What is joined when all pieces are made."""
+    def describe_finishing(self) -> list[str]:
+        """Describe the joins that are made after all pieces are finished."""
         return [*self._grafts(), *self._cast_on_joins(), *self._seams()]
 
     def _grafts(self) -> list[str]:
-        """Loops that meet loops: wale directions that do not match (Yuksel et al. 2012, section 4.4)."""
+        """Grafts of loops to loops, where wale directions do not match (Yuksel et al. 2012, section 4.4)."""
         pairs = sorted(
             (self.loop[side], self.loop[int(self.fabric.twin[side])])
             for side in self.loop
@@ -79,6 +84,7 @@ class Joins:
         return lines
 
     def _cast_on_joins(self) -> list[str]:
+        """Joins of two cast-on edges, where bottom sides meet bottom sides."""
         fabric = self.fabric
         first = np.arange(fabric.side_count) < fabric.twin
         sides = np.flatnonzero((fabric.side_role == BOTTOM) & fabric.mismatched & first)
@@ -89,7 +95,7 @@ class Joins:
         ]
 
     def _seams(self) -> list[str]:
-        """Wale edges that meet without being neighbours in a row, nor ends of a spiral's turns."""
+        """Seams: wale edges shared by faces that are not neighbours in a row or in consecutive turns of a spiral."""
         fabric, seams = self.fabric, Counter[tuple[int, str, int, str]]()
         for side in np.flatnonzero(fabric.is_wale & (np.arange(fabric.side_count) < fabric.twin)).tolist():
             other = int(fabric.twin[side])
@@ -109,19 +115,19 @@ class Joins:
         ]
 
     def _pieces_at(self, side: int, ordered: bool = True) -> tuple[int, ...]:
-        """Pieces on both sides of an edge."""
+        """The two pieces at the edge of a side, sorted if ``ordered``."""
         found = [int(self.piece[self.fabric.side_face[end]]) for end in (side, int(self.fabric.twin[side]))]
         return tuple(sorted(found) if ordered else found)
 
 
 def _named(numbers: Iterable[int]) -> str:
-    """``st 3``, ``sts 3-5``."""
+    """Name stitches by their numbers: ``st 3``, ``sts 3-5``."""
     text = _ranges(numbers)
     return f"st {text}" if text.isdigit() else f"sts {text}"
 
 
 def _ranges(numbers: Iterable[int]) -> str:
-    """``1-4, 9, 8-6``: runs of numbers that follow each other, up or down."""
+    """Write numbers as ascending or descending runs: ``1-4, 9, 8-6``."""
     runs: list[list[int]] = []
     for number in numbers:
         last = runs[-1] if runs else []

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stitchmesh.hand_knitting.pieces import PieceRow
-from stitchmesh.hand_knitting.words import cable_word, colour_letter, stitch_word, word_on_twisted
+from stitchmesh.hand_knitting.words import cable_word, colour_letter, stitch_word, word_with_twists
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 from stitchmesh.mesh.courses import bottom_sides
@@ -17,19 +17,19 @@ from stitchmesh.mesh.stitch import Stitch
 
 @dataclass(frozen=True)
 class Crossings:
-    """Cables of a fabric, found by the places of their loops."""
+    """The cables of a fabric, indexed by the top sides of their loops."""
 
     group_at: dict[int, CableGroup]
-    """Group of each top side that a cable moves a loop from or to."""
+    """Cable group of each top side that belongs to a group."""
     loop_at: dict[int, int]
-    """Own top side of the loop that lies at a top side once it is crossed."""
+    """For each top side of a group, the top side from which its loop comes when the group is crossed."""
 
     @classmethod
     def of(cls, fabric: StitchMesh) -> Crossings:
-        """Those of a fabric.
+        """Find the cables of a fabric.
 
         Raises:
-            LabelError: its cable marks contradict each other.
+            LabelError: the cable marks of the fabric contradict each other.
         """
         found = cls({}, {})
         for group in cable_groups(fabric):
@@ -40,7 +40,7 @@ class Crossings:
 
 
 def row_words(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> list[str]:
-    """One word for each stitch, and one before loops that cross; with a colour where the row has several."""
+    """Return one word per stitch, and one before loops that cross; with the yarn if the row has several yarns."""
     coloured = len(set(fabric.yarn[list(row.faces)].tolist())) > 1
     words = []
     for face, word in _worked(fabric, row, crossings):
@@ -50,7 +50,7 @@ def row_words(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> list[s
 
 
 def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator[tuple[int, str]]:
-    """Each face with its word; a cable of plain knit stitches is one word."""
+    """Each face of a row with its word, in working order; a cable of plain knit stitches is one word."""
     crossed: list[CableGroup] = []
     inside = 0
     for face in row.faces[::-1] if row.right_side else row.faces:
@@ -68,26 +68,26 @@ def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator
             continue
         stitch = Stitch(int(fabric.stitch[face]))
         twists = [int(fabric.twist[crossings.loop_at.get(place, place)]) for place in places]
-        word = word_on_twisted(stitch_word(stitch, row.right_side), twists)
+        word = word_with_twists(stitch_word(stitch, row.right_side), twists)
         for _ in range(_times(fabric, face, stitch)):
             yield face, word
 
 
 def places_below(fabric: StitchMesh, face: int) -> list[int]:
-    """Top sides across the bottom of a face, from left to right, borders left out."""
+    """Return the top sides below the bottom sides of a face, from left to right, without borders."""
     across = fabric.twin[bottom_sides(fabric, (face,))]
     return [int(side) for side in across if side != BORDER]
 
 
 def _times(fabric: StitchMesh, face: int, stitch: Stitch) -> int:
-    """How often a face's word is said: once for each loop where a face can have any number."""
+    """Number of times that the word of a face is written: once per loop for cast-on and draw-through, else once."""
     if stitch == Stitch.CAST_ON:
         return int(fabric.n_top[face])
     return int(fabric.n_bottom[face]) if stitch == Stitch.DRAW_THROUGH else 1
 
 
 def _short_cable(fabric: StitchMesh, group: CableGroup, right_side: bool, crossings: Crossings) -> str:
-    """``c4f`` for two equal bundles that are all knit with one yarn, else nothing."""
+    """Return ``c4f`` or ``c4b`` for two equal bundles that are knit with one yarn, else an empty string."""
     words = cable_word(group, right_side).split()
     first, _, second = words[1].partition("/")
     faces = [int(fabric.side_face[side]) for side in fabric.twin[group.sides] if side != BORDER]

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A stitch mesh as the text of a hand-knitting pattern.
+"""The text of a hand-knitting pattern for a stitch mesh.
 
-Pieces follow one another, each row after the rows that its loops come from. Flat pieces are worked to and fro, rows
-of the wrong side in the words of the knitter who faces it; tubes, and spirals, in rounds on the right side. Repeats
-within a row stand in brackets, repeated rows are told once. What cannot be worked in rows, loops that meet loops, is
-grafted when all pieces are made.
+The text describes one piece after the other, and each row after the rows that its loops come from. Flat pieces are
+worked back and forth; rows on the wrong side are described as the knitter sees them. Tubes and spirals are worked in
+rounds on the right side. Repeats within a row are written in brackets, and repeated rows are written once. Loops that
+meet loops of another row cannot be worked in rows; they are grafted after all pieces are finished.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 
 from stitchmesh.hand_knitting.chart import charts
-from stitchmesh.hand_knitting.folding import folded, repeats
+from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.hand_knitting.rows import Crossings, row_words
@@ -25,34 +25,34 @@ COUNTING = "Sts on a needle are counted from its right end, right side facing; i
 MORE_WORDS = {
     r"\) in 1 st": "(...) in 1 st: all of it in the next st; keep: its old loop stays on the needle",
     r" tbl": "tbl: through the back loop",
-    r" turning ": "turning R1 L2: first give the 1st st half a turn, its right leg in front, the 2nd its left leg",
+    r" turning ": "turning R1 L2: first turn the 1st st so that its right leg is in front, the 2nd so that its left is",
     r"\bc\d+[fb]\b": "c4f, c4b: cross 4, the first 2 held in front, in back; knit all",
     r"\bcross \d": "cross 2/3 front: hold 2 sts in front; work the next 3, then the 2",
-    r"\bcross to ": "cross to 2-3-1: bring the sts into this order; front to back: which of them lies where",
+    r"\bcross to ": "cross to 2-3-1: rearrange the sts into this order; front to back: their order in depth",
     r"\bco\d": "co: cast on with a backward loop",
     r"\bdt\d": "dt: draw the yarn through the st and let the st off the needle",
-    r"\bpass \d": "pass 1: leave the next st unworked, go on after it",
+    r"\bpass \d": "pass 1: leave the next st unworked and continue after it",
     r", turn\.": "turn: leave the other sts unworked and turn the work",
 }
-"""What the legend says of words beside those of single stitches, by what is looked for in the rows."""
+"""Further explanations of the legend, by the regular expression that finds their words in the rows."""
 
 
 def knitting_instructions(fabric: StitchMesh) -> str:
-    """The instructions, in lines that end with a newline.
+    """Write the hand-knitting instructions of a fabric; each line ends with a newline.
 
     Args:
-        fabric: stitch faces; marks of twist, cable and yarn included.
+        fabric: stitch mesh; its marks of twists, cables and yarns are included.
 
     Raises:
-        ParameterError: the fabric is not made of stitches yet, or has no row to begin with.
-        LabelError: its cable marks contradict each other.
+        ParameterError: the fabric has panels that are not divided into stitches, or no row can be knitted first.
+        LabelError: the cable marks of the fabric contradict each other.
     """
     pieces = find_pieces(fabric)
     joins, crossings = Joins(fabric, pieces), Crossings.of(fabric)
     body: list[str] = []
     for number, piece in enumerate(pieces, start=1):
         body += ["", *_piece(fabric, number, piece, joins, crossings)]
-    last = joins.lines()
+    last = joins.describe_finishing()
     if last:
         body += ["", "To finish:", *last]
     count = f"{len(pieces)} piece{'s' if len(pieces) > 1 else ''}, {fabric.face_count} stitches"
@@ -60,7 +60,7 @@ def knitting_instructions(fabric: StitchMesh) -> str:
 
 
 def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[str]:
-    """The words that the rows use."""
+    """Lines of the legend: the words that the rows use, with their explanations."""
     meanings = {}
     for piece in pieces:
         for row in piece.rows:
@@ -70,15 +70,16 @@ def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[st
                     meanings[stitch_word(stitch, row.right_side)] = stitch_meaning(stitch, row.right_side)
     named = [f"  {word}: {meaning}" for word, meaning in sorted(meanings.items()) if " in 1 st" not in word]
     rows = "\n".join(line for line in body if line.startswith("Ro"))
-    return ["Words", *named, *(f"  {told}" for words, told in MORE_WORDS.items() if re.search(words, rows))]
+    return ["Words", *named, *(f"  {text}" for words, text in MORE_WORDS.items() if re.search(words, rows))]
 
 
 def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossings: Crossings) -> list[str]:
+    """Lines of one piece: its start, its rows, the use of its remaining loops, and its charts."""
     how = "in rounds" if piece.in_rounds else "to and fro"
     lines = [f"Piece {number}, worked {how}"]
     rows = list(enumerate(piece.rows))
     if piece.sources:
-        lines.append(f"Take up {joins.taken_up(piece.sources)}; join the yarn.")
+        lines.append(f"Take up {joins.describe_start(piece.sources)}; join the yarn.")
         rows = [(index + 1, row) for index, row in rows]
         loops = len(piece.sources)
     else:
@@ -91,23 +92,23 @@ def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossing
         text, loops = _row(fabric, row, loops, crossings)
         bodies.append(((f" ({'RS' if row.right_side else 'WS'})" if not piece.in_rounds else ""), text))
     lines += _numbered(bodies, rows[0][0] if rows else 0, "Round" if piece.in_rounds else "Row")
-    lines += joins.left(piece) if piece.needle else ["Cut the yarn and pull it tight."]
+    lines += joins.describe_remaining(piece) if piece.needle else ["Cut the yarn and pull it tight."]
     return lines + charts(fabric, piece)
 
 
 def _cast_on(fabric: StitchMesh, row: PieceRow, loops: int, in_rounds: bool) -> str:
-    """The first row: backward loops all, or other stitches on no loop."""
+    """The line of the first row, whose stitches have no loops below."""
     yarns = sorted(set(fabric.yarn[list(row.faces)].tolist()))
     colour = f" in yarn {' and '.join(map(colour_letter, yarns))}" if fabric.yarn.any() else ""
     return f"Cast on {loops} sts{colour}{'; join in the round' if in_rounds else ''}."
 
 
 def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: Crossings) -> tuple[str, int]:
-    """What stands after a row's number, and how many loops are on the needle then."""
+    """The text after the number of a row, and the number of loops on the needle after the row."""
     faces = list(row.faces)
     yarns = set(fabric.yarn[faces].tolist())
     colour = f" in yarn {colour_letter(yarns.pop())}" if fabric.yarn.any() and len(yarns) == 1 else ""
-    words = folded(row_words(fabric, row, crossings))
+    words = fold_words(row_words(fabric, row, crossings))
     passed = f"pass {row.passed}, " if row.passed else ""
     turn = ", turn" if row.left_over else ""
     bound = f" first bind off sts {', '.join(str(place + 1) for place in row.bound_off)};" if row.bound_off else ""
@@ -118,7 +119,7 @@ def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: Crossings) ->
 
 
 def _numbered(bodies: list[tuple[str, str]], first: int, name: str) -> list[str]:
-    """Rows with their numbers; those that repeat are told once."""
+    """Rows with their numbers; repeated rows refer to their first occurrence."""
     lines = []
     for start, length, times in repeats(bodies):
         low = first + start
@@ -126,7 +127,7 @@ def _numbered(bodies: list[tuple[str, str]], first: int, name: str) -> list[str]
         lines += [f"{name} {number}{side}{text}" for number, (side, text) in enumerate(block, start=low)]
         if times > 1:
             high, end = low + length, low + length * times - 1
-            many = f"{name}s {high} to {end}" if end > high else f"{name} {high}"
-            like = f"{name.lower()} {low}" if length == 1 else f"{name.lower()}s {low} to {high - 1}"
-            lines.append(f"{many}: as {like}.")
+            repeated = f"{name}s {high} to {end}" if end > high else f"{name} {high}"
+            original = f"{name.lower()} {low}" if length == 1 else f"{name.lower()}s {low} to {high - 1}"
+            lines.append(f"{repeated}: as {original}.")
     return lines

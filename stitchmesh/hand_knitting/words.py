@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The words of stitches, as knitting patterns abbreviate them.
+"""The abbreviations of stitches in knitting patterns, called words here.
 
-A word says what is done by a knitter who faces the row and works from right to left. On the wrong side that is the
-stitch turned about its wale (``from_wrong_side``).
+A word describes a stitch for a knitter who looks at the row and works from right to left. In a row on the wrong side
+it is the word of the stitch turned about its wale (``from_wrong_side``).
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ NAMED = {
     Stitch.DRAW_THROUGH: "dt",
     Stitch.BIND_OFF: "bo",
 }
-"""Abbreviations in common use, and ``w1``, ``co``, ``dt``, ``bo`` for one loop each."""
+"""Abbreviations in common use, and ``w1``, ``co``, ``dt`` and ``bo`` for one loop each."""
 ONE_LOOP = frozenset({"k", "p"})
-"""Words that a number follows: ``k3``, ``k1 tbl``."""
+"""Words that are followed by a number: ``k3``, ``k1 tbl``."""
 
 IN_ONE = {"k": "k1", "p": "p1", "y": "yo", "s": "keep"}
-"""What each letter of an increase says inside its brackets."""
+"""Word for each letter of ``Making.made``, inside the brackets of an increase."""
 
 MEANINGS = {
     "k": "knit",
@@ -51,11 +51,11 @@ MEANINGS = {
     "sl1 wyif": "slip 1 purlwise with the yarn in front",
     "w1": "slip 1 and wrap the yarn once around it",
 }
-"""What stands in the legend where the vocabulary's own words need the number of loops."""
+"""Explanations of words in the legend that replace the instructions of the vocabulary."""
 
 
 def stitch_word(stitch: Stitch, right_side: bool) -> str:
-    """The word of a stitch that a knitter uses who faces this side of the fabric."""
+    """Return the word of a stitch for a knitter who looks at this side of the fabric."""
     seen = stitch if right_side else from_wrong_side(stitch)
     if seen in NAMED:
         return NAMED[seen]
@@ -66,7 +66,7 @@ def stitch_word(stitch: Stitch, right_side: bool) -> str:
 
 
 def stitch_meaning(stitch: Stitch, right_side: bool) -> str:
-    """What the legend says of ``stitch_word``."""
+    """Return the explanation of ``stitch_word`` for the legend."""
     word = stitch_word(stitch, right_side)
     if word in MEANINGS:
         return MEANINGS[word]
@@ -74,34 +74,38 @@ def stitch_meaning(stitch: Stitch, right_side: bool) -> str:
     return VOCABULARY[seen].instruction.partition(" (")[0]
 
 
-def word_on_twisted(word: str, twists: Sequence[int]) -> str:
-    """The word of a stitch with what is done to its loops first.
+def word_with_twists(word: str, twists: Sequence[int]) -> str:
+    """Return the word of a stitch together with the twists of the loops that it is worked through.
 
     Args:
-        word: what ``stitch_word`` gave.
-        twists: of its loops, in working order.
+        word: word of the stitch (``stitch_word``).
+        twists: twist of each loop below (``StitchMesh.twist``), in working order.
     """
-    told = twist_words(twists)
-    return f"{word}1{told}" if told and word in ONE_LOOP else word + told
+    suffix = twist_words(twists)
+    return f"{word}1{suffix}" if suffix and word in ONE_LOOP else word + suffix
 
 
 def twist_words(twists: Sequence[int]) -> str:
-    """What is said after a stitch whose loops, in working order, are twisted: the same seen from either side.
+    """Return the words that follow a stitch if loops below it are twisted, else an empty string.
 
-    Knitting through the back loop brings the loop's right leg in front (-1), by hand always; the other turn needs the
-    loop to be turned on the needle first.
+    The words are the same on the right and on the wrong side. Work through the back loop always brings the right leg
+    of the loop to the front (twist -1). For the opposite twist the loop must first be turned on the needle.
+
+    Args:
+        twists: twist of each loop below, in working order.
     """
     if list(twists) == [-1]:
         return " tbl"
-    told = [f"{'L' if twist > 0 else 'R'}{place}" for place, twist in enumerate(twists, start=1) if twist]
-    return " turning " + " ".join(told) if told else ""
+    turns = [f"{'L' if twist > 0 else 'R'}{place}" for place, twist in enumerate(twists, start=1) if twist]
+    return " turning " + " ".join(turns) if turns else ""
 
 
 def cable_word(group: CableGroup, right_side: bool) -> str:
-    """How the loops of a group are crossed before they are worked.
+    """Return the instruction to cross the loops of a group before they are worked.
 
-    Two bundles that change places are ``cross 2/3 front``: the next 2 are held in front while the 3 after them are
-    worked. Any other crossing lists where the loops come to lie and, front to back, which is where, in working order.
+    The crossing of two bundles is written ``cross 2/3 front``: the next 2 loops are held in front while the 3 loops
+    after them are worked. For any other crossing the word lists the loops, numbered in working order, in their new
+    order and from front to back.
     """
     step = -1 if right_side else 1
     count = len(group.destination)
@@ -118,5 +122,5 @@ def cable_word(group: CableGroup, right_side: bool) -> str:
 
 
 def colour_letter(yarn: int) -> str:
-    """A to Z, then Y27 and so on."""
+    """Return the name of a yarn: A to Z, then Y27 and so on."""
     return chr(ord("A") + yarn) if yarn < 26 else f"Y{yarn + 1}"

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The wale direction of each row.
 
-Two neighbouring rows match where one calls their common edge top and the other bottom. Rows are joined to a tree by
-the course length over which they would match or mismatch, longest first, so that what cannot match is left to the
-shortest seams. Seeded rows keep the direction in which they grew.
+Two neighbouring rows match at a common edge if the edge is a top side of one row and a bottom side of the other. For
+each pair of rows the common course length counts as positive where the rows match and as negative where they do not.
+Pairs are joined to a spanning forest in descending order of the absolute value, and each join fixes the relative
+direction of two rows. Mismatches therefore remain at the shortest seams. Seeded rows keep the direction in which they
+grew.
 """
 
 from __future__ import annotations
@@ -16,23 +18,29 @@ from stitchmesh.labeling.growth import RowGrowth
 from stitchmesh.mesh import BORDER, Mesh
 
 ROOT = -1
-"""The tree's own node, which all seeded rows hang on."""
+"""Additional node of the forest, to which all seeded rows are joined."""
 DIGITS = 9
-"""Digits after the point of lengths [cm] that are compared: seams that are equally long differ in their last bits."""
+"""Decimal digits to which lengths [cm] are rounded before comparison; equally long seams may differ by rounding."""
 
 
 def turned_rows(mesh: Mesh, growth: RowGrowth, seeded: list[int]) -> NDArray[np.bool_]:
-    """Rows to turn over relative to the way they grew, shape (rows,)."""
-    tree = _ParityForest(growth.row_count + 1)
+    """Return whether the direction of each row must be reversed, shape (rows,).
+
+    Args:
+        mesh: the surface.
+        growth: rows and edge labels of the surface, with the directions in which the rows grew.
+        seeded: rows that keep their direction.
+    """
+    forest = _ParityForest(growth.row_count + 1)
     for row in seeded:
-        tree.join(ROOT, row, 0)
+        forest.join(ROOT, row, 0)
     for first, second, differ in _neighbours(mesh, growth):
-        tree.join(first, second, differ)
-    return np.array([tree.parity(row) ^ tree.parity_of_root(row) for row in range(growth.row_count)], dtype=bool)
+        forest.join(first, second, differ)
+    return np.array([forest.parity(row) ^ forest.parity_of_root(row) for row in range(growth.row_count)], dtype=bool)
 
 
 def _neighbours(mesh: Mesh, growth: RowGrowth) -> list[tuple[int, int, int]]:
-    """Pairs of rows and whether one must turn over to match, longest common seam first."""
+    """Pairs of rows, and whether one of them must be reversed to match, in descending order of the matched length."""
     sides = np.flatnonzero((mesh.twin != BORDER) & (np.arange(mesh.side_count) < mesh.twin))
     sides = sides[growth.edge_label[mesh.side_edge[sides]] == 0]
     top = _is_top(mesh, growth)
@@ -49,7 +57,7 @@ def _neighbours(mesh: Mesh, growth: RowGrowth) -> list[tuple[int, int, int]]:
 
 
 def _is_top(mesh: Mesh, growth: RowGrowth) -> NDArray[np.bool_]:
-    """Whether each side comes after its face's right wale side, as the row grew."""
+    """Whether each side is a top side in the direction of growth: it comes after the right wale side of its face."""
     sizes = np.diff(mesh.face_start)[mesh.side_face]
     left = growth.left_wale[mesh.side_face]
     place = (np.arange(mesh.side_count) - left) % sizes
@@ -58,14 +66,14 @@ def _is_top(mesh: Mesh, growth: RowGrowth) -> NDArray[np.bool_]:
 
 
 class _ParityForest:
-    """Union-find whose links say whether two nodes point the same way."""
+    """Union-find structure whose links store the parity of two nodes: 0 for the same direction, 1 for the opposite."""
 
     def __init__(self, count: int) -> None:
         self._parent = list(range(count))
         self._flip = [0] * count
 
     def find(self, node: int) -> tuple[int, int]:
-        """Root of a node and the parity between them."""
+        """Return the root of a node and the parity of the node relative to the root."""
         node, parity = node % len(self._parent), 0
         while self._parent[node] != node:
             parity ^= self._flip[node]
@@ -73,17 +81,17 @@ class _ParityForest:
         return node, parity
 
     def join(self, first: int, second: int, differ: int) -> None:
-        """Tie two nodes, unless they are tied already; the root keeps the component it is in."""
+        """Join the components of two nodes with a parity, unless both nodes are in one component already."""
         (a, parity_a), (b, parity_b) = self.find(first), self.find(second)
         if a == b:
             return
         self._parent[b], self._flip[b] = a, parity_a ^ parity_b ^ differ
 
     def parity(self, node: int) -> int:
-        """Parity of a node to the root of its component."""
+        """Return the parity of a node relative to the root of its component."""
         return self.find(node)[1]
 
     def parity_of_root(self, node: int) -> int:
-        """Parity of the tree's own node, where it is in the component of this one."""
+        """Return the parity of the node ``ROOT`` if it is in the component of this node, else 0."""
         (root, _), (own, parity) = self.find(node), self.find(ROOT)
         return parity if own == root else 0

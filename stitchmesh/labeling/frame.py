@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Turn the corners of each face into the knitting frame."""
+"""Rotation of the corners of each face into the knitting frame."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stitchmesh.mesh.stitch import Stitch
 
 
 def in_knitting_frame(mesh: Mesh, left_wale: IntArray, right_wale: IntArray, row: IntArray) -> StitchMesh:
-    """The same faces with their corners rotated to start at the lower left.
+    """Return a stitch mesh of panels whose corners are rotated to start at the lower left.
 
     Args:
         mesh: the surface.
-        left_wale: side of each face that is its left wale side, shape (F,).
-        right_wale: likewise on the right, shape (F,).
+        left_wale: left wale side of each face, shape (F,).
+        right_wale: right wale side of each face, shape (F,).
         row: row of each face, shape (F,).
     """
     sizes = np.diff(mesh.face_start)

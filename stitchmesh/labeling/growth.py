@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows grow from course edges, one row after the other, until all faces are labeled.
+"""Growth of rows from course edges, one row after the other, until all faces are labeled.
 
-A row starts at a course edge of an unlabeled face. The course edges that are already known there are the bottom of
-the face, the edges at their two ends leave it and are wale edges, all others are course edges. The row walks on
-across its wale edges. A quad is left by the side opposite to the one it is entered by; any other polygon is left
-by the first edge that leaves the known bottom.
+A row starts at a course edge of an unlabeled face. The course edges of this face that are already known become its
+bottom sides. The edges at the two ends of the bottom become wale edges, and all other edges become course edges. The
+row continues into the neighbouring faces across the wale edges. In a quad, the second wale edge is opposite to the wale
+edge through which the row enters. In any other polygon, the second wale edge is the first edge after the known bottom.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ UNKNOWN, COURSE, WALE = -1, 0, 1
 
 
 class Conflict(LabelError):
-    """Two rows want different labels for one edge."""
+    """Two rows require different labels of one edge."""
 
 
 class RowGrowth:
-    """Labels of edges and rows of faces while they grow."""
+    """Labels of edges, and rows and wale sides of faces, while rows grow."""
 
     def __init__(self, mesh: Mesh) -> None:
-        """Start with nothing labeled."""
+        """Start with all edges and faces unlabeled."""
         self.mesh = mesh
         self.edge_label = np.full(len(mesh.edge_side), UNKNOWN)
         self.row = np.full(mesh.face_count, -1)
@@ -43,22 +43,29 @@ class RowGrowth:
             self._set(side, COURSE)
 
     def queue(self, sides: list[int]) -> None:
-        """Let rows grow on both sides of these course edges, in this order."""
+        """Queue both sides of these course edges as starts of rows, in this order."""
         self._waiting.extend(sides)
         self._waiting.extend(int(t) for t in self.mesh.twin[sides] if t != BORDER)
 
     def grow_all(self) -> None:
-        """Grow the next row from each waiting course side until none waits."""
+        """Grow a row from each queued course side until the queue is empty."""
         while self._waiting:
             self.grow_row(self._waiting.popleft())
 
     def unlabeled_face(self) -> int | None:
-        """The first face without a row."""
+        """Return the first face without a row, None if all faces have rows."""
         rest = np.flatnonzero(self.row < 0)
         return int(rest[0]) if len(rest) else None
 
     def grow_row(self, side: int) -> int | None:
-        """Grow the row that has this course side at its bottom; returns its number, None where one is already."""
+        """Grow a row with this course side at its bottom.
+
+        Returns:
+            The number of the row, or None if the face of the side already has a row.
+
+        Raises:
+            Conflict: an edge would get two labels.
+        """
         face = int(self.mesh.side_face[side])
         if self.row[face] >= 0:
             return None
@@ -72,7 +79,7 @@ class RowGrowth:
         return row
 
     def _bottom_around(self, side: int) -> tuple[int, int]:
-        """First and last side of the run of known course sides around this one; in a quad just this one."""
+        """First and last side of the run of known course sides that contains this side; in a quad only this side."""
         mesh, face = self.mesh, self.mesh.side_face[side]
         count = int(mesh.face_start[face + 1] - mesh.face_start[face])
         room = 0 if count == 4 else count - 3
@@ -84,7 +91,13 @@ class RowGrowth:
         return first, last
 
     def _walk(self, wale: int, forward: np.ndarray, row: int) -> None:
-        """Walk along the row out of this wale side; ``forward`` runs along the bottoms of the faces ahead."""
+        """Extend a row across this wale side, face by face.
+
+        Args:
+            wale: wale side of a face of the row.
+            forward: next side of each side in the direction of the bottoms of the faces that follow, shape (C,).
+            row: number of the row.
+        """
         rightwards = forward is self.mesh.side_next
         while True:
             entry = int(self.mesh.twin[wale])
@@ -99,7 +112,7 @@ class RowGrowth:
             self._take(face, *((entry, wale) if rightwards else (wale, entry)), row)
 
     def _exit(self, entry: int, forward: np.ndarray) -> int:
-        """The wale side by which a row leaves the face that it enters by ``entry``."""
+        """The second wale side of a face that a row enters through the wale side ``entry``."""
         mesh, face = self.mesh, self.mesh.side_face[entry]
         count = int(mesh.face_start[face + 1] - mesh.face_start[face])
         if count == 4:
@@ -108,11 +121,11 @@ class RowGrowth:
         while passed < count - 2 and self._label(side) == COURSE:
             side, passed = int(forward[side]), passed + 1
         if passed == 0 and count > 4 and self._label(side) == UNKNOWN:
-            side = int(forward[side])  # nothing is known below: one bottom side, as in a quad
+            side = int(forward[side])  # No bottom side is known, so that the face gets one, as a quad does.
         return side
 
     def _take(self, face: int, left: int, right: int, row: int) -> None:
-        """Put a face into a row and label its sides; course sides wait for the rows beyond."""
+        """Add a face to a row, label its sides, and queue its course sides as starts of the neighbouring rows."""
         mesh = self.mesh
         for side in range(int(mesh.face_start[face]), int(mesh.face_start[face + 1])):
             self._set(side, WALE if side in (left, right) else COURSE)
@@ -129,13 +142,14 @@ class RowGrowth:
             raise self._conflict(side, value)
         self.edge_label[self.mesh.side_edge[side]] = value
 
-    def _conflict(self, side: int, wanted: int) -> Conflict:
+    def _conflict(self, side: int, new_label: int) -> Conflict:
+        """The error for an edge that already has the label opposite to ``new_label``."""
         mesh = self.mesh
         faces = [int(mesh.side_face[side])] + [int(mesh.side_face[t]) for t in [mesh.twin[side]] if t != BORDER]
         start, end = mesh.face_vertex[side], mesh.face_vertex[mesh.side_next[side]]
         names = {WALE: "wale", COURSE: "course"}
         return Conflict(
-            f"face {' and '.join(map(str, faces))}: edge {start}-{end} would be both {names[wanted]} and "
-            f"{names[1 - wanted]}, but a face needs exactly 2 wale edges and rows that do not cross; remodel the "
-            "faces around it, or start elsewhere with seeds=[(vertex, vertex)]"
+            f"face {' and '.join(map(str, faces))}: edge {start}-{end} would be both {names[new_label]} and "
+            f"{names[1 - new_label]}, but a face needs exactly 2 wale edges and rows must not cross; remodel the "
+            "faces around this edge, or start elsewhere with seeds=[(vertex, vertex)]"
         )

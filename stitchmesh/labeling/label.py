@@ -16,34 +16,36 @@ from stitchmesh.labeling.seeds import candidate_seeds, seed_chain, side_of
 from stitchmesh.mesh import Mesh, StitchMesh
 
 EdgeName = int | tuple[int, int]
-"""A side number, or the two vertices of an edge; the row grows to the left of the side, or of first-to-second."""
+"""A side number, or the two vertices of an edge. The seeded row is to the left of the side (of the directed edge)."""
 
 
 def label(mesh: Mesh, *, seeds: Sequence[EdgeName] = (), flip: Sequence[int] = ()) -> StitchMesh:
-    """Label every edge as wale or course, so that each face has exactly two wale edges.
+    """Label every edge as a wale or course edge, so that each face has exactly two wale edges.
 
-    From a border the first row grows: border edges are course edges, edges that leave the border are wale edges,
-    the rest of the row are course edges, from which the next rows grow. Without seeds the longest smooth border
-    is the cast-on; a mesh whose borders all have corners starts at its lowest side. Rows point away from their
-    seed; all others follow the neighbour that they share most course length with, so that mismatched wale
-    directions fall on the shortest seams.
+    The first row grows from a border: border edges are course edges, the edges that leave the border are wale edges,
+    and the other edges of the row are course edges, from which the next rows grow. Without seeds, the longest border
+    without corners is the cast-on. If all borders have corners, the first row starts at the lowest border between two
+    corners. The wale direction of a seeded row points away from the seed. The direction of every other row follows
+    the neighbour with which the row shares the greatest course length, so that mismatched wale directions remain at
+    the shortest seams.
 
     Args:
         mesh: any oriented polygon mesh.
-        seeds: course edges to start from, in order; a border edge stands for its whole border up to corners,
-            an inner edge for the edge loop through it.
-        flip: faces whose rows are turned over afterwards.
+        seeds: course edges to start from, in order; a border edge means its border up to the next corners, an inner
+            edge means the edge loop through it.
+        flip: faces whose rows are reversed at the end.
 
     Returns:
-        The same surface as a stitch mesh of ``Stitch.PANEL`` faces; ``row`` counts rows in knitting order.
+        The same surface as a stitch mesh of ``Stitch.PANEL`` faces; ``row`` numbers the rows in the order of their
+        growth.
 
     Raises:
-        LabelError: the topology admits no rows from these seeds; names the faces where rows collide.
-        ParameterError: a seed or face does not exist.
+        LabelError: the topology does not allow rows from these seeds; the message names the faces where rows conflict.
+        ParameterError: a seed or a face does not exist.
 
     Source: Yuksel et al. 2012, section 5.1.
     """
-    growth, seeded = _grown(mesh, seeds)
+    growth, seeded = _grow_rows(mesh, seeds)
     turned = turned_rows(mesh, growth, seeded)
     for face in flip:
         if not 0 <= face < mesh.face_count:
@@ -55,14 +57,14 @@ def label(mesh: Mesh, *, seeds: Sequence[EdgeName] = (), flip: Sequence[int] = (
     return in_knitting_frame(mesh, left, right, growth.row)
 
 
-def _grown(mesh: Mesh, seeds: Sequence[EdgeName]) -> tuple[RowGrowth, list[int]]:
-    """Grow all rows; returns the growth and the rows whose direction the seeds fix."""
+def _grow_rows(mesh: Mesh, seeds: Sequence[EdgeName]) -> tuple[RowGrowth, list[int]]:
+    """Grow all rows; return the growth and the rows whose directions the seeds determine."""
     if seeds:
         return _grow_from(mesh, [seed_chain(mesh, side_of(mesh, seed)) for seed in seeds])
     candidates = candidate_seeds(mesh)
     if not candidates:
         raise LabelError(
-            "mesh: it has no border to start from; name an edge of the first row, seeds=[(vertex, vertex)]"
+            "mesh: has no border to start from; name an edge of the first row, seeds=[(vertex, vertex)]"
         )
     first: Conflict | None = None
     for chain in candidates:
@@ -75,6 +77,7 @@ def _grown(mesh: Mesh, seeds: Sequence[EdgeName]) -> tuple[RowGrowth, list[int]]
 
 
 def _grow_from(mesh: Mesh, chains: list[list[int]]) -> tuple[RowGrowth, list[int]]:
+    """Grow all rows from chains of course sides, then from further chains in parts that no row has reached."""
     growth = RowGrowth(mesh)
     seeded: list[int] = []
     for chain in chains:
@@ -91,11 +94,11 @@ def _grow_from(mesh: Mesh, chains: list[list[int]]) -> tuple[RowGrowth, list[int
 
 
 def _seed_of_component(mesh: Mesh, growth: RowGrowth) -> list[int]:
-    """A starting chain in a part of the mesh that no row has reached."""
+    """A chain of course sides in a part of the mesh that no row has reached."""
     for chain in candidate_seeds(mesh):
         if growth.row[mesh.side_face[chain[0]]] < 0:
             return chain
     face = growth.unlabeled_face()
     raise LabelError(
-        f"face {face}: no border and no seed in its part of the mesh; name an edge there, seeds=[(vertex, vertex)]"
+        f"face {face}: its part of the mesh has no border and no seed; name an edge there, seeds=[(vertex, vertex)]"
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where rows may start: borders between corners, and edge loops through the inside."""
+"""Chains of course edges from which rows can start: borders between corners, and edge loops in the interior."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, Mesh
 
 REGULAR_BORDER_FACES = 2
-"""Faces at a border vertex where the border goes straight on: one wale edge leaves it."""
+"""Number of faces at a border vertex that is not a corner; one wale edge starts there."""
 
 
 def side_of(mesh: Mesh, edge: int | tuple[int, int]) -> int:
-    """The side that an edge name stands for.
+    """Return the side of a side number or of a pair of vertices.
 
     Raises:
         ParameterError: there is no such side or edge.
@@ -36,14 +36,18 @@ def side_of(mesh: Mesh, edge: int | tuple[int, int]) -> int:
 
 
 def seed_chain(mesh: Mesh, side: int) -> list[int]:
-    """The course sides that a seed marks, the seed first."""
+    """Return the course sides that a seed marks, starting with the seed itself."""
     if mesh.twin[side] == BORDER:
         return _border_chain(mesh, side)
     return _edge_loop(mesh, side)
 
 
 def candidate_seeds(mesh: Mesh) -> list[list[int]]:
-    """Border chains to try, best first: whole smooth borders by length, then sides between corners from below."""
+    """Return the border chains from which rows may start, best first.
+
+    Closed borders without corners come first, in descending order of length. Chains between corners follow, in
+    ascending order of height (y).
+    """
     whole: list[list[int]] = []
     parts: list[list[int]] = []
     for loop in mesh.boundary_loops:
@@ -55,7 +59,7 @@ def candidate_seeds(mesh: Mesh) -> list[list[int]]:
 
 
 def _chains_of(mesh: Mesh, loop: list[int]) -> list[list[int]]:
-    """Cut a border loop at its corners."""
+    """Divide a border loop at its corners."""
     faces = np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))
     cuts = [i for i, side in enumerate(loop) if faces[mesh.face_vertex[side]] != REGULAR_BORDER_FACES]
     if not cuts:
@@ -66,6 +70,7 @@ def _chains_of(mesh: Mesh, loop: list[int]) -> list[list[int]]:
 
 
 def _border_chain(mesh: Mesh, side: int) -> list[int]:
+    """The border sides between the corners on both sides of a border side, starting with the side itself."""
     for loop in mesh.boundary_loops:
         if side in loop:
             chain = next(chain for chain in _chains_of(mesh, loop.tolist()) if side in chain)
@@ -75,7 +80,7 @@ def _border_chain(mesh: Mesh, side: int) -> list[int]:
 
 
 def _edge_loop(mesh: Mesh, side: int) -> list[int]:
-    """Straight on through vertices of four faces, both ways."""
+    """The edge loop through a side, which continues straight through vertices with four faces, in both directions."""
     faces = np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))
     chain = [side]
     current = side

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a V-bed knitting machine does: a stitch mesh as operations on needles."""
+"""Machine knitting: a stitch mesh as a program of needle operations for a V-bed knitting machine."""
 
 from stitchmesh.machine_knitting.knitting import machine_program
 

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of a flat piece, or of one half of a folded tube, on their bed; how they are moved along it.
+"""The loops of a flat piece, or of one half of a folded tube, on one bed, and their moves along the bed.
 
-The other bed is free where these loops may have to go: of a tube each half has every second needle. Loops move along
-their bed by going over to the other one, the beds shifting, and coming back. A loop that comes to a needle lies
-behind those that are there, seen from the outside of the fabric: a needle reaches from outside in.
+To move along a bed, a loop is transferred to the other bed, the beds are racked (shifted against each other), and the
+loop is transferred back. The needles across are free for this, because the two halves of a tube use alternate needles.
+A loop that is transferred to an occupied needle lies behind the loops that are already there, as seen from the outside
+of the fabric, because a needle extends from the outside to the inside.
 """
 
 from __future__ import annotations
@@ -19,70 +20,72 @@ class Half:
     """Loops on one bed."""
 
     bed: str
+    """The bed of the loops, ``FRONT`` or ``BACK``."""
     spacing: int
-    """Needles from one loop to the next."""
+    """Number of needles from one loop to the next."""
     parity: int
-    """Remainder of its needles by the spacing."""
+    """Remainder of the needle numbers modulo the spacing."""
     loops: dict[int, int] = field(default_factory=dict)
-    """Needle of each loop, which is named by a top side; from left to right along the bed."""
+    """Needle of each loop, from left to right along the bed; a loop is identified by its top side."""
 
     @property
     def other(self) -> str:
-        """The bed across."""
+        """The opposite bed."""
         return BACK if self.bed == FRONT else FRONT
 
     def centred(self, width: int) -> int:
-        """The first needle of so many, about the middle of the bed."""
+        """Return the first of ``width`` needles that are centred on the bed."""
         return self.parity - self.spacing * (width // 2)
 
-    def lift(self, program: Program, needle: int) -> None:
-        """To the needle across."""
+    def to_other_bed(self, program: Program, needle: int) -> None:
+        """Transfer the loops of a needle to the opposite needle."""
         program.transfer(self.bed, needle, needle)
 
-    def lower(self, program: Program, needle: int, to: int) -> None:
-        """From the needle across to one of its own bed."""
+    def from_other_bed(self, program: Program, needle: int, to: int) -> None:
+        """Transfer the loops of a needle of the other bed to a needle of this bed."""
         program.transfer(self.other, needle, to)
 
     def rack_for(self, needle: int, to: int) -> int:
-        """Racking at which ``lower`` goes straight."""
+        """Return the racking at which needle ``needle`` of the other bed faces needle ``to`` of this bed."""
         return to - needle if self.bed == FRONT else needle - to
 
     def move(self, program: Program, targets: dict[int, int]) -> None:
-        """Move loops to needles, in as many steps as racking needs; no two ever share one.
+        """Move loops to needles, in as many steps as racking requires; two loops never share a needle.
 
         Args:
-            program: takes the operations.
-            targets: needle for each loop, increasing along the bed as the loops do.
+            program: program to which the operations are added.
+            targets: needle for each loop; needles increase along the bed in the order of the loops.
         """
         while any(self.loops[loop] != needle for loop, needle in targets.items()):
             step = {loop: _clamped(needle - self.loops[loop]) for loop, needle in targets.items()}
             moved = [loop for loop, by in step.items() if by]
             for loop in moved:
-                self.lift(program, self.loops[loop])
+                self.to_other_bed(program, self.loops[loop])
             for loop in sorted(moved, key=lambda loop: step[loop]):
-                self.lower(program, self.loops[loop], self.loops[loop] + step[loop])
+                self.from_other_bed(program, self.loops[loop], self.loops[loop] + step[loop])
                 self.loops[loop] += step[loop]
         self.loops = dict(sorted(self.loops.items(), key=lambda item: item[1]))
 
     def stack(self, program: Program, sequences: list[list[tuple[int, int]]]) -> None:
-        """Bring loops to needles in a given order, one racking for as many as can go.
+        """Move loops to needles in a given order, with as many loops per racking as possible.
 
         Args:
-            program: takes the operations.
-            sequences: for each stack (needle of a loop, needle to go to), from the outermost loop inwards; loops that
-                stay are left out.
+            program: program to which the operations are added.
+            sequences: for each stack, the moves (needle of a loop, target needle) from the outermost loop to the
+                innermost; loops that do not move are left out.
         """
         for sequence in sequences:
             for needle, _ in sequence:
-                self.lift(program, needle)
+                self.to_other_bed(program, needle)
         pending = [list(sequence) for sequence in sequences]
         while any(pending):
             racks = [self.rack_for(*sequence[0]) for sequence in pending if sequence]
             rack = max(sorted(set(racks), key=abs), key=racks.count)
             for sequence in pending:
                 while sequence and self.rack_for(*sequence[0]) == rack:
-                    self.lower(program, *sequence.pop(0))
+                    self.from_other_bed(program, *sequence.pop(0))
 
 
 def _clamped(shift: int) -> int:
+    """Limit a shift to the range of racking."""
     return max(-MOST_RACK, min(MOST_RACK, shift))

@@ -1,13 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The program of a fabric: each piece is cast on, knitted row by row and bound off.
+"""The machine program of a fabric: each piece is cast on, knitted row by row and bound off.
 
-A flat piece lies on the front bed and is knitted to and fro. A tube is folded: its front half lies on even front
-needles, its back half on odd back needles, and rounds run from right to left over the front and back again behind, so
-that each half finds the needles across free. Before a row its loops are moved to where the row needs them, with a
-needle free for each yarn-over; loops that are taken together are stacked, purls transferred to the other bed for the
-pass and back afterwards. First loops are tucked on every second needle, then on those between; last loops are bound
-off in a chain, each knit through with the one before it. A row of yarn drawn through loops is bound off too.
+A flat piece is on the front bed and is knitted back and forth. A tube is folded: its front half is on even needles of
+the front bed and its back half on odd needles of the back bed, so that the needle opposite to each loop is free. A
+round passes over the front half from right to left and over the back half from left to right.
+
+Before each row its loops are moved to the needles where the row needs them, with an empty needle for each yarn-over.
+Loops that are worked together are stacked on one needle. Loops of purl stitches are transferred to the other bed
+before the pass of the carrier and back after it.
+
+The cast-on tucks loops on every second needle and then on the needles between. The bind-off is a chain along the edge,
+in which each loop is knit together with the chain before it. Loops through which a yarn would be drawn are also bound
+off.
 """
 
 from __future__ import annotations
@@ -28,36 +33,40 @@ from stitchmesh.mesh.courses import bottom_sides, top_sides
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 UNEVEN = 3
-"""Stitches by which one half of a tube may be wider before a stitch goes around the fold."""
+"""Difference in width between the halves of a tube, in stitches, from which a stitch is moved around the fold."""
 
 
 @dataclass
-class Placed:
-    """A stitch on its needles."""
+class PlacedStitch:
+    """A stitch on its needles; all sequences run from left to right along the bed."""
 
     face: int
+    """Face of the stitch."""
     half: Half
+    """Half of the piece, and with it the bed, that makes the stitch."""
     needles: list[int]
-    """For the loops below and then those made, from left to right along the bed."""
+    """Needles of the stitch, enough for its loops below and for its loops on top."""
     letters: str
-    """How each loop on top is made, from left to right along the bed."""
+    """Kind of each loop on top (``Making.made``)."""
     below: list[int]
-    """Loops below, from left to right along the bed."""
+    """Loops below, by their top sides."""
     above: list[int]
-    """Top sides, likewise."""
+    """Loops on top, by their top sides."""
     made: list[int] = field(default_factory=list)
     """Needle of each loop on top."""
 
 
 def machine_program(fabric: StitchMesh) -> str:
-    """The program, a knitout file of version 2.
+    """Write the program of a fabric as the text of a knitout file, version 2.
+
+    Comments in the program name the face of each loop.
 
     Args:
-        fabric: stitch faces; separate flat pieces and tubes. Comments name the face that each loop belongs to.
+        fabric: stitch mesh of separate flat pieces and tubes.
 
     Raises:
-        ParameterError: a machine cannot make some of it; the message lists the stitches.
-        LabelError: its cable marks contradict each other.
+        ParameterError: a machine cannot make a part of the fabric; the message lists the stitches.
+        LabelError: the cable marks of the fabric contradict each other.
     """
     pieces = find_pieces(fabric)
     check_makeable(fabric, pieces)
@@ -67,12 +76,12 @@ def machine_program(fabric: StitchMesh) -> str:
     groups = {int(side): group for group in cable_groups(fabric) for side in group.sides}
     for number, piece in enumerate(pieces, start=1):
         program.comment(f"piece {number}")
-        _Knitting(fabric, program, piece, groups).knit()
+        _PieceKnitter(fabric, program, piece, groups).knit()
     return program.text()
 
 
-class _Knitting:
-    """One piece on the beds."""
+class _PieceKnitter:
+    """The state of one piece on the beds while its program is written."""
 
     def __init__(self, fabric: StitchMesh, program: Program, piece: Piece, groups: dict[int, CableGroup]) -> None:
         self.fabric, self.program, self.piece, self.groups = fabric, program, piece, groups
@@ -80,17 +89,17 @@ class _Knitting:
         self.halves = [front, Half(BACK, 2, 1)] if piece.in_rounds else [front]
 
     def knit(self) -> None:
-        """All rows, cast-on to bind-off."""
+        """Write all rows, from cast-on to bind-off."""
         rows = self.piece.rows[:-1] if drawn_together(self.fabric, self.piece) else self.piece.rows
         last_row = {int(yarn): number for number, row in enumerate(rows) for yarn in self._yarns(row)}
         for number, row in enumerate(rows):
             self.program.comment(f"row {number}")
-            placed = self._placed(row)
-            self._bring_loops(placed)
+            placed = self._place_row(row)
+            self._move_loops(placed)
             if number == 0:
                 self._cast_on(placed)
             else:
-                self._pass(placed, row)
+                self._knit_row(placed, row)
             self.program.release()
             self._set_loops(placed)
             for yarn in self._yarns(row):
@@ -102,8 +111,8 @@ class _Knitting:
         """Yarns of a row in the order of its stitches from the right."""
         return list(dict.fromkeys(self.fabric.yarn[list(row.faces[::-1])].tolist()))
 
-    def _placed(self, row: PieceRow) -> list[Placed]:
-        """The stitches of a row on needles side by side, from left to right outside, half by half."""
+    def _place_row(self, row: PieceRow) -> list[PlacedStitch]:
+        """Place the stitches of a row on neighbouring needles, from left to right along each bed, half by half."""
         sides = self._half_of_faces(row)
         placed = []
         for half in self.halves:
@@ -117,19 +126,22 @@ class _Knitting:
         return placed
 
     def _below(self, face: int) -> list[int]:
+        """Loops below a face, by their top sides, from left to right; none below a cast-on."""
         across = self.fabric.twin[bottom_sides(self.fabric, (face,))].tolist()
         return [] if self.fabric.stitch[face] == Stitch.CAST_ON else across
 
     def _width(self, face: int) -> int:
+        """Number of needles of a face."""
         return max(len(self._below(face)), int(self.fabric.n_top[face]))
 
-    def _on_needles(self, face: int, half: Half, needles: list[int]) -> Placed:
+    def _on_needles(self, face: int, half: Half, needles: list[int]) -> PlacedStitch:
+        """Place the stitch of a face on the given needles of a half."""
         below, above = self._below(face), top_sides(self.fabric, (face,))
         stitch = Stitch(int(self.fabric.stitch[face]))
         letters = "y" * len(above) if stitch == Stitch.CAST_ON else VOCABULARY[stitch].made
         if half.bed == BACK:
             below, above, letters = below[::-1], above[::-1], letters[::-1]
-        placed = Placed(face, half, needles, letters, below, above)
+        placed = PlacedStitch(face, half, needles, letters, below, above)
         if len(below) > 1:
             first = self._order(placed)[0]
             placed.made = [needles[first]]
@@ -137,14 +149,14 @@ class _Knitting:
             placed.made = needles[: len(above)]
         return placed
 
-    def _order(self, placed: Placed) -> list[int]:
-        """Places of the loops below, from left to right along the bed, in order from the outside in."""
+    def _order(self, placed: PlacedStitch) -> list[int]:
+        """Places (from left to right along the bed) of the loops below, listed from the outside to the inside."""
         count = len(placed.below)
         order = VOCABULARY[Stitch(int(self.fabric.stitch[placed.face]))].order
         return [loop - 1 if placed.half.bed == FRONT else count - loop for loop in order]
 
     def _half_of_faces(self, row: PieceRow) -> dict[int, Half]:
-        """On which bed each stitch is made: where most of its loops are, so that no half becomes much the wider."""
+        """Choose a half for each stitch: the half with most of its loops, unless the halves become too unequal."""
         if len(self.halves) == 1:
             return dict.fromkeys(row.faces, self.halves[0])
         front, back = self.halves
@@ -163,7 +175,7 @@ class _Knitting:
         return sides
 
     def _even_out(self, row: PieceRow, sides: dict[int, Half]) -> None:
-        """Let a stitch go around the right fold, or the left, while one half is much wider."""
+        """Move a stitch around the right or the left fold if one half is much wider than the other."""
         front, back = self.halves
         widths = {id(half): sum(self._width(f) for f in row.faces if sides[f] is half) for half in self.halves}
         for right in (True, False):
@@ -179,7 +191,7 @@ class _Knitting:
                 widths[id(narrow)] += self._width(face)
 
     def _along(self, row: PieceRow, sides: dict[int, Half], half: Half) -> list[int]:
-        """Faces of a half from left to right along its bed."""
+        """Faces of a half, from left to right along its bed."""
         count = len(row.faces)
         mine = [sides[face] is half for face in row.faces]
         starts = [place for place in range(count) if mine[place] and not mine[place - 1]]
@@ -187,10 +199,10 @@ class _Knitting:
         faces = [row.faces[(first + step) % count] for step in range(count) if mine[(first + step) % count]]
         return faces if half.bed == FRONT else faces[::-1]
 
-    def _bring_loops(self, placed: list[Placed]) -> None:
-        """Loops to the needles where their stitches want them, crossed and stacked."""
+    def _move_loops(self, placed: list[PlacedStitch]) -> None:
+        """Move the loops below a row to the needles of their stitches, cross the cables and stack the decreases."""
         if len(self.halves) == 2:
-            self._around_folds(placed)
+            self._move_around_folds(placed)
         for half in self.halves:
             mine = [stitch for stitch in placed if stitch.half is half]
             targets = {}
@@ -198,25 +210,25 @@ class _Knitting:
                 targets.update(self._targets(stitch))
             if list(targets) != list(half.loops):
                 face = mine[0].face if mine else 0
-                raise ParameterError(f"face {face}: its row takes loops in another order than they lie on the needles")
+                raise ParameterError(f"face {face}: its row takes loops in an order that differs from the needles")
             half.move(self.program, targets)
             stacks = [self._stack(stitch) for stitch in mine if len(stitch.below) > 1]
             half.stack(self.program, [*self._crossings(half), *stacks])
         self.program.rack_to(0)
 
-    def _targets(self, stitch: Placed) -> dict[int, int]:
-        """The needle of each loop below a stitch: side by side, one alone below what is no yarn-over."""
+    def _targets(self, stitch: PlacedStitch) -> dict[int, int]:
+        """Needle of each loop below a stitch; a single loop is placed below the loop on top that is not a yarn-over."""
         if len(stitch.below) == 1:
             place = next(index for index, letter in enumerate(stitch.letters) if letter != "y")
             return {stitch.below[0]: stitch.needles[place]}
         return dict(zip(stitch.below, stitch.needles, strict=False))
 
-    def _stack(self, stitch: Placed) -> list[tuple[int, int]]:
-        """Moves that lay the loops of a decrease on the needle of the outermost."""
+    def _stack(self, stitch: PlacedStitch) -> list[tuple[int, int]]:
+        """Moves that stack the loops of a decrease on the needle of the outermost loop."""
         return [(stitch.needles[place], stitch.made[0]) for place in self._order(stitch)[1:]]
 
     def _crossings(self, half: Half) -> list[list[tuple[int, int]]]:
-        """Moves of the loops of each cable, those in front first."""
+        """Moves of the loops of each cable; the loops in front move first."""
         found: dict[int, list[tuple[int, int]]] = {}
         for side in half.loops:
             group = self.groups.get(side)
@@ -231,30 +243,33 @@ class _Knitting:
             found[id(group)] = moves
         return list(found.values())
 
-    def _around_folds(self, placed: list[Placed]) -> None:
-        """Loops at a fold whose stitches are made on the other bed go there first, the outermost before the others."""
-        wanted = {loop: stitch.half for stitch in placed for loop in stitch.below}
+    def _move_around_folds(self, placed: list[PlacedStitch]) -> None:
+        """Move loops at a fold to the other bed if their stitches are made there, the outermost loop first."""
+        half_of_loop = {loop: stitch.half for stitch in placed for loop in stitch.below}
         for half, other in (self.halves, self.halves[::-1]):
             for right in (True, False):
                 edge = list(half.loops)[:: -1 if right else 1]
-                while edge and wanted[edge[0]] is other:
-                    self._around(half, other, edge.pop(0), right)
-            if any(wanted[loop] is other for loop in half.loops):
+                while edge and half_of_loop[edge[0]] is other:
+                    self._move_around_fold(half, other, edge.pop(0), right)
+            if any(half_of_loop[loop] is other for loop in half.loops):
                 raise ParameterError("knitting machine: the rows of a tube cannot be folded; knit it by hand")
 
-    def _around(self, half: Half, other: Half, loop: int, right: bool) -> None:
-        """One loop around a fold, beyond the last one there, as near as racking reaches."""
+    def _move_around_fold(self, half: Half, other: Half, loop: int, right: bool) -> None:
+        """Move one loop around a fold to a needle beyond the last loop there, within the range of racking."""
         needle = half.loops.pop(loop)
         last = list(other.loops.values())[-1 if right else 0] if other.loops else needle + (-1 if right else 1)
         to = max(last + 2, needle - MOST_RACK + 1) if right else min(last - 2, needle + MOST_RACK - 1)
         if abs(to - needle) > MOST_RACK:
-            raise ParameterError("knitting machine: the halves of a tube lie too far apart; make its rows more even")
+            raise ParameterError(
+                "knitting machine: the ends of the two halves of a tube are too far apart for racking; make the rows "
+                "of the tube more equal in their numbers of stitches"
+            )
         self.program.transfer(half.bed, needle, to)
         items = [*other.loops.items(), (loop, to)] if right else [(loop, to), *other.loops.items()]
         other.loops = dict(items)
 
-    def _cast_on(self, placed: list[Placed]) -> None:
-        """Tucks on every second needle, then on those between, which hold the first ones."""
+    def _cast_on(self, placed: list[PlacedStitch]) -> None:
+        """Tuck on every second needle, and then on the needles between, so that the second tucks hold the first."""
         loops = self._in_order(placed, right_side=True)
         turns = [loops[::2], loops[1::2]] if self.piece.in_rounds else [loops[::2], loops[1::2][::-1]]
         for number, turn in enumerate(turns):
@@ -264,54 +279,57 @@ class _Knitting:
                 note = self._note(stitch, place)
                 self.program.stitch("tuck", direction, stitch.half.bed, stitch.made[place], yarn, note)
 
-    def _in_order(self, placed: list[Placed], right_side: bool) -> list[tuple[Placed, int]]:
-        """All loops made, as the yarn comes to them: on the right side from right to left, seen from outside."""
+    def _in_order(self, placed: list[PlacedStitch], right_side: bool) -> list[tuple[PlacedStitch, int]]:
+        """All loops of a row in the order of the yarn: on the right side from right to left, as seen from outside."""
         loops = [(stitch, place) for stitch in placed for place in range(len(stitch.above))]
         front = [item for item in loops if item[0].half.bed == FRONT]
         back = [item for item in loops if item[0].half.bed == BACK]
         return [*front[::-1], *back] if right_side else front
 
     def _direction(self, half: Half, right_side: bool) -> str:
+        """Direction of the carrier over a half: ``-`` to the left or ``+`` to the right."""
         return "-" if (half.bed == FRONT) == right_side else "+"
 
-    def _note(self, stitch: Placed, place: int) -> str:
-        """The face of a loop, and which of its loops from the left."""
+    def _note(self, stitch: PlacedStitch, place: int) -> str:
+        """Comment of a loop: its face, and its place among the loops of the face, from the left."""
         loops = len(stitch.above)
         return f"face {stitch.face} loop {place + 1 if stitch.half.bed == FRONT else loops - place}"
 
-    def _pass(self, placed: list[Placed], row: PieceRow) -> None:
-        """One pass of each yarn over a row."""
+    def _knit_row(self, placed: list[PlacedStitch], row: PieceRow) -> None:
+        """Make the loops of a row, with one pass of the carrier for each yarn."""
         across = [stitch for stitch in placed if self._is_across(stitch)]
         for stitch in across:
-            stitch.half.lift(self.program, self._worked_needle(stitch))
+            stitch.half.to_other_bed(self.program, self._worked_needle(stitch))
         order = self._in_order(placed, row.right_side)
         for yarn in self._yarns(row):
             own = [(stitch, place) for stitch, place in order if self.fabric.yarn[stitch.face] == yarn]
             for stitch, place in own:
                 self._make_loop(stitch, place, row.right_side, yarn)
-            self._to_the_end(placed, row, own[-1][0].half, yarn)
+            self._move_carrier_to_end(placed, row, own[-1][0].half, yarn)
         self.program.release()
         for stitch in across:
             needle = self._worked_needle(stitch)
-            stitch.half.lower(self.program, needle, needle)
+            stitch.half.from_other_bed(self.program, needle, needle)
 
-    def _is_across(self, stitch: Placed) -> bool:
-        """Whether a stitch is worked on the other bed: purls, and slipped loops that the yarn passes in front of."""
+    def _is_across(self, stitch: PlacedStitch) -> bool:
+        """Whether a stitch is worked on the other bed: purl stitches, and slipped loops with the yarn in front."""
         code = self.fabric.stitch[stitch.face]
         return "p" in stitch.letters or code == Stitch.SLIP_FRONT
 
-    def _worked_needle(self, stitch: Placed) -> int:
+    def _worked_needle(self, stitch: PlacedStitch) -> int:
+        """Needle of the loop on top that is not a yarn-over."""
         return next(needle for needle, letter in zip(stitch.made, stitch.letters, strict=True) if letter != "y")
 
-    def _make_loop(self, stitch: Placed, place: int, right_side: bool, yarn: int) -> None:
+    def _make_loop(self, stitch: PlacedStitch, place: int, right_side: bool, yarn: int) -> None:
+        """Write the operation that makes one loop of a stitch."""
         letter, half = stitch.letters[place], stitch.half
         bed = half.other if letter != "y" and self._is_across(stitch) else half.bed
         operation = {"k": "knit", "p": "knit", "y": "tuck", "s": "miss"}[letter]
         direction = self._direction(half, right_side)
         self.program.stitch(operation, direction, bed, stitch.made[place], yarn, self._note(stitch, place))
 
-    def _to_the_end(self, placed: list[Placed], row: PieceRow, last: Half, yarn: int) -> None:
-        """The carrier on to the end of its row, around the fold of a tube, so that its next row begins there."""
+    def _move_carrier_to_end(self, placed: list[PlacedStitch], row: PieceRow, last: Half, yarn: int) -> None:
+        """Move the carrier to the end of its row, for a tube around the fold, so that its next row begins there."""
         for half in self.halves[self.halves.index(last) :]:
             needles = [needle for stitch in placed if stitch.half is half for needle in stitch.made]
             direction = self._direction(half, row.right_side)
@@ -320,7 +338,8 @@ class _Knitting:
             if half is not last or (at < end if direction == "+" else at > end):
                 self.program.stitch("miss", direction, half.bed, end, yarn)
 
-    def _set_loops(self, placed: list[Placed]) -> None:
+    def _set_loops(self, placed: list[PlacedStitch]) -> None:
+        """Record the needles of the loops of a row that has been made."""
         for half in self.halves:
             half.loops = {}
             for stitch in placed:
@@ -328,7 +347,7 @@ class _Knitting:
                     half.loops.update(zip(stitch.above, stitch.made, strict=True))
 
     def _bind_off(self, yarn: int, right_side: bool) -> None:
-        """A chain along the edge, from where the yarn is."""
+        """Bind off all loops in a chain along the edge, from the position of the yarn."""
         self.program.comment("bind off")
         for half in self.halves:
             first = half.centred(len(half.loops))
@@ -338,16 +357,17 @@ class _Knitting:
         for (half, needle), (following, to) in pairwise(chain):
             self.program.stitch("knit", self._direction(half, from_right), half.bed, needle, yarn, "bind off")
             if following is half:
-                half.lift(self.program, needle)
-                half.lower(self.program, needle, to)
+                half.to_other_bed(self.program, needle)
+                half.from_other_bed(self.program, needle, to)
             else:
                 self.program.transfer(half.bed, needle, to)
         half, needle = chain[-1]
         self.program.stitch("knit", self._direction(half, from_right), half.bed, needle, yarn, "bind off")
         for left in list(self.program.position):
             self.program.take_out(left)
-        self.program.drop(half.bed, needle, "the end of the chain, its yarn is cut")
+        self.program.drop(half.bed, needle, "end of the chain, whose yarn is cut")
 
     def _chain_needles(self, half: Half, from_right: bool) -> list[int]:
+        """Needles of the loops of a half in the order of the bind-off."""
         needles = list(half.loops.values())
         return needles[::-1] if (half.bed == FRONT) == from_right else needles

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which stitches a V-bed machine makes, and how many needles each takes.
+"""Check whether a V-bed knitting machine can make a fabric.
 
-A loop is knit on its own bed, purled on the other one. Loops are stacked by transfers, so every decrease can be made;
-an increase is a stitch with yarn-overs, tucked on empty needles beside it: a needle makes one loop at a time, so two
-stitches cannot be worked into one loop.
+A machine makes a knit stitch on the bed that holds the loop, and a purl stitch on the other bed. It can make every
+decrease, because transfers can stack loops on one needle. It makes an increase as a stitch with yarn-overs, which are
+tucks on empty needles beside the stitch. It cannot work two stitches into one loop, because a needle makes one loop at
+a time.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 MOST_INCREASE = 1
-"""Loops of a stitch that are no yarn-overs."""
+"""Largest number of loops on top of a stitch that are not yarn-overs."""
 
 
 def makeable(stitch: Stitch) -> bool:
-    """Whether needles can make a stitch anywhere in a row."""
+    """Return whether a machine can make a stitch at any place in a row."""
     if stitch == Stitch.CAST_ON:
         return True
     if stitch not in VOCABULARY or stitch == Stitch.WRAP:
@@ -37,10 +38,15 @@ def makeable(stitch: Stitch) -> bool:
 
 
 def check_makeable(fabric: StitchMesh, pieces: Sequence[Piece]) -> None:
-    """Refuse a fabric that a machine cannot make, all that is wrong in one line.
+    """Check that a machine can make a fabric.
+
+    Args:
+        fabric: stitch mesh.
+        pieces: pieces of the fabric (``find_pieces``).
 
     Raises:
-        ParameterError: lists the stitches with their numbers and first faces, and what else cannot be made.
+        ParameterError: a machine cannot make some stitches, loops or shapes; the message lists all of them with their
+            counts and first faces.
     """
     found = [*_stitches(fabric, pieces), *_marks(fabric), *_shapes(fabric, pieces)]
     if found:
@@ -48,6 +54,7 @@ def check_makeable(fabric: StitchMesh, pieces: Sequence[Piece]) -> None:
 
 
 def _stitches(fabric: StitchMesh, pieces: Sequence[Piece]) -> list[str]:
+    """Names of the stitches that cannot be made, with their counts and first faces."""
     ends = {face for piece in pieces if drawn_together(fabric, piece) for face in piece.rows[-1].faces}
     faces: dict[Stitch, list[int]] = defaultdict(list)
     for face, code in enumerate(fabric.stitch.tolist()):
@@ -61,11 +68,15 @@ def _stitches(fabric: StitchMesh, pieces: Sequence[Piece]) -> list[str]:
 
 
 def drawn_together(fabric: StitchMesh, piece: Piece) -> bool:
-    """Whether a piece ends in a row whose yarn is drawn through all loops: a machine binds them off instead."""
+    """Return whether the yarn of the last row of a piece is drawn through all loops.
+
+    A machine binds these loops off instead.
+    """
     return bool((fabric.stitch[list(piece.rows[-1].faces)] == Stitch.DRAW_THROUGH).all())
 
 
 def _marks(fabric: StitchMesh) -> list[str]:
+    """Twisted loops, wide cables and surplus yarns that cannot be made."""
     found = []
     twisted = fabric.side_face[(fabric.twist != 0) & (fabric.stitch[fabric.side_face] != Stitch.CAST_ON)]
     if len(twisted):
@@ -80,7 +91,7 @@ def _marks(fabric: StitchMesh) -> list[str]:
 
 
 def _within_reach(fabric: StitchMesh, group: CableGroup) -> bool:
-    """Whether the loops of a cable can be racked to their places; the stitches above take one loop each."""
+    """Whether racking can move the loops of a cable to their places, and each stitch above takes one loop."""
     above = fabric.side_face[fabric.twin[group.sides]]
     moved = np.abs(group.destination - np.arange(len(group.sides))).max()
     single = (fabric.n_bottom[above] == 1) & (fabric.n_top[above] == 1) & (fabric.twin[group.sides] != BORDER)
@@ -88,17 +99,17 @@ def _within_reach(fabric: StitchMesh, group: CableGroup) -> bool:
 
 
 def _shapes(fabric: StitchMesh, pieces: Sequence[Piece]) -> list[str]:
-    """Pieces that go on from others, or whose rows do not run over all their loops."""
+    """Pieces that start from loops of other pieces, and rows that do not work all loops of their piece."""
     found = []
     joined = [piece.rows[0].faces[0] for piece in pieces if piece.sources]
     if joined:
-        found.append(f"{len(joined)} pieces that go on from loops of others (face {first_few(joined)})")
+        found.append(f"{len(joined)} pieces that start from loops of other pieces (face {first_few(joined)})")
     partial = [row.faces[0] for piece in pieces for row in piece.rows if row.left_over or row.bound_off or (
         row.passed and not piece.in_rounds)]  # fmt: skip
     if partial:
-        found.append(f"{len(partial)} rows over a part of their loops (face {first_few(partial)})")
+        found.append(f"{len(partial)} rows that work only a part of their loops (face {first_few(partial)})")
     held = [side for piece in pieces for side in piece.needle if fabric.twin[side] != BORDER]
     grafted = fabric.side_face[[side for side in held if fabric.mismatched[side]]]
     if len(grafted):
-        found.append(f"{len(grafted)} loops that meet loops (face {first_few(grafted)})")
+        found.append(f"{len(grafted)} loops that are grafted to loops (face {first_few(grafted)})")
     return found

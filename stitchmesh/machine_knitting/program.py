@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A program in knitout (textiles-lab.github.io/knitout), line by line as operations are given.
+"""A knitting-machine program in the knitout format (textiles-lab.github.io/knitout).
 
-At racking R the back needle B faces the front needle B + R. Carriers are named by numbers from 1 and stand beside the
-needle that they passed last; one that stands on the wrong side of its next needle is brought back first (``miss``).
+At racking R the back needle B faces the front needle B + R. Yarn carriers are named by numbers from 1. A carrier stays
+beside the needle that it passed last. If it is on the wrong side of its next needle, it is first moved back without
+knitting (``miss``).
 """
 
 from __future__ import annotations
@@ -12,42 +13,53 @@ from dataclasses import dataclass, field
 
 FRONT, BACK = "f", "b"
 CARRIERS = 10
-"""Yarns that a machine has at hand."""
+"""Number of yarn carriers of a machine."""
 MOST_RACK = 4
-"""Needles by which the beds are shifted at most."""
+"""Largest racking (shift of the beds) in needles."""
 
 
 @dataclass
 class Program:
-    """Lines, and what the machine's racking and carriers are after them."""
+    """The lines of a program, and the state of the machine after them."""
 
     first: int = 0
-    """Number written for needle 0, even; programs that read these files may know no negative numbers."""
+    """Number written for needle 0; it is even, and avoids negative numbers, which some readers do not accept."""
     lines: list[str] = field(default_factory=list)
+    """Lines of the program after the header."""
     rack: int = 0
+    """Present racking in needles."""
     position: dict[int, float] = field(default_factory=dict)
-    """Where each carrier in action stands, in needles."""
+    """Position of the carrier of each yarn in use, in needles."""
     hooked: int | None = None
-    """The yarn whose end the inserting hook holds."""
+    """The yarn whose end is held by the yarn-inserting hook."""
 
     def comment(self, text: str) -> None:
-        """A line that says what comes."""
+        """Add a comment line."""
         self.lines.append(f";{text}")
 
     def rack_to(self, rack: int) -> None:
-        """Shift the beds."""
+        """Rack the beds, if the present racking differs."""
         if rack != self.rack:
             self.rack = rack
             self.lines.append(f"rack {rack}")
 
     def transfer(self, bed: str, needle: int, to: int) -> None:
-        """Move all loops of a needle to one of the other bed, which the beds are shifted to face."""
+        """Transfer all loops of a needle to a needle of the other bed, after the required racking."""
         other = BACK if bed == FRONT else FRONT
         self.rack_to(needle - to if bed == FRONT else to - needle)
         self.lines.append(f"xfer {bed}{self.first + needle} {other}{self.first + to}")
 
     def stitch(self, operation: str, direction: str, bed: str, needle: int, yarn: int, note: str = "") -> None:
-        """``knit``, ``tuck`` or ``miss`` with a yarn, numbered from 0."""
+        """Add a ``knit``, ``tuck`` or ``miss`` operation.
+
+        Args:
+            operation: ``knit``, ``tuck`` or ``miss``.
+            direction: ``+`` to the right or ``-`` to the left.
+            bed: ``FRONT`` or ``BACK``.
+            needle: number of the needle.
+            yarn: number of the yarn, from 0.
+            note: comment at the end of the line.
+        """
         self.rack_to(0)
         target = f"{direction} {bed}{self.first + needle} {yarn + 1}"
         if yarn not in self.position:
@@ -55,35 +67,35 @@ class Program:
         elif (self.position[yarn] - needle) * _sign(direction) > 0:
             self.lines.append(f"miss {'-' if direction == '+' else '+'}{target[1:]}")
         if self.hooked == yarn and direction == "+":
-            self.release()  # needles beyond the hook are blocked until it lets go
+            self.release()  # The needles beyond the hook are blocked until the hook releases the yarn.
         self.lines.append(f"{operation} {target}{f' ;{note}' if note else ''}")
         self.position[yarn] = needle + 0.5 * _sign(direction)
 
     def release(self) -> None:
-        """Open the inserting hook, if it holds a yarn."""
+        """Release the yarn-inserting hook if it holds a yarn."""
         if self.hooked is not None:
             self.lines.append(f"releasehook {self.hooked + 1}")
             self.hooked = None
 
     def take_out(self, yarn: int) -> None:
-        """Cut a yarn and put its carrier away."""
+        """Cut a yarn and take its carrier out of use."""
         self.release()
         self.lines.append(f"outhook {yarn + 1}")
         del self.position[yarn]
 
     def drop(self, bed: str, needle: int, note: str) -> None:
-        """Let the loops of a needle go."""
+        """Drop the loops of a needle."""
         self.rack_to(0)
         self.lines.append(f"drop {bed}{self.first + needle} ;{note}")
 
     def text(self) -> str:
-        """The whole file."""
+        """Return the text of the whole file."""
         carriers = " ".join(str(number) for number in range(1, CARRIERS + 1))
         return "\n".join([";!knitout-2", f";;Carriers: {carriers}", ";;Position: Center", *self.lines]) + "\n"
 
     def _bring_in(self, yarn: int, direction: str) -> None:
         self.release()
-        if direction == "+":  # the hook stands at the right and leads a yarn leftwards only
+        if direction == "+":  # The hook is at the right and can only insert a yarn that moves to the left.
             self.lines.append(f"in {yarn + 1}")
             return
         self.lines.append(f"inhook {yarn + 1}")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes and stitch meshes, and what is known of their sides, courses and stitches."""
+"""Polygon meshes and stitch meshes, with their connectivity, courses, cables, stitches and changes."""
 
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, frozen_array, ranges
 from stitchmesh.mesh.stitch_mesh import BOTTOM, LEFT, PER_FACE, PER_SIDE, RIGHT, TOP, StitchMesh

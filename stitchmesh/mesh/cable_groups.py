@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cables: loops that change places before the next row works them (Yuksel et al. 2012, section 4.5).
 
-A course line is the top sides of a course (``courses``) from left to right. On it the marks of a stitch mesh say
-how far each loop moves (``cable_shift``) and which one lies in front (``cable_layer``). Loops that cross form groups:
-the smallest stretches of the line that no loop leaves.
+A course line consists of the top sides of a course (``courses``) from left to right. Two marks of a stitch mesh
+describe the cables on the line: how far each loop moves (``cable_shift``) and which loop is in front
+(``cable_layer``). Loops that cross form groups. A group is a smallest interval of the line that no loop enters or
+leaves.
 """
 
 from __future__ import annotations
@@ -22,28 +23,32 @@ from stitchmesh.mesh.stitch_mesh import BOTTOM, StitchMesh
 
 @dataclass(frozen=True, eq=False)
 class CableGroup:
-    """Loops that cross: the loop on ``sides[i]`` is worked where that on ``sides[destination[i]]`` would be."""
+    """Loops that cross: the loop on ``sides[i]`` moves to the place of the loop on ``sides[destination[i]]``."""
 
     sides: IntArray
     """Top sides from left to right, shape (n,)."""
     destination: IntArray
     """Place in the group to which each loop moves, a permutation of 0 to n - 1, shape (n,)."""
     layer: IntArray
-    """Layer of each loop; of two loops that cross, the one of the higher number lies in front, shape (n,)."""
+    """Layer of each loop, shape (n,); of two loops that cross, the loop of the higher layer is in front."""
     image: IntArray
-    """Lattice image of the face of each side, seen from that of the first, shape (n, 2)."""
+    """Lattice image of the face of each side, relative to the face of the first side, shape (n, 2)."""
 
 
 def cable_groups(fabric: StitchMesh, sides: IntArray | None = None) -> list[CableGroup]:
-    """The crossing groups on the course lines of some top sides, in the order of the first side named of each line.
+    """Find the cable groups on the course lines of some top sides.
 
     Args:
-        fabric: stitch faces.
-        sides: top sides; all those with marks where not given.
+        fabric: stitch mesh.
+        sides: top sides, shape (n,); all top sides with a ``cable_shift`` if None.
+
+    Returns:
+        The groups, line by line. The lines have the order in which ``sides`` first names them.
 
     Raises:
-        LabelError: a loop is moved off its row or all around it, two loops are moved to one place, loops of one layer
-            cross, or the row above runs the other way, so that no stitch takes the loops in their new order.
+        LabelError: a loop moves beyond its row or completely around it, two loops move to one place, loops of one
+            layer cross, or the row above has the opposite wale direction, so that no stitch takes the loops in their
+            new order.
     """
     if not np.any(fabric.cable_shift):
         return []
@@ -58,11 +63,11 @@ def cable_groups(fabric: StitchMesh, sides: IntArray | None = None) -> list[Cabl
 
 
 def course_line(fabric: StitchMesh, side: int) -> tuple[IntArray, bool]:
-    """The top sides of a side's course from left to right, and whether they close around a tube.
+    """Return the course line of a top side, shape (n,), and whether it is closed around a tube.
 
     Args:
-        fabric: stitch faces.
-        side: any top side of the line; a line that closes starts with it.
+        fabric: stitch mesh.
+        side: any top side of the line; a closed line starts with this side.
     """
     course = course_through(fabric, int(fabric.side_face[side]))
     line = top_sides(fabric, course.faces)
@@ -71,15 +76,18 @@ def course_line(fabric: StitchMesh, side: int) -> tuple[IntArray, bool]:
 
 
 def _groups_on_line(fabric: StitchMesh, line: IntArray, is_ring: bool) -> list[CableGroup]:
-    """The crossing groups of one course line: it is cut wherever no loop passes."""
+    """Find the cable groups of one course line, which is cut between two neighbours wherever no loop passes."""
     shift, count = fabric.cable_shift[line], len(line)
     destination = np.arange(count) + shift
     _check_destinations(fabric, line, destination, is_ring)
-    crossed = np.zeros(count, dtype=bool)  # whether a loop passes between each side and the one on its left
+    crossed = np.zeros(count, dtype=bool)  # Whether a loop passes between each side and its left neighbour.
     for place in np.flatnonzero(shift > 0):
         crossed[np.arange(place + 1, destination[place] + 1) % count] = True
     if crossed.all():
-        raise LabelError(f"{fabric.side_name(line[0])}: its cables reach around the whole row; leave a place uncrossed")
+        raise LabelError(
+            f"{fabric.side_name(line[0])}: the cables of its row cross all around the tube; leave two neighbouring "
+            "stitches between which no loop passes"
+        )
     first = int(np.argmin(crossed))
     starts = (first + np.flatnonzero(~np.roll(crossed, -first))).tolist()
     groups = []
@@ -95,11 +103,11 @@ def _groups_on_line(fabric: StitchMesh, line: IntArray, is_ring: bool) -> list[C
 
 
 def _images_along(fabric: StitchMesh, sides: IntArray) -> IntArray:
-    """Lattice image of the faces of top sides beside one another, seen from the first, shape (n, 2)."""
+    """Lattice image of the faces of neighbouring top sides, relative to the first face, shape (n, 2)."""
     steps = np.zeros((len(sides), 2), dtype=np.int64)
     for place, (side, after) in enumerate(pairwise(sides.tolist()), start=1):
         face = int(fabric.side_face[side])
-        while after != side - 1:  # top sides of one face are numbered from right to left
+        while after != side - 1:  # The top sides of one face are numbered from right to left.
             right = int(fabric.right_wale[face])
             steps[place] += fabric.side_image[right]
             face = int(fabric.side_face[fabric.twin[right]])
@@ -109,6 +117,7 @@ def _images_along(fabric: StitchMesh, sides: IntArray) -> IntArray:
 
 
 def _check_destinations(fabric: StitchMesh, line: IntArray, destination: IntArray, is_ring: bool) -> None:
+    """Check that the loops of a course line stay on the line and that each place takes one loop."""
     count = len(line)
     shift = destination - np.arange(count)
     outside = np.abs(shift) >= count if is_ring else (destination < 0) | (destination >= count)
@@ -124,17 +133,18 @@ def _check_destinations(fabric: StitchMesh, line: IntArray, destination: IntArra
         one, other = np.flatnonzero(reached == taken[0])[:2]
         raise LabelError(
             f"{fabric.side_name(line[other])}: cable_shift {shift[other]} leads to the place of the loop from "
-            f"{fabric.side_name(line[one])}; cables must not overlap, every place takes one loop"
+            f"{fabric.side_name(line[one])}; cables must not overlap, because each place takes one loop"
         )
 
 
 def _check_group(fabric: StitchMesh, group: CableGroup) -> None:
+    """Check that stitches above take the loops of a group and that loops that cross have different layers."""
     across = fabric.twin[group.sides]
     against = np.flatnonzero((across != BORDER) & (fabric.side_role[across] != BOTTOM))
     if len(against):
         raise LabelError(
-            f"{fabric.side_name(group.sides[against[0]])}: crosses where the row above runs the other way; cables need "
-            "a row above that takes their loops, move the cable to another row"
+            f"{fabric.side_name(group.sides[against[0]])}: its loop crosses others where the row above has the "
+            "opposite wale direction; a cable needs a row above that takes its loops, so move it to another row"
         )
     left, right = np.triu_indices(len(group.sides), 1)
     crossing = group.destination[left] > group.destination[right]
@@ -142,6 +152,6 @@ def _check_group(fabric: StitchMesh, group: CableGroup) -> None:
     if len(level):
         one, other = group.sides[left[level[0]]], group.sides[right[level[0]]]
         raise LabelError(
-            f"{fabric.side_name(one)}: crosses the loop from {fabric.side_name(other)} in the same cable_layer "
-            f"{fabric.cable_layer[one]}; give the one in front a higher number"
+            f"{fabric.side_name(one)}: its loop crosses the loop from {fabric.side_name(other)} in the same "
+            f"cable_layer {fabric.cable_layer[one]}; give the one in front a higher number"
         )

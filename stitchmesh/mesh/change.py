@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an edit changes in a stitch mesh, as data with an exact inverse.
+"""Changes of a stitch mesh, as data with an exact inverse.
 
-A ``Patch`` takes faces out and puts others in; ``Marks`` change numbers that faces or sides carry. Both know the
-numbers of faces and vertices before and after, so a change and then its inverse restore every array to the last
-bit, numbering included. Only what a change touches is checked; the rest of the mesh was valid before.
+A ``Patch`` removes faces and adds other faces. ``Marks`` change numbers of faces or sides. Both store the numbers of
+faces and vertices before and after the change. A change followed by its inverse therefore restores every array to the
+last bit, numbering included. Only the changed faces and their neighbours are checked, because the rest of the mesh
+was valid before the change.
 """
 
 from __future__ import annotations
@@ -21,66 +22,70 @@ from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.mesh.stitch_mesh import PER_FACE, PER_SIDE, StitchMesh
 
 UNKNOWN_STRETCH = np.nan
-"""Stretch of an edge that no mesh relaxation has seen."""
+"""Stretch of an edge that was added after the mesh relaxation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Other numbers for some faces or sides."""
+    """New numbers for some faces or sides."""
 
     name: str
-    """Which of ``stitch``, ``row``, ``yarn`` (of faces), ``twist``, ``cable_shift`` or ``cable_layer`` (of sides)."""
+    """Field that changes: ``stitch``, ``row`` or ``yarn`` (of faces), or a name of ``PER_SIDE`` (of sides)."""
     places: IntArray
-    """Faces or sides, shape (n,)."""
+    """Faces or sides that change, shape (n,)."""
     values: IntArray
-    """Their numbers, shape (n,)."""
+    """New numbers of these faces or sides, shape (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """Faces and vertices that leave a stitch mesh, and those that come in their stead."""
+    """Faces and vertices that are removed from a stitch mesh, and faces and vertices that are added.
+
+    n, m and c below are the numbers of added faces, of added vertices and of corners of added faces.
+    """
 
     removed_faces: IntArray
-    """Faces taken out, by their numbers before, ascending."""
+    """Numbers of the removed faces before the change, ascending."""
     removed_vertices: IntArray
-    """Vertices taken out, by their numbers before, ascending."""
+    """Numbers of the removed vertices before the change, ascending."""
     added_faces: IntArray
-    """Numbers after of the faces put in, ascending, shape (n,)."""
+    """Numbers of the added faces after the change, ascending, shape (n,)."""
     added_vertices: IntArray
-    """Numbers after of the vertices put in, ascending, shape (m,)."""
+    """Numbers of the added vertices after the change, ascending, shape (m,)."""
     positions: FloatArray
-    """Where they lie [cm], shape (m, 3)."""
+    """Positions of the added vertices [cm], shape (m, 3)."""
     face_size: IntArray
-    """Corners of each face put in, shape (n,)."""
+    """Number of corners of each added face, shape (n,)."""
     corners: IntArray
-    """Vertex numbers after, of all corners of the faces put in, shape (c,)."""
+    """Vertex of each corner of the added faces, by its number after the change, shape (c,)."""
     twin: IntArray
-    """Side across each side put in, as (face after, place within it), (-1, -1) at a border, shape (c, 2)."""
+    """Twin of each added side: its face after the change and its place in the face, or (-1, -1), shape (c, 2)."""
     faces: dict[str, IntArray]
-    """``PER_FACE`` fields of the faces put in."""
+    """``PER_FACE`` fields of the added faces, shape (n,) each."""
     sides: dict[str, IntArray]
-    """``PER_SIDE`` fields of their sides."""
+    """``PER_SIDE`` fields of the sides of the added faces, shape (c,) each."""
     stretch: FloatArray
-    """Stretch at their sides, shape (c,); used where the mesh has a stretch."""
+    """Stretch at the sides of the added faces, shape (c,); used only if the mesh has a stretch."""
 
 
 Change = Marks | Patch
 
 
 def apply_change(fabric: StitchMesh, change: Change) -> StitchMesh:
-    """The stitch mesh after a change.
+    """Return the stitch mesh after a change.
 
     Raises:
-        MeshError: the change does not fit this mesh, or the surface would not be an oriented manifold.
+        MeshError: the mesh has a lattice, the change does not fit this mesh, or the surface would not be an oriented
+            manifold.
         LabelError: a face would not be a legal stitch face.
     """
     if fabric.lattice is not None:
-        raise MeshError("change: the mesh repeats on a lattice; edit the chart that it was made from")
-    return _marked(fabric, change) if isinstance(change, Marks) else _patched(fabric, change)
+        raise MeshError("change: the mesh repeats on a lattice; edit the chart from which the mesh was made")
+    return _apply_marks(fabric, change) if isinstance(change, Marks) else _apply_patch(fabric, change)
 
 
 def inverse_change(fabric: StitchMesh, change: Change) -> Change:
-    """What undoes a change once it has been applied to this stitch mesh."""
+    """Return the change that restores this stitch mesh after ``change`` has been applied to it."""
     if isinstance(change, Marks):
         return Marks(change.name, change.places, getattr(fabric, change.name)[change.places])
     sides = fabric.sides_of(change.removed_faces)
@@ -103,14 +108,20 @@ def inverse_change(fabric: StitchMesh, change: Change) -> Change:
 
 
 def stretch_at(fabric: StitchMesh, sides: IntArray) -> FloatArray:
-    """Stretch of the edges of some sides, unknown where the mesh has none, shape (n,)."""
+    """Return the stretch of the edges of some sides, ``UNKNOWN_STRETCH`` if the mesh has no stretch, shape (n,)."""
     if fabric.stretch is None:
         return np.full(len(sides), UNKNOWN_STRETCH)
     return fabric.stretch[fabric.side_edge[sides]]
 
 
 def vertices_left(fabric: StitchMesh, removed: IntArray, corners: IntArray) -> IntArray:
-    """Vertices of faces taken out that no other face uses and no corner of those put in, ascending."""
+    """Find the vertices of removed faces that no remaining and no added face uses, ascending.
+
+    Args:
+        fabric: stitch mesh before the change.
+        removed: removed faces.
+        corners: vertices of the corners of the added faces that exist before the change.
+    """
     left = fabric.face_vertex[fabric.sides_of(removed)]
     uses = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
     uses -= np.bincount(left, minlength=len(fabric.vertices))
@@ -118,12 +129,13 @@ def vertices_left(fabric: StitchMesh, removed: IntArray, corners: IntArray) -> I
     return np.unique(left[uses[left] == 0])
 
 
-def _marked(fabric: StitchMesh, change: Marks) -> StitchMesh:
+def _apply_marks(fabric: StitchMesh, change: Marks) -> StitchMesh:
     values = {part.name: getattr(fabric, part.name) for part in fields(StitchMesh)}
     array = values[change.name].copy()
     bad = change.places[(change.places < 0) | (change.places >= len(array))]
     if len(bad):
-        raise MeshError(f"change of {change.name}: place {bad[0]} is gone; expected 0 to {len(array) - 1}")
+        kind = "face" if change.name in PER_FACE else "side"
+        raise MeshError(f"change of {change.name}: there is no {kind} {bad[0]}; expected 0 to {len(array) - 1}")
     array[change.places] = change.values
     result = _unchecked({**values, change.name: array})
     faces = change.places if change.name in PER_FACE else fabric.side_face[change.places]
@@ -132,21 +144,21 @@ def _marked(fabric: StitchMesh, change: Marks) -> StitchMesh:
     return result
 
 
-def _patched(fabric: StitchMesh, patch: Patch) -> StitchMesh:
+def _apply_patch(fabric: StitchMesh, patch: Patch) -> StitchMesh:
     face = _numbering("face", fabric.face_count, patch.removed_faces, patch.added_faces)
     vertex = _numbering("vertex", len(fabric.vertices), patch.removed_vertices, patch.added_vertices)
     start = np.concatenate([[0], np.cumsum(face.merged(np.diff(fabric.face_start), patch.face_size))])
-    kept, moved, put = fabric.sides_of(face.kept), ranges(start, face.moved), ranges(start, patch.added_faces)
-    side = Renumbering(fabric.side_count, kept, moved, put)
-    side_after = np.append(side.after, BORDER)  # its last entry is that of BORDER
+    kept, moved, added = fabric.sides_of(face.kept), ranges(start, face.moved), ranges(start, patch.added_faces)
+    side = Renumbering(fabric.side_count, kept, moved, added)
+    side_after = np.append(side.after, BORDER)  # The last entry is indexed by BORDER = -1.
     corner = side.merged(vertex.after[fabric.face_vertex], patch.corners)
     if corner.min(initial=0) < 0:
-        raise MeshError("change: takes out a vertex that a face still uses; take out all faces around it")
+        raise MeshError("change: removes a vertex that a face still uses; remove all faces around the vertex")
     result = _unchecked({
         "vertices": vertex.merged(fabric.vertices, patch.positions),
         "face_start": start,
         "face_vertex": corner,
-        "twin": _linked(side, side_after[fabric.twin], start, patch.twin),
+        "twin": _merge_twins(side, side_after[fabric.twin], start, patch.twin),
         "lattice": None,
         "corner_image": None,
         "stretch": None,
@@ -156,29 +168,36 @@ def _patched(fabric: StitchMesh, patch: Patch) -> StitchMesh:
     if fabric.stretch is not None:
         by_side = side.merged(stretch_at(fabric, np.arange(fabric.side_count)), patch.stretch)
         _set(result, "stretch", by_side[result.edge_side])
-    lost = fabric.twin[fabric.sides_of(patch.removed_faces)]
-    _check_touched(result, patch.added_faces, side_after[lost])
+    beside_removed = fabric.twin[fabric.sides_of(patch.removed_faces)]
+    _check_changed(result, patch.added_faces, side_after[beside_removed])
     return result
 
 
 def _numbering(what: str, count: int, removed: IntArray, added: IntArray) -> Renumbering:
-    """Numbers before and after of faces or vertices."""
+    """Return the numbers of faces or vertices before and after a patch."""
     if len(removed) and (removed[0] < 0 or removed[-1] >= count):
-        raise MeshError(f"change: {what} {removed[-1]} is gone; expected 0 to {count - 1}")
+        raise MeshError(f"change: there is no {what} {removed[-1]}; expected 0 to {count - 1}")
     return Renumbering.of(count, removed, added)
 
 
-def _linked(side: Renumbering, kept: IntArray, start: IntArray, wanted: IntArray) -> IntArray:
-    """Twins after: those that stay, and those of the sides put in, both ways."""
-    at_border = wanted[:, 0] < 0
-    across = np.where(at_border, BORDER, start[wanted[:, 0]] + wanted[:, 1])
+def _merge_twins(side: Renumbering, kept: IntArray, start: IntArray, added: IntArray) -> IntArray:
+    """Return the twin of each side after a patch, set on both sides of each edge of the added faces.
+
+    Args:
+        side: numbers of the sides before and after.
+        kept: twin after the patch of each side before the patch.
+        start: first corner of each face after the patch.
+        added: ``Patch.twin``.
+    """
+    at_border = added[:, 0] < 0
+    across = np.where(at_border, BORDER, start[added[:, 0]] + added[:, 1])
     twin = side.merged(kept, across)
     twin[across[~at_border]] = side.added[~at_border]
     return twin
 
 
 def _unchecked(values: dict[str, Any]) -> StitchMesh:
-    """A stitch mesh whose maker checks what differs from a valid one."""
+    """Build a stitch mesh without the checks of its constructor; the caller checks the parts that have changed."""
     result: StitchMesh = object.__new__(StitchMesh)
     for name, value in values.items():
         _set(result, name, value)
@@ -191,9 +210,15 @@ def _set(fabric: StitchMesh, name: str, value: Any) -> None:
     object.__setattr__(fabric, name, value)
 
 
-def _check_touched(fabric: StitchMesh, added: IntArray, freed: IntArray) -> None:
-    """Check the faces put in and those beside them."""
-    sides = np.concatenate([fabric.twin[fabric.sides_of(added)], freed])
+def _check_changed(fabric: StitchMesh, added: IntArray, beside_removed: IntArray) -> None:
+    """Check the added faces and the neighbours of added and removed faces.
+
+    Args:
+        fabric: stitch mesh after the patch.
+        added: added faces.
+        beside_removed: sides across the sides of the removed faces, ``BORDER`` where there is none.
+    """
+    sides = np.concatenate([fabric.twin[fabric.sides_of(added)], beside_removed])
     faces = np.unique(np.concatenate([added, fabric.side_face[sides[sides != BORDER]]]))
     fabric.check_vertices_used()
     if len(faces):
@@ -203,10 +228,10 @@ def _check_touched(fabric: StitchMesh, added: IntArray, freed: IntArray) -> None
 
 
 def _check_fans(fabric: StitchMesh, sides: IntArray) -> None:
-    """The faces around each vertex of some sides must form one fan."""
-    touched = np.zeros(len(fabric.vertices), dtype=bool)
-    touched[fabric.face_vertex[sides]] = True
-    corners = np.flatnonzero(touched[fabric.face_vertex])
+    """Check that the faces around the first vertex of each given side form one fan."""
+    checked = np.zeros(len(fabric.vertices), dtype=bool)
+    checked[fabric.face_vertex[sides]] = True
+    corners = np.flatnonzero(checked[fabric.face_vertex])
     place = np.full(fabric.side_count, BORDER)
     place[corners] = np.arange(len(corners))
     across = fabric.twin[corners]

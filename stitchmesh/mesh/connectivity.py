@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From vertex numbers to twins, and the checks that make a surface an oriented manifold.
+"""Twins of the sides of polygons, found from vertex numbers, and the checks for an oriented manifold surface.
 
-SciPy's graphs are imported where they are used: every command passes through this module on its way to ``--help``.
+SciPy's graph functions are imported inside the functions that use them, because every command imports this module
+and ``--help`` must be fast.
 """
 
 from __future__ import annotations
@@ -23,11 +24,16 @@ def next_sides(face_start: IntArray) -> IntArray:
 
 
 def find_twins(face_start: IntArray, face_vertex: IntArray, vertex_count: int) -> IntArray:
-    """The side across each side, -1 at borders, found from vertex numbers, shape (C,).
+    """Find the twin of each side from vertex numbers, -1 at borders, shape (C,).
+
+    Args:
+        face_start: first corner of each face, and C at the end, shape (F + 1,).
+        face_vertex: vertex of each corner, shape (C,).
+        vertex_count: number of vertices.
 
     Raises:
-        MeshError: indices out of range, degenerate or repeated faces, an edge with more than two faces, faces
-            that disagree in orientation, or a one-sided surface.
+        MeshError: an index is out of range, a face is degenerate or occurs twice, an edge has more than two faces,
+            neighbouring faces have opposite orientations, or the surface is one-sided.
     """
     sizes = np.diff(face_start)
     if len(sizes) == 0:
@@ -45,6 +51,7 @@ def find_twins(face_start: IntArray, face_vertex: IntArray, vertex_count: int) -
 
 
 def _check_repeats(face_start: IntArray, face_vertex: IntArray, face: IntArray) -> None:
+    """Check that no face has a vertex twice and that no two faces have the same vertices."""
     order = np.lexsort((face_vertex, face))
     repeated = np.flatnonzero((np.diff(face_vertex[order]) == 0) & (np.diff(face[order]) == 0))
     if len(repeated):
@@ -60,6 +67,14 @@ def _check_repeats(face_start: IntArray, face_vertex: IntArray, face: IntArray) 
 
 
 def _pair_sides(tail: IntArray, head: IntArray, face: IntArray, vertex_count: int) -> IntArray:
+    """Pair the sides with the same two vertices; return the twin of each side, shape (C,).
+
+    Args:
+        tail: vertex at which each side starts, shape (C,).
+        head: vertex at which each side ends, shape (C,).
+        face: face of each side, shape (C,).
+        vertex_count: number of vertices.
+    """
     edge = np.minimum(tail, head) * vertex_count + np.maximum(tail, head)
     order = np.argsort(edge, kind="stable")
     _, first, count = np.unique(edge[order], return_index=True, return_counts=True)
@@ -82,7 +97,7 @@ def _pair_sides(tail: IntArray, head: IntArray, face: IntArray, vertex_count: in
 def _explain_orientation(
     face: IntArray, left: IntArray, right: IntArray, same: NDArray[np.bool_], tail: IntArray, head: IntArray
 ) -> None:
-    """Tell faces that are merely turned over from a surface that has one side only."""
+    """Raise an error that distinguishes faces of the wrong orientation from a one-sided surface."""
     flips = _flips_that_agree(face[left], face[right], same, int(face.max()) + 1)
     disagree = flips[face[left]] ^ flips[face[right]] ^ same
     if disagree.any():
@@ -94,7 +109,7 @@ def _explain_orientation(
     turned = np.flatnonzero(flips if flips.sum() * 2 <= len(flips) else ~flips)
     side = left[np.flatnonzero(same)[0]]
     raise MeshError(
-        f"edge {tail[side]}-{head[side]}: its faces run the same way; "
+        f"edge {tail[side]}-{head[side]}: both faces pass it in the same direction; "
         f"reverse the vertex order of face {first_few(turned)}"
     )
 
@@ -102,14 +117,14 @@ def _explain_orientation(
 def _flips_that_agree(
     first: IntArray, second: IntArray, same: NDArray[np.bool_], face_count: int
 ) -> NDArray[np.bool_]:
-    """Faces to reverse so that orientations agree along a spanning tree of the face graph."""
+    """Find the faces to reverse so that orientations agree along a spanning tree of the face graph."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 
     pair = np.minimum(first, second) * face_count + np.maximum(first, second)
     pair, place = np.unique(pair, return_index=True)
     ends = (pair // face_count, pair % face_count)
-    weight = np.where(same[place], 2, 1)  # a stored zero would read as no link
+    weight = np.where(same[place], 2, 1)  # A sparse graph would treat a weight of zero as no link.
     graph = coo_array((weight, ends), shape=(face_count, face_count)).tocsr()
     graph = graph.maximum(graph.T).tocsr()
     flips = np.zeros(face_count, dtype=bool)
@@ -123,7 +138,9 @@ def _flips_that_agree(
 
 
 def find_fans(neighbour: IntArray) -> IntArray:
-    """Number of the fan of faces around one vertex that each corner belongs to, shape (n,).
+    """Number the fans of faces, and return the fan of each corner, shape (n,).
+
+    A fan is a set of faces around one vertex, each of which shares an edge with the next.
 
     Args:
         neighbour: next corner around the same vertex, -1 across a border, shape (n,).
@@ -138,7 +155,7 @@ def find_fans(neighbour: IntArray) -> IntArray:
 
 
 def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) -> None:
-    """Every vertex's faces must form one fan.
+    """Check that the faces around each vertex form one fan.
 
     Args:
         corner_vertex: vertex of each corner, shape (n,).
@@ -146,11 +163,11 @@ def check_fans(corner_vertex: IntArray, neighbour: IntArray, vertex_count: int) 
         vertex_count: number of vertices.
 
     Raises:
-        MeshError: two fans of faces touch in a single vertex.
+        MeshError: two fans of faces meet in one vertex.
     """
     fan = find_fans(neighbour)
     of_fan = np.empty(fan.max(initial=-1) + 1, dtype=np.int64)
     of_fan[fan] = corner_vertex
     bad = np.flatnonzero(np.bincount(of_fan, minlength=vertex_count) > 1)
     if len(bad):
-        raise MeshError(f"vertex {first_few(bad)}: separate parts of the surface touch in it; split the vertex")
+        raise MeshError(f"vertex {first_few(bad)}: separate parts of the surface meet in one vertex; split the vertex")

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The courses of a stitch mesh: faces joined along their wale sides, and the order in which they can be knitted.
+"""The courses of a stitch mesh, and an order in which they can be knitted.
 
-A course of a tube is a ring. A course also ends where its row number changes, so that a spiral is cut into the rows
-it was numbered by, and where wale directions do not match. It can be knitted when the courses that its loops come
-from have been.
+A course is a sequence of faces joined along their wale sides. A course of a tube is a ring. A course ends where the
+row number changes, so that a spiral is divided into its numbered rows, and where the wale directions of two faces do
+not match. A course can be knitted after all courses that its loops come from.
 """
 
 from __future__ import annotations
@@ -20,24 +20,25 @@ from stitchmesh.mesh.polygon_mesh import BORDER, IntArray
 from stitchmesh.mesh.stitch_mesh import BOTTOM, LEFT, RIGHT, TOP, StitchMesh
 
 Step = Callable[[int], int]
-"""From the number of a face or side to that of the next one, ``BORDER`` at the end."""
+"""Function from the number of a face or side to the number of the next one, or to ``BORDER`` at the end."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """Faces beside each other, from left to right seen from the right side."""
+    """A course of a stitch mesh."""
 
     faces: tuple[int, ...]
+    """Faces from left to right, as seen from the right side of the fabric."""
     closed: bool
-    """Whether the last face meets the first."""
+    """Whether the course is a ring, so that the last face is the left neighbour of the first."""
 
 
 def find_courses(fabric: StitchMesh, *, climbing: bool = False) -> list[Course]:
-    """All courses; every face belongs to one. A ring starts at its face of the lowest number.
+    """Find all courses; every face belongs to exactly one. A ring starts with its face of the lowest number.
 
     Args:
-        fabric: stitch faces.
-        climbing: whether a course goes on where its row number changes, as the row of a spiral does.
+        fabric: stitch mesh.
+        climbing: whether a course continues where the row number changes, as in a spiral.
     """
     following = right_neighbours(fabric)
     if not climbing:
@@ -60,10 +61,10 @@ def find_courses(fabric: StitchMesh, *, climbing: bool = False) -> list[Course]:
 
 
 def course_through(fabric: StitchMesh, face: int, *, climbing: bool = False) -> Course:
-    """The course of one face, found without a look at the others; a ring starts at this face.
+    """Find the course of one face only; a ring starts with this face.
 
     Args:
-        fabric: stitch faces.
+        fabric: stitch mesh.
         face: any face of the course.
         climbing: as for ``find_courses``.
     """
@@ -74,7 +75,15 @@ def course_through(fabric: StitchMesh, face: int, *, climbing: bool = False) -> 
 
 
 def _beyond(fabric: StitchMesh, face: int, *, leaving: IntArray, entered: IntArray, climbing: bool) -> int:
-    """The face of the same course across one of a face's wale sides, ``BORDER`` where the course ends."""
+    """Return the face of the same course across one wale side of a face, ``BORDER`` where the course ends.
+
+    Args:
+        fabric: stitch mesh.
+        face: the face.
+        leaving: wale side of each face through which the course leaves the face, shape (F,).
+        entered: wale side of each face through which the course enters the face, shape (F,).
+        climbing: as for ``find_courses``.
+    """
     across = fabric.twin[leaving[face]]
     other = fabric.side_face[across]
     joined = across != BORDER and entered[other] == across and (climbing or fabric.row[other] == fabric.row[face])
@@ -82,12 +91,15 @@ def _beyond(fabric: StitchMesh, face: int, *, leaving: IntArray, entered: IntArr
 
 
 def chain_through(start: int, after: Step, before: Step) -> tuple[tuple[int, ...], bool]:
-    """What comes one after another through some start, and whether it closes; a ring begins with the start.
+    """Follow a chain of faces or sides in both directions.
 
     Args:
-        start: number of a face or a side.
-        after: to what comes after each.
-        before: to what comes before each.
+        start: number of a face or a side of the chain.
+        after: returns the next element of the chain.
+        before: returns the previous element of the chain.
+
+    Returns:
+        The elements in order, and whether the chain is closed; a closed chain begins with ``start``.
     """
     chain = [start]
     while (following := after(chain[-1])) not in (BORDER, start):
@@ -101,7 +113,7 @@ def chain_through(start: int, after: Step, before: Step) -> tuple[tuple[int, ...
 
 
 def course_of_faces(fabric: StitchMesh, courses: list[Course]) -> IntArray:
-    """Number of the course of each face, shape (F,)."""
+    """Return the number of the course of each face, shape (F,)."""
     number = np.empty(fabric.face_count, dtype=np.int64)
     for index, course in enumerate(courses):
         number[list(course.faces)] = index
@@ -109,7 +121,7 @@ def course_of_faces(fabric: StitchMesh, courses: list[Course]) -> IntArray:
 
 
 def courses_below(fabric: StitchMesh, courses: list[Course]) -> list[set[int]]:
-    """For each course, those that its loops come from; itself among them where it stands on its own loops."""
+    """Return, for each course, the courses that its loops come from; a course may take loops of itself."""
     number = course_of_faces(fabric, courses)
     sides = np.flatnonzero(fabric.side_role == BOTTOM)
     faces = faces_across(fabric, sides, TOP)
@@ -121,10 +133,13 @@ def courses_below(fabric: StitchMesh, courses: list[Course]) -> list[set[int]]:
 
 
 def knitting_order(below: list[set[int]]) -> tuple[list[int], list[int]]:
-    """Courses in an order in which each comes after those below it, and the courses that no order can reach.
+    """Sort the courses so that each comes after the courses below it (topological order).
 
     Args:
-        below: what ``courses_below`` returned.
+        below: for each course, the courses that its loops come from (``courses_below``).
+
+    Returns:
+        The courses in that order, and the courses that cannot be ordered because they depend on a cycle.
     """
     missing = [len(courses) for courses in below]
     above: list[list[int]] = [[] for _ in below]
@@ -145,34 +160,49 @@ def knitting_order(below: list[set[int]]) -> tuple[list[int], list[int]]:
 
 
 def bottom_sides(fabric: StitchMesh, faces: Sequence[int]) -> list[int]:
-    """Bottom sides of some faces, from left to right."""
+    """Return the bottom sides of faces of one course, from left to right."""
     start, count = fabric.face_start, fabric.n_bottom
     return [side for face in faces for side in range(int(start[face]), int(start[face] + count[face]))]
 
 
 def top_sides(fabric: StitchMesh, faces: Sequence[int]) -> list[int]:
-    """Top sides of some faces, from left to right."""
+    """Return the top sides of faces of one course, from left to right."""
     left, right = fabric.left_wale, fabric.right_wale
     return [side for face in faces for side in range(int(left[face]) - 1, int(right[face]), -1)]
 
 
 def right_neighbours(fabric: StitchMesh) -> IntArray:
-    """The face to the right of each the same way up, whatever its row, ``BORDER`` where there is none, shape (F,)."""
+    """Return the right neighbour of each face, whatever its row, shape (F,).
+
+    The result is ``BORDER`` where there is no neighbour or where the neighbour has the opposite wale direction.
+    """
     return faces_across(fabric, fabric.right_wale, LEFT)
 
 
 def left_neighbours(fabric: StitchMesh) -> IntArray:
-    """The face to the left of each, likewise."""
+    """Return the left neighbour of each face, under the conditions of ``right_neighbours``, shape (F,)."""
     return faces_across(fabric, fabric.left_wale, RIGHT)
 
 
 def faces_across(fabric: StitchMesh, sides: IntArray, role: int) -> IntArray:
-    """The face across each of some sides, ``BORDER`` where there is none or the side there has another role."""
+    """Return the face across each side, ``BORDER`` if there is none or if its side does not have the given role.
+
+    Args:
+        fabric: stitch mesh.
+        sides: sides, shape (n,).
+        role: role that the twin must have.
+    """
     across = sides_across(fabric, sides, role)
     return np.where(across == BORDER, BORDER, fabric.side_face[across])
 
 
 def sides_across(fabric: StitchMesh, sides: IntArray, role: int) -> IntArray:
-    """The side across each of some sides, ``BORDER`` where there is none or it has another role."""
+    """Return the twin of each side, ``BORDER`` if there is none or if the twin does not have the given role.
+
+    Args:
+        fabric: stitch mesh.
+        sides: sides, shape (n,).
+        role: role that the twin must have.
+    """
     across = fabric.twin[sides]
     return np.where((across != BORDER) & (fabric.side_role[across] == role), across, BORDER)

@@ -4,8 +4,8 @@
 
     w_i = (tan(a_(i-1)/2) + tan(a_i/2)) / |p_i - q|,   weights w_i / sum w
 
-with a_i the angle at q between corners p_i and p_(i+1). They reproduce linear functions, so a template that is
-placed affinely is mapped affinely. Corners may lie on a straight line.
+where a_i is the angle at the point q between the corners p_i and p_(i+1). The weights reproduce linear functions. If
+the polygon is an affine image of the template, the map is therefore affine. Consecutive corners may be collinear.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ import numpy as np
 from stitchmesh.mesh.polygon_mesh import FloatArray
 
 ON_SIDE = 1e-9
-"""Distance from a side, in template units, below which a point counts as lying on it."""
+"""Distance from a side, in units of the template, below which a point is treated as a point on the side."""
 
 
 def mean_value_weights(polygon: FloatArray, points: FloatArray) -> FloatArray:
-    """Weights of the polygon's corners at points in it or on its sides, shape (n, corners).
+    """Compute the weights of the corners of a polygon at points in it or on its sides, shape (n, corners).
 
     Args:
         polygon: corners of a convex polygon, counter-clockwise, shape (corners, 2).
-        points: where to evaluate, shape (n, 2).
+        points: points at which the weights are evaluated, shape (n, 2).
     """
     spoke = polygon[None, :, :] - points[:, None, :]
     distance = np.linalg.norm(spoke, axis=2)
@@ -37,12 +37,12 @@ def mean_value_weights(polygon: FloatArray, points: FloatArray) -> FloatArray:
     length = np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1)
     on_side = (np.abs(cross) <= ON_SIDE * length) & (dot <= ON_SIDE)
     for point, side in zip(*np.nonzero(on_side), strict=True):
-        weights[point] = _between(polygon, int(side), points[point])
+        weights[point] = _side_weights(polygon, int(side), points[point])
     return weights
 
 
-def _between(polygon: FloatArray, side: int, point: FloatArray) -> FloatArray:
-    """Linear weights on a side, where mean value coordinates take their limit."""
+def _side_weights(polygon: FloatArray, side: int, point: FloatArray) -> FloatArray:
+    """Linear weights on a side, the limit of mean value coordinates there, shape (corners,)."""
     end = (side + 1) % len(polygon)
     span = polygon[end] - polygon[side]
     share = float((point - polygon[side]) @ span / (span @ span))

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Draw a patch face by face: what is taken out of a stitch mesh, and the faces that are put in.
+"""Build a patch face by face: the faces that are removed from a stitch mesh, and the faces that are added.
 
-Vertices are named by their numbers, new ones by the number that ``vertex`` gives. ``edge_of`` names an edge of the
-mesh, by an integer; a new edge is named by anything else that is hashable, a tuple say. Two sides of one edge become
-twins; the side of a face that stays is found by itself.
+Vertices are named by their numbers; a new vertex has the number that ``PatchBuilder.vertex`` returns. Edges of the
+mesh are named by the integer that ``edge_of`` returns; a new edge is named by any other hashable value, for example a
+tuple. Two added sides with the same edge name become twins. An added side on an edge of the mesh becomes the twin of
+the remaining face's side on this edge.
 """
 
 from __future__ import annotations
@@ -25,70 +26,77 @@ from stitchmesh.mesh.stitch_mesh import PER_FACE, PER_SIDE, StitchMesh
 
 @dataclass(frozen=True)
 class NewFace:
-    """A face to be put in."""
+    """A face to be added."""
 
     corners: Sequence[int]
     """Vertices, counter-clockwise from the lower left."""
     edges: Sequence[Hashable]
     """Name of the edge of each side, in the same order."""
     n_bottom: int
+    """Number of bottom sides."""
     n_top: int
+    """Number of top sides."""
     stitch: Stitch
+    """Type code of the face."""
     row: int
+    """Row of the face."""
     yarn: int = 0
+    """Number of the yarn of the face."""
     twist: Sequence[int] = ()
-    """Of its top sides from left to right; none where empty."""
+    """Twist of each top side, from left to right; all 0 if empty."""
     cable_shift: Sequence[int] = ()
-    """Likewise."""
+    """Cable shift of each top side, from left to right; all 0 if empty."""
     cable_layer: Sequence[int] = ()
-    """Likewise."""
+    """Cable layer of each top side, from left to right; all 0 if empty."""
 
     def at_sides(self, name: str) -> list[int]:
-        """A mark of all its sides, in their order."""
+        """Return a mark (a name of ``PER_SIDE``) of all sides of the face, in the order of the sides."""
         tops = list(getattr(self, name)) or [0] * self.n_top
         return [0] * (self.n_bottom + 1) + tops[::-1] + [0]
 
 
 def edge_of(fabric: StitchMesh, side: int) -> int:
-    """Name of the edge of a side of the mesh."""
+    """Return the name of the edge of a side: the lower of the numbers of its two sides."""
     across = int(fabric.twin[side])
     return int(side) if across == BORDER else min(int(side), across)
 
 
 class PatchBuilder:
-    """A patch in the making."""
+    """Collects the removed and the added faces of a patch."""
 
     def __init__(self, fabric: StitchMesh) -> None:
-        """Start with nothing taken out of ``fabric`` and nothing put in."""
+        """Start with an empty patch of ``fabric``."""
         self._fabric = fabric
         self._removed: set[int] = set()
         self._faces: list[NewFace] = []
         self._positions: list[ArrayLike] = []
 
     def remove(self, face: int) -> None:
-        """Take a face out.
+        """Remove a face of the mesh.
 
         Raises:
-            MeshError: there is no such face.
+            MeshError: the mesh has no such face.
         """
         if not 0 <= face < self._fabric.face_count:
-            raise MeshError(f"face {face}: is gone; the mesh has faces 0 to {self._fabric.face_count - 1}")
+            raise MeshError(f"face {face}: does not exist; the mesh has faces 0 to {self._fabric.face_count - 1}")
         self._removed.add(int(face))
 
     def vertex(self, position: ArrayLike) -> int:
-        """Put a vertex in [cm]; returns its number for ``NewFace``."""
+        """Add a vertex at a position [cm], shape (3,), and return its number for ``NewFace``."""
         self._positions.append(position)
         return len(self._fabric.vertices) + len(self._positions) - 1
 
     def put(self, face: NewFace) -> None:
-        """Put a face in."""
+        """Add a face."""
         self._faces.append(face)
 
     def patch(self) -> Patch:
-        """The patch so far; numbers that become free are taken first, more are counted on.
+        """Return the patch so far.
+
+        Added faces and vertices first take the numbers of removed ones, and then the numbers after the last one.
 
         Raises:
-            MeshError: an edge has more than two sides, or a vertex put in is used by no face.
+            MeshError: an edge would have more than two sides.
         """
         fabric = self._fabric
         removed = np.array(sorted(self._removed), dtype=np.int64)
@@ -114,7 +122,7 @@ class PatchBuilder:
         )
 
     def _twins(self, faces: IntArray, after: IntArray) -> IntArray:
-        """(face after, place) across each side put in."""
+        """Twin of each added side, as in ``Patch.twin``."""
         fabric = self._fabric
         sides = [(int(number), place, edge) for number, face in zip(faces, self._faces, strict=True)
                  for place, edge in enumerate(face.edges)]  # fmt: skip
@@ -122,15 +130,15 @@ class PatchBuilder:
         for number, place, edge in sides:
             by_edge.setdefault(edge, []).append((number, place))
         for edge, own in by_edge.items():
-            own += [(int(after[fabric.side_face[side]]), int(fabric.side_place[side])) for side in self._staying(edge)]
+            own += [(int(after[fabric.side_face[side]]), int(fabric.side_place[side])) for side in self._kept(edge)]
             if len(own) > 2:
-                raise MeshError(f"change: edge {edge} would belong to {len(own)} faces; expected 2 at most")
+                raise MeshError(f"change: edge {edge} would belong to {len(own)} faces; expected at most 2")
         twin = [next((other for other in by_edge[edge] if other != (number, place)), (BORDER, BORDER))
                 for number, place, edge in sides]  # fmt: skip
         return np.array(twin, dtype=np.int64).reshape(-1, 2)
 
-    def _staying(self, edge: Hashable) -> list[int]:
-        """Sides of a named edge of the mesh whose faces stay."""
+    def _kept(self, edge: Hashable) -> list[int]:
+        """Sides of an edge of the mesh whose faces are not removed."""
         if not isinstance(edge, int):
             return []
         sides = [side for side in (edge, int(self._fabric.twin[edge])) if side != BORDER]

@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes: frozen, validated, connected by explicit twins.
+"""Polygon meshes: immutable, validated, and connected by explicit twins.
 
-Side ``k`` of a face runs from its corner ``k`` to its corner ``k + 1``. Sides are numbered through the whole mesh
-like the corners they start at, so a corner, a side and an entry of ``face_vertex`` share one number.
+Side ``k`` of a face runs from corner ``k`` to corner ``k + 1`` of the face. Sides are numbered through the whole mesh,
+and a side has the number of the corner that it starts at. A corner, the side that starts there and their entry of
+``face_vertex`` therefore share one number. The twin of a side is the side of the neighbouring face along the same
+edge, in the opposite direction.
 """
 
 from __future__ import annotations
@@ -20,23 +22,28 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh.connectivity import check_fans, find_twins, next_sides
 
 BORDER = -1
-"""Twin of a side that no face lies across."""
+"""Twin of a side on the border, where no face is on the other side."""
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 def frozen_array(values: ArrayLike, dtype: type) -> NDArray:
-    """A read-only copy, so that no caller can change a noun behind its back."""
+    """Return a read-only copy of an array, so that a later change by the caller cannot alter a frozen object."""
     if isinstance(values, np.ndarray) and values.dtype == dtype and values.base is None and not values.flags.writeable:
-        return values  # already frozen, and nobody else's view
+        return values  # The array is already read-only and is not a view of a writeable one.
     array: NDArray = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
 
 
 def ranges(start: IntArray, rows: IntArray) -> IntArray:
-    """Places of all entries of some compressed rows, row by row."""
+    """Return the indices of all entries of some rows of a CSR (compressed sparse row) array, row by row.
+
+    Args:
+        start: index of the first entry of each row, and the end of the last row, shape (n + 1,).
+        rows: numbers of the rows, shape (m,).
+    """
     counts = start[rows + 1] - start[rows]
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(start[rows], counts) + place
@@ -44,7 +51,9 @@ def ranges(start: IntArray, rows: IntArray) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Polygons of any size that form an oriented manifold surface.
+    """Polygons with any number of corners that form an oriented manifold surface.
+
+    V, F, C and E below are the numbers of vertices, faces, corners (or sides) and edges.
 
     Raises:
         MeshError: a coordinate is not finite, an index is out of range, a face is degenerate, the twins are not
@@ -54,15 +63,15 @@ class Mesh:
     vertices: FloatArray
     """Positions [cm], shape (V, 3)."""
     face_start: IntArray
-    """Where each face's corners start, shape (F + 1,)."""
+    """Number of the first corner of each face, and C at the end, shape (F + 1,)."""
     face_vertex: IntArray
     """Vertex of each corner, shape (C,)."""
     twin: IntArray
-    """The side across each side, ``BORDER`` where there is none, shape (C,)."""
+    """Twin of each side, ``BORDER`` on the border, shape (C,)."""
     lattice: Lattice | None = None
-    """Periods of a mesh that repeats."""
+    """Lattice of a periodic mesh; None for a mesh that does not repeat."""
     corner_image: IntArray | None = None
-    """Integer lattice image of each corner, shape (C, 2); only with a lattice."""
+    """Integer lattice image of each corner, shape (C, 2); given if and only if there is a lattice."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen_array(self.vertices, np.float64))
@@ -78,14 +87,14 @@ class Mesh:
 
     @classmethod
     def from_polygons(cls, vertices: ArrayLike, faces: Sequence[Sequence[int]]) -> Mesh:
-        """Connect polygons by their vertex numbers.
+        """Build a mesh from polygons; sides with the same two vertices become twins.
 
         Args:
             vertices: positions [cm], shape (V, 3).
-            faces: vertex numbers of each polygon, counter-clockwise seen from outside.
+            faces: vertex numbers of each polygon, counter-clockwise when seen from outside.
 
         Raises:
-            MeshError: as for the class; here also for edges shared by three faces and one-sided surfaces.
+            MeshError: as for the class, or an edge is shared by three faces, or the surface is one-sided.
         """
         points = np.asarray(vertices, dtype=np.float64)
         face_start = np.concatenate([[0], np.cumsum([len(face) for face in faces], dtype=np.int64)])
@@ -100,7 +109,7 @@ class Mesh:
 
     @property
     def side_count(self) -> int:
-        """Number of sides, which is the number of corners."""
+        """Number of sides, which is also the number of corners."""
         return len(self.face_vertex)
 
     @cached_property
@@ -110,7 +119,7 @@ class Mesh:
 
     @cached_property
     def side_next(self) -> IntArray:
-        """Next side around the same face, shape (C,)."""
+        """Next side around the same face, counter-clockwise, shape (C,)."""
         return next_sides(self.face_start)
 
     @cached_property
@@ -122,7 +131,7 @@ class Mesh:
 
     @cached_property
     def side_edge(self) -> IntArray:
-        """Edge of each side, shape (C,); twins share an edge, numbered by the first of their sides."""
+        """Edge of each side, shape (C,); twins share an edge, and edges are numbered in order of their first sides."""
         sides = np.arange(self.side_count)
         first = np.where(self.twin == BORDER, sides, np.minimum(sides, self.twin))
         return (np.cumsum(first == sides) - 1)[first]
@@ -135,7 +144,7 @@ class Mesh:
 
     @cached_property
     def corner_position(self) -> FloatArray:
-        """Position of each corner [cm], lattice image included, shape (C, 3)."""
+        """Position of each corner [cm], shifted by the lattice image of the corner, shape (C, 3)."""
         return self._position_of(np.arange(self.side_count))
 
     def _position_of(self, corners: IntArray) -> FloatArray:
@@ -146,10 +155,10 @@ class Mesh:
 
     @cached_property
     def side_image(self) -> IntArray:
-        """Lattice image of the face across each side, seen from the side's own face, shape (C, 2).
+        """Lattice image of the face across each side, relative to the side's own face, shape (C, 2).
 
-        Both faces know their common vertices; where their images of one differ, the neighbour lies so many periods
-        away. Zero at borders and without a lattice.
+        Both faces store an image of their common vertex. The difference of the two images is the number of periods by
+        which the neighbour is shifted. It is zero at borders and without a lattice.
         """
         image = np.zeros((self.side_count, 2), dtype=np.int64)
         if self.corner_image is not None:
@@ -158,7 +167,7 @@ class Mesh:
         return image
 
     def shift(self, image: ArrayLike) -> FloatArray:
-        """Displacement of lattice images [cm], zero without a lattice, shape (..., 2) to (..., 3)."""
+        """Displacement of lattice images [cm], shape (..., 2) to (..., 3); zero without a lattice."""
         if self.lattice is None:
             return np.zeros((*np.shape(image)[:-1], 3))
         return self.lattice.shift(image)
@@ -179,7 +188,7 @@ class Mesh:
 
     @cached_property
     def vertex_normal(self) -> FloatArray:
-        """Unit normal of each vertex, the area-weighted mean of its faces', shape (V, 3)."""
+        """Unit normal of each vertex, shape (V, 3): the area-weighted mean of the normals of the faces around it."""
         total = np.zeros_like(self.vertices)
         np.add.at(total, self.face_vertex, self.face_vector_area[self.side_face])
         length = np.linalg.norm(total, axis=1, keepdims=True)
@@ -187,7 +196,7 @@ class Mesh:
 
     @cached_property
     def boundary_loops(self) -> tuple[IntArray, ...]:
-        """Border sides in walking order, one array for each closed border."""
+        """Border sides in their order around the border, one array for each closed border."""
         loops, seen = [], np.zeros(self.side_count, dtype=bool)
         for start in np.flatnonzero(self.twin == BORDER):
             if seen[start]:
@@ -208,11 +217,11 @@ class Mesh:
         return side
 
     def sides_of(self, faces: IntArray) -> IntArray:
-        """All sides of some faces, face by face."""
+        """All sides of the given faces, face by face."""
         return ranges(self.face_start, faces)
 
     def side_name(self, side: int) -> str:
-        """How messages name a side: its face and its two vertices."""
+        """Name of a side in messages: its number, its face and its two vertices."""
         start, end = self.face_vertex[side], self.face_vertex[self.side_next[side]]
         return f"side {side} (face {self.side_face[side]}, vertices {start}-{end})"
 
@@ -232,12 +241,12 @@ class Mesh:
             face, vertex = self.side_face[bad[0]], self.face_vertex[bad[0]]
             raise MeshError(f"face {face}: vertex {vertex} does not exist; expected 0 to {len(self.vertices) - 1}")
         if (self.lattice is None) != (self.corner_image is None):
-            raise MeshError("mesh: a lattice and corner images come together; got one without the other")
+            raise MeshError("mesh: a lattice and corner images must be given together; got one without the other")
         if self.corner_image is not None and self.corner_image.shape != (self.side_count, 2):
             raise MeshError(f"corner_image: got shape {self.corner_image.shape}; expected ({self.side_count}, 2)")
 
     def check_polygons(self, faces: IntArray) -> None:
-        """Check that some faces have an area and that their twins are mutual.
+        """Check that the given faces have an area and that their twins are mutual.
 
         Raises:
             MeshError: as for the class.
@@ -266,7 +275,7 @@ class Mesh:
         spans = np.add.reduceat(np.cross(position - origin, after - origin), first, axis=0)
         area = 0.5 * np.linalg.norm(spans, axis=1)
         scale = np.maximum.reduceat(np.sum((after - position) ** 2, axis=1), first)
-        bad = faces[area <= 1e-12 * scale]  # rounding of a cross product of that size
+        bad = faces[area <= 1e-12 * scale]  # A cross product of this size has a rounding error of this order.
         if len(bad):
             raise MeshError(f"face {first_few(bad)}: area is zero; remove it or move its vertices apart")
 

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The stitches that a face of a stitch mesh can hold (Yuksel et al. 2012, section 4.2 and table 1).
 
-A code says what is done on the loops below, seen from the right side of the fabric and from left to right: ``k``
-knit, ``p`` purl and ``y`` yarn-over each make a loop, ``s`` slips one: the loop below goes on upwards. Before them
-stands, for a decrease, ``d`` with the loops it is worked through, numbered from the left and listed from front to
-back: ``d213k`` is one knit loop through three, the middle one in front.
+A stitch is worked on the loops below it and makes the loops on top of it. Its code lists what the stitch makes, seen
+from the right side of the fabric and from left to right. Each ``k`` (knit), ``p`` (purl) and ``y`` (yarn-over) makes a
+loop; ``s`` slips a loop, so that the loop below becomes the loop on top. The code of a decrease starts with ``d`` and
+the loops that it is worked through, numbered from the left and listed from front to back: ``d213k`` is one knit loop
+through three loops, of which the middle one is in front.
 
-A loop on top may be twisted; that is not a stitch of its own but a mark (``StitchMesh.twist``), written ``k+1``.
+A loop on top may be twisted. A twist is not a separate stitch but a mark (``StitchMesh.twist``), written ``k+1``.
 """
 
 from __future__ import annotations
@@ -17,17 +18,17 @@ from enum import IntEnum
 
 
 class Stitch(IntEnum):
-    """Type code of a stitch face; ``PANEL`` marks a face of a coarse mesh that is not one stitch yet."""
+    """Type code of a stitch face; ``PANEL`` marks a face of a coarse mesh that is not divided into stitches yet."""
 
     PANEL = 0
     KNIT = 1
     PURL = 2
     CAST_ON = 3
-    """Twisted yarn-overs on no loop: the first row, and new loops at the end of a short row."""
+    """Twisted yarn-overs without loops below: the first row, and new loops at the end of a short row."""
     BIND_OFF = 4
-    """What holds the last row's loops; made when yarn is generated."""
+    """Stitch that secures the loops of the last row; the yarn generation makes it."""
     DRAW_THROUGH = 5
-    """No top side: the row ends here and its yarn runs through the loops below."""
+    """Face without a top side: the wales end here, and the yarn of the row runs through the loops below."""
     KY = 6
     YK = 7
     KYK = 8
@@ -35,11 +36,11 @@ class Stitch(IntEnum):
     D21K = 10
     D213K = 11
     YARN_OVER = 12
-    """A loop on no loop, between two stitches."""
+    """A loop without a loop below it, between two stitches."""
     SLIP_BACK = 13
     SLIP_FRONT = 14
     WRAP = 15
-    """A slipped loop with the row's yarn once around it."""
+    """A slipped loop around which the yarn of the row is wrapped once."""
     KP = 16
     PK = 17
     PY = 18
@@ -79,13 +80,13 @@ class Making:
     """How a stitch is made."""
 
     code: str
-    """What a knitter writes in a chart."""
+    """Code of the stitch in a chart (module docstring)."""
     order: tuple[int, ...]
-    """Loops below, numbered from 1 at the left, from front to back; as many as the face has bottom sides."""
+    """Loops below, listed from front to back and numbered from 1 at the left; one for each bottom side of the face."""
     made: str
-    """What each loop on top is, from left to right: ``k``, ``p``, ``y``, or ``s`` for the slipped loop below."""
+    """Kind of each loop on top, from left to right: ``k``, ``p``, ``y``, or ``s`` for the slipped loop below."""
     instruction: str
-    """What a hand knitter does, facing the right side."""
+    """Instruction for a hand knitter who faces the right side."""
 
     @property
     def n_bottom(self) -> int:
@@ -144,16 +145,16 @@ VOCABULARY: dict[Stitch, Making] = {
     Stitch.SY: Making("sy", (1,), "sy", "slip with a yarn-over on its right: a tuck, worked together next row"),
     Stitch.YS: Making("ys", (1,), "ys", "slip with a yarn-over on its left: a tuck, worked together next row"),
 }
-"""How every stitch is made whose face has fixed sides; cast-on, bind-off and drawing through take any number."""
+"""How each stitch with a fixed number of sides is made; faces of cast-on, bind-off and draw-through have any number."""
 
 CODES: dict[str, Stitch] = {making.code: stitch for stitch, making in VOCABULARY.items()}
-"""The stitch of each code that a knitter writes."""
+"""The stitch of each code."""
 
 SIDE_COUNTS: dict[Stitch, tuple[int, int]] = {
     Stitch.BIND_OFF: (1, 1),
     **{stitch: (making.n_bottom, making.n_top) for stitch, making in VOCABULARY.items()},
 }
-"""Bottom and top sides of each stitch; the stitches not listed here take any number."""
+"""Number of bottom and of top sides of each stitch; a stitch that is not listed may have any number."""
 
 _BY_MAKING = {(making.order, making.made): stitch for stitch, making in VOCABULARY.items() if making.made != "s"}
 _SLIP_TURNED = {Stitch.SLIP_BACK: Stitch.SLIP_FRONT, Stitch.SLIP_FRONT: Stitch.SLIP_BACK}
@@ -161,7 +162,7 @@ _KNIT_TURNED = str.maketrans("kp", "pk")
 
 
 def mirrored(stitch: Stitch) -> Stitch:
-    """The stitch with left and right exchanged."""
+    """Return the stitch with left and right exchanged."""
     if stitch not in VOCABULARY or VOCABULARY[stitch].made == "s":
         return stitch
     making = VOCABULARY[stitch]
@@ -170,7 +171,7 @@ def mirrored(stitch: Stitch) -> Stitch:
 
 
 def turned_over(stitch: Stitch) -> Stitch:
-    """The stitch with front and back exchanged: what is knit becomes purl, what lay in front lies behind."""
+    """Return the stitch with front and back exchanged: knit becomes purl, and a loop in front becomes a loop behind."""
     if stitch not in VOCABULARY or VOCABULARY[stitch].made == "s":
         return _SLIP_TURNED.get(stitch, stitch)
     making = VOCABULARY[stitch]
@@ -178,5 +179,8 @@ def turned_over(stitch: Stitch) -> Stitch:
 
 
 def from_wrong_side(stitch: Stitch) -> Stitch:
-    """What a stitch worked on the wrong side is on the right side: turned about its wale."""
+    """Return the stitch as seen from the right side if the given stitch is worked on the wrong side.
+
+    The stitch is turned by half a turn about its wale, which exchanges left and right, and front and back.
+    """
     return mirrored(turned_over(stitch))

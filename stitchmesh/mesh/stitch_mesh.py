@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitch meshes: polygon meshes whose faces stand in the knitting frame."""
+"""Stitch meshes: polygon meshes whose faces are oriented in the knitting frame."""
 
 from __future__ import annotations
 
@@ -16,31 +16,32 @@ from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, fro
 from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
 
 BOTTOM, RIGHT, TOP, LEFT = range(4)
-"""Roles of the sides of a stitch face; bottom and top sides are course sides, right and left ones wale sides."""
+"""Roles of the sides of a stitch face: bottom and top sides are course sides, right and left sides are wale sides."""
 PER_FACE = ("n_bottom", "n_top", "stitch", "row", "yarn")
-"""Fields of a stitch mesh with one number for each face."""
+"""Fields of a stitch mesh with one number per face."""
 PER_SIDE = ("twist", "cable_shift", "cable_layer")
-"""Marks of the loops: fields of a stitch mesh with one number for each side."""
+"""Marks of loops: fields of a stitch mesh with one number per side."""
 _FIXED_SIDES = np.array([SIDE_COUNTS.get(stitch, (-1, -1)) for stitch in sorted(Stitch)])
-"""Bottom and top sides by type code, -1 where any number will do."""
+"""Number of bottom and of top sides by type code; -1 if any number is allowed."""
 
 
 def _unmarked() -> IntArray:
-    """Marks that are all zero; they get their length when a mesh is made."""
+    """Return an empty array, the default of a mark; the constructor replaces it by zeros of the right length."""
     return np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StitchMesh(Mesh):
-    """A mesh whose faces stand in the knitting frame (Yuksel et al. 2012, section 4).
+    """A mesh whose faces are oriented in the knitting frame (Yuksel et al. 2012, section 4).
 
-    The corners of each face are rotated so that its sides run counter-clockwise from the lower left: ``n_bottom``
-    bottom course sides, the right wale side, ``n_top`` top course sides (right to left), the left wale side. The
-    role of a side follows from its position, so no edge label can disagree with it.
+    The corners of each face are ordered so that its sides run counter-clockwise from the lower left: ``n_bottom``
+    bottom course sides, the right wale side, ``n_top`` top course sides (right to left), and the left wale side. The
+    role of a side follows from its place in the face, so that no stored edge label can contradict it.
 
     Raises:
-        LabelError: a face has not exactly two wale sides, an edge is wale to one face and course to the other, a
-            stitch has the wrong number of sides, or a mark stands where none can.
+        MeshError: as for ``Mesh``.
+        LabelError: a face does not have exactly two wale sides, an edge is a wale edge of one face and a course edge
+            of the other, a stitch has the wrong number of sides, or a side that is not a top side carries a mark.
     """
 
     n_bottom: IntArray
@@ -52,29 +53,29 @@ class StitchMesh(Mesh):
     row: IntArray
     """Row of each face, numbered in knitting order, shape (F,)."""
     yarn: IntArray = field(default_factory=_unmarked)
-    """Which yarn each face is knitted with, numbered like colours, shape (F,); all 0 where not given."""
+    """Number of the yarn (its colour) that each face is knitted with, shape (F,); all 0 by default."""
     twist: IntArray = field(default_factory=_unmarked)
-    """Half turn of the loop on each top side, 1 or -1, else 0; at 1 the leg from the left is in front, shape (C,)."""
+    """Half turn of the loop on each top side: 1 (the left leg is in front), -1 (the right leg) or 0, shape (C,)."""
     cable_shift: IntArray = field(default_factory=_unmarked)
-    """How many loops to the right the loop on each top side is moved before it is worked, shape (C,)."""
+    """Number of places by which the loop on each top side moves to the right before it is worked, shape (C,)."""
     cable_layer: IntArray = field(default_factory=_unmarked)
-    """Of loops that cross, the one of the higher number lies in front, shape (C,); set on top sides."""
+    """Layer of the loop on each top side, shape (C,); of two loops that cross, the higher layer is in front."""
     stretch: FloatArray | None = None
-    """Length over rest length of each edge after mesh relaxation, shape (E,); None before it."""
+    """Length divided by rest length of each edge after mesh relaxation, shape (E,); None before mesh relaxation."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("n_bottom", "n_top", "stitch", "row"):
             values = frozen_array(getattr(self, name), np.int64)
             if values.shape != (self.face_count,):
-                raise LabelError(f"{name}: got shape {values.shape}; expected one number for each face")
+                raise LabelError(f"{name}: got shape {values.shape}; expected one number per face")
             object.__setattr__(self, name, values)
         self._fill_marks()
         if self.stretch is not None:
             object.__setattr__(self, "stretch", frozen_array(self.stretch, np.float64))
         self.check_stitch_faces(np.arange(self.face_count))
         if self.stretch is not None and self.stretch.shape != (len(self.edge_side),):
-            raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number for each edge")
+            raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number per edge")
 
     def _fill_marks(self) -> None:
         counts = {"yarn": self.face_count, **dict.fromkeys(PER_SIDE, self.side_count)}
@@ -95,9 +96,9 @@ class StitchMesh(Mesh):
     @overload
     def role_of(self, sides: IntArray) -> IntArray: ...
     def role_of(self, sides: IntArray | int) -> IntArray | int:
-        """Role of some sides, or of one, without a look at the whole mesh."""
+        """Role of one side or of several sides, computed for these sides only."""
         face = self.side_face[sides]
-        above = sides - self.face_start[face] - self.n_bottom[face]  # 0 on the right wale side
+        above = sides - self.face_start[face] - self.n_bottom[face]  # This is 0 on the right wale side.
         role: IntArray = (above >= 0) + 1 * (above > 0) + (above > self.n_top[face])
         return role
 
@@ -123,20 +124,20 @@ class StitchMesh(Mesh):
 
     @cached_property
     def mismatched(self) -> NDArray[np.bool_]:
-        """Sides whose two faces both call them top, or both bottom, or both left (section 4.4), shape (C,)."""
+        """Whether a side and its twin have the same role, so that wale directions differ (section 4.4), shape (C,)."""
         across = np.where(self.twin == BORDER, 0, self.twin)
         return (self.twin != BORDER) & (self.side_role == self.side_role[across])
 
     @cached_property
     def face_stretch(self) -> FloatArray | None:
-        """Mean stretch of each face's edges, shape (F,); None before mesh relaxation."""
+        """Mean stretch of the edges of each face, shape (F,); None before mesh relaxation."""
         if self.stretch is None:
             return None
         total = np.add.reduceat(self.stretch[self.side_edge], self.face_start[:-1])
         return total / np.diff(self.face_start)
 
     def check_stitch_faces(self, faces: IntArray) -> None:
-        """Check that some faces are legal stitch faces that fit their neighbours.
+        """Check that the given faces are legal stitch faces and match their neighbours.
 
         Raises:
             LabelError: as for the class.
@@ -151,7 +152,7 @@ class StitchMesh(Mesh):
         bad = np.flatnonzero((bottom < 0) | (top < 0) | (bottom + top + 2 != sizes))
         if len(bad):
             found = f"{bottom[bad[0]]} bottom and {top[bad[0]]} top sides of {sizes[bad[0]]}"
-            raise LabelError(f"face {faces[bad[0]]}: got {found}; a stitch face needs exactly 2 wale sides beside them")
+            raise LabelError(f"face {faces[bad[0]]}: got {found}; a stitch face needs exactly 2 more, its wale sides")
         across = np.where(self.twin[sides] == BORDER, sides, self.twin[sides])
         bad = sides[self.role_of(sides) % 2 != self.role_of(across) % 2]
         if len(bad):

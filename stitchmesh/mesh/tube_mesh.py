@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangle tubes around curves, wound outward, in frames that do not twist.
+"""Triangle tubes around curves, with outward normals, in twist-free (parallel transport) frames.
 
-The frame of a curve is its reference frame (any normal u of the tangent t, and v = t x u) turned by an angle.
-Carrying u from one point to the next by the smallest rotation between the tangents,
-``u - (t + t') (t' . u) / (1 + t . t')``, and reading off its angle in the next reference frame gives the turn of
-that step; the angles are the running sums of these turns, so frames of any number of curves come without a loop. A
-closed curve ends with a leftover turn, which is spread over its length.
+Each point of a curve has a reference frame: any unit normal u of the tangent t, and v = t x u. The twist-free frame is
+the reference frame rotated about t by an angle. The smallest rotation from a tangent t to the next tangent t' carries
+u to ``u - (t + t') (t' . u) / (1 + t . t')``. The angle of this vector in the next reference frame is the turn of the
+step. The angles of the frames are the cumulative sums of the turns, so that all curves are treated at once by array
+operations. On a closed curve the frame does not return to its start; the remaining angle is distributed uniformly over
+the points of the curve.
 """
 
 from __future__ import annotations
@@ -22,40 +23,45 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class TubeMesh:
-    """Triangles of many tubes."""
+    """Triangles of one or more tubes."""
 
     vertices: FloatArray
-    """Positions [cm], shape (V, 3): ring after ring."""
+    """Positions of the vertices [cm], ring by ring, shape (V, 3)."""
     normals: FloatArray
     """Outward unit normals of the tube, shape (V, 3)."""
     triangles: IntArray
-    """Vertex numbers, counter-clockwise seen from outside, shape (T, 3)."""
+    """Vertices of each triangle, counter-clockwise when seen from outside, shape (T, 3)."""
     ring: IntArray
-    """Ring of each vertex, which is the number of the point that it lies around, shape (V,)."""
+    """Ring of each vertex, shape (V,): the number of the curve point around which the vertex lies."""
 
 
 @dataclass(frozen=True)
 class _Rings:
-    """Points of all curves in one row, and how they follow one another."""
+    """Points of all curves in one array, and the steps between consecutive points."""
 
     points: FloatArray
+    """Points of all curves [cm], shape (P, 3)."""
     curve: IntArray
+    """Curve of each point, shape (P,)."""
     step_from: IntArray
-    """Point at which each step between rings starts; a closed curve has one from its last point to its first."""
+    """Point at which each step starts, shape (S,); a closed curve also has a step from its last point to its first."""
     step_to: IntArray
+    """Point at which each step ends, shape (S,)."""
     starts: IntArray
-    """First point of each curve, and the end of the last, shape (curves + 1,)."""
+    """First point of each curve, and the end of the last curve, shape (curves + 1,)."""
     closed: NDArray[np.bool_]
+    """Whether each curve is closed, shape (curves,)."""
 
 
 def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayLike, *, sides: int) -> TubeMesh:
-    """Tubes around polylines; open ones are closed with flat caps.
+    """Make tubes around polylines; the ends of an open tube are closed by flat caps.
 
     Args:
-        curves: points of each curve [cm], shape (n, 3) each, n at least 2 (3 if closed); the first is not repeated.
+        curves: points of each curve [cm], shape (n, 3) each, with n at least 2 (3 if closed); a closed curve does not
+            repeat its first point.
         closed: whether each curve is closed.
-        radius: radius of each curve [cm], or one for all.
-        sides: corners of a ring, at least 3.
+        radius: radius of each tube [cm], or one radius for all tubes.
+        sides: number of vertices around a ring, at least 3.
     """
     rings = _rings(curves, np.broadcast_to(np.asarray(closed, dtype=np.bool_), len(curves)))
     across, upward = _frames(rings)
@@ -68,6 +74,7 @@ def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayL
 
 
 def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:
+    """Concatenate the points of all curves and find the steps between consecutive points."""
     counts = np.array([len(curve) for curve in curves])
     starts = np.concatenate([[0], np.cumsum(counts)])
     following = np.arange(1, starts[-1] + 1)
@@ -80,6 +87,7 @@ def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:
 
 
 def _frames(rings: _Rings) -> tuple[FloatArray, FloatArray]:
+    """The two unit normals of the twist-free frame of each point, shape (P, 3) each."""
     tangent = _tangents(rings)
     across = _any_normal(tangent)
     upward = np.cross(tangent, across)
@@ -88,7 +96,7 @@ def _frames(rings: _Rings) -> tuple[FloatArray, FloatArray]:
 
 
 def _tangents(rings: _Rings) -> FloatArray:
-    """Unit mean of the directions before and after each point; a cusp takes the direction after it."""
+    """Unit tangents, shape (P, 3): the mean of the steps before and after each point; at a cusp, the step after it."""
     step = rings.points[rings.step_to] - rings.points[rings.step_from]
     after = np.zeros_like(rings.points)
     before = np.zeros_like(rings.points)
@@ -97,13 +105,14 @@ def _tangents(rings: _Rings) -> FloatArray:
     total = after + before
     length = np.linalg.norm(total, axis=1, keepdims=True)
     scale = np.linalg.norm(after, axis=1, keepdims=True) + np.linalg.norm(before, axis=1, keepdims=True)
-    flat = (length <= 1e-9 * scale).ravel()  # only a turn on the spot cancels to rounding
-    total[flat] = after[flat]
-    total[flat & ~after.any(axis=1)] = [0.0, 0.0, 1.0]
+    is_cusp = (length <= 1e-9 * scale).ravel()  # Two steps cancel to rounding only where the curve reverses.
+    total[is_cusp] = after[is_cusp]
+    total[is_cusp & ~after.any(axis=1)] = [0.0, 0.0, 1.0]
     return total / np.linalg.norm(total, axis=1, keepdims=True)
 
 
 def _any_normal(tangent: FloatArray) -> FloatArray:
+    """A unit vector perpendicular to each tangent, shape (P, 3)."""
     axis = np.zeros_like(tangent)
     axis[np.arange(len(tangent)), np.abs(tangent).argmin(axis=1)] = 1.0
     normal = np.cross(tangent, axis)
@@ -111,12 +120,12 @@ def _any_normal(tangent: FloatArray) -> FloatArray:
 
 
 def _angles(rings: _Rings, tangent: FloatArray, across: FloatArray, upward: FloatArray) -> FloatArray:
-    """Angle of the twist-free frame in the reference frame of each point."""
+    """Angle of the twist-free frame relative to the reference frame of each point, shape (P,)."""
     here, there = rings.step_from, rings.step_to
     cosine = np.einsum("ij,ij->i", tangent[here], tangent[there])
     lean = np.einsum("ij,ij->i", tangent[there], across[here]) / np.maximum(1.0 + cosine, 1e-12)
     carried = across[here] - (tangent[here] + tangent[there]) * lean[:, None]
-    turn = np.zeros(len(tangent))  # of the step that leaves each point
+    turn = np.zeros(len(tangent))  # Turn of the step that starts at each point.
     turn[here] = np.arctan2(
         np.einsum("ij,ij->i", carried, upward[there]), np.einsum("ij,ij->i", carried, across[there])
     )
@@ -130,6 +139,7 @@ def _angles(rings: _Rings, tangent: FloatArray, across: FloatArray, upward: Floa
 
 
 def _triangles(rings: _Rings, sides: int) -> IntArray:
+    """Triangles between consecutive rings, and of the caps of open curves, shape (T, 3)."""
     corner = np.arange(sides)
     beside = (corner + 1) % sides
     here, there = rings.step_from[:, None] * sides, rings.step_to[:, None] * sides

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From element forces to vertex forces and the sparse Jacobian, with the sparsity found once.
+"""Assembly of element forces into vertex forces and a sparse Jacobian, whose sparsity pattern is found once.
 
-Every force acts through fixed weights: an element takes y = sum_i w_i x_i, answers with a force g(y), and vertex i
-receives w_i g. So with W the sparse matrix of weights and B the block diagonal of the elements' Jacobians
+Every element depends on the vertices through fixed weights w_i: its force is g(y) with y = sum_i w_i x_i, and vertex i
+receives w_i g. With the sparse matrix W of the weights and the block diagonal matrix B of the element Jacobians,
 
     f = W^T g,    df/dx = W^T B W
 
-and the blocks of the second are fixed linear combinations of those of B: a second sparse matrix refreshes them.
-Sums run in the order of the stored entries, so a run is repeatable to the bit.
+The blocks of df/dx are fixed linear combinations of the blocks of B, which a second sparse matrix computes. Sums are
+evaluated in the order of the stored entries, so that results are reproducible to the last bit.
 """
 
 from __future__ import annotations
@@ -23,25 +23,30 @@ from stitchmesh.mesh import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Assembly:
-    """Where element forces and Jacobians go."""
+    """The sparse matrices of the assembly, and the sparsity pattern of the Jacobian (block CSR)."""
 
     scatter: csr_array
-    """Weights transposed, shape (V, elements)."""
+    """Transposed weights W^T, shape (V, elements)."""
     blocks: csr_array
-    """Blocks of the Jacobian from those of the elements, shape (blocks, elements)."""
+    """Matrix from the blocks of the elements to the blocks of the Jacobian, shape (blocks, elements)."""
     indptr: IntArray
-    """Where each vertex's row of blocks starts, shape (V + 1,)."""
+    """First block of the row of each vertex, and the number of blocks at the end, shape (V + 1,)."""
     indices: IntArray
-    """Vertex of each block's column, shape (blocks,)."""
+    """Column (vertex) of each block, shape (blocks,)."""
     diagonal: IntArray
-    """Number of each vertex's diagonal block, shape (V,)."""
+    """Number of the diagonal block of each vertex, shape (V,)."""
 
     def force(self, element_force: FloatArray) -> FloatArray:
-        """Force on each vertex, shape (V, 3)."""
+        """Return the force on each vertex, shape (V, 3), from the forces of the elements, shape (elements, 3)."""
         return self.scatter @ element_force
 
     def system(self, element_jacobian: FloatArray, vertex_blocks: FloatArray) -> bsr_array:
-        """The matrix B - df/dx, blocks of 3 x 3, for a block B of each vertex, shape (V, 3, 3)."""
+        """Return the matrix D - df/dx in blocks of 3 x 3, shape (3V, 3V).
+
+        Args:
+            element_jacobian: Jacobians of the elements [1/cm], shape (elements, 3, 3).
+            vertex_blocks: diagonal block D of each vertex [1/cm], shape (V, 3, 3).
+        """
         data = -(self.blocks @ element_jacobian.reshape(-1, 9))
         data[self.diagonal] += vertex_blocks.reshape(-1, 9)
         size = 3 * (len(self.indptr) - 1)
@@ -49,11 +54,11 @@ class Assembly:
 
 
 def assembly(vertex_count: int, groups: list[tuple[IntArray, list[float]]]) -> Assembly:
-    """Find the sparsity of a sum of forces.
+    """Find the weights and the sparsity pattern of a sum of forces.
 
     Args:
         vertex_count: number of vertices V.
-        groups: for each kind of force the vertices of its elements, shape (n, m), and their m weights.
+        groups: for each kind of force, the vertices of its elements, shape (n, m), and their m weights.
     """
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in groups])
     vertex, element, weight, keys, owner, product = [], [], [], [], [], []

@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a fabric is held by its surface: inner vertices on the sheet, border vertices on their border, corners fixed.
+"""Attachment of a fabric to its surface.
 
-The first association follows Yuksel et al. 2012, section 6.1: vertices are projected onto the input polygons, refined
-like the surface but not smoothed, and the barycentric coordinates found there are evaluated on the limit surface.
+Inner vertices stay on the surface, border vertices stay on their border, and vertices at corners are fixed. The first
+association of vertices and surface follows Yuksel et al. 2012, section 6.1: vertices are projected onto the input
+polygons, which are refined like the surface but not smoothed, and the resulting barycentric coordinates are evaluated
+on the limit surface.
 """
 
 from __future__ import annotations
@@ -21,52 +23,56 @@ from stitchmesh.meshrelax.limit_surface import LimitSurface
 
 TINY = np.finfo(np.float64).tiny
 RIGHT_ANGLE = 1e-9
-"""Cosine up to which a border turns by a right angle, whatever rounding says: that is no corner yet."""
+"""Tolerance of the cosine of a right angle; a border that turns by a right angle, up to rounding, has no corner."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where the vertices of a fabric are."""
+    """Positions of the vertices of a fabric on the surface, and the geometry of the surface at the vertices."""
 
     position: FloatArray
-    """[cm], shape (V, 3)."""
+    """Positions of the vertices [cm], shape (V, 3)."""
     normal: FloatArray
-    """Unit normal of the surface there or, on a border, next to it, shape (V, 3)."""
+    """Unit normal of the surface at each vertex (next to the vertex on a border), shape (V, 3)."""
     shape: FloatArray
-    """Change of the normal along the surface, zero at border vertices [1/cm], shape (V, 3, 3)."""
+    """Shape operator: derivative of the normal along the surface [1/cm], zero at border vertices, shape (V, 3, 3)."""
     arc: FloatArray
-    """Arc length along its border of each border vertex, zero elsewhere [cm], shape (V,)."""
+    """Arc length of each border vertex along its border [cm], zero at inner vertices, shape (V,)."""
     tangent: FloatArray
     """Unit tangent of the border, zero at inner and fixed vertices, shape (V, 3)."""
-    bend: FloatArray
-    """Change of the tangent along the border, zero at inner vertices [1/cm], shape (V, 3)."""
+    curvature: FloatArray
+    """Curvature vector of the border: derivative of the tangent [1/cm], zero at inner vertices, shape (V, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Attachment:
-    """A surface and what holds each vertex of a fabric to it."""
+    """A surface and the constraint of each vertex of a fabric."""
 
     surface: LimitSurface
+    """The limit surface."""
     closest: ClosestPoint
-    """The triangles of the limit surface."""
+    """Search for closest points on the triangles of the limit surface."""
     border: IntArray
-    """Border that each vertex is on, -1 for inner vertices, shape (V,)."""
+    """Number of the border of each vertex, -1 for inner vertices, shape (V,)."""
     fixed: NDArray[np.bool_]
-    """Vertices at corners, which do not move, shape (V,)."""
+    """Whether each vertex is at a corner and does not move, shape (V,)."""
 
     def projector(self, placement: Placement) -> FloatArray:
-        """Projectors onto the directions in which each vertex may move, shape (V, 3, 3)."""
+        """Return the projector onto the allowed directions of each vertex, shape (V, 3, 3)."""
         normal, tangent = placement.normal, placement.tangent
         allowed = np.eye(3) - normal[:, :, None] * normal[:, None, :]
         along = tangent[:, :, None] * tangent[:, None, :]
         allowed = np.where((self.border >= 0)[:, None, None], along, allowed)
         return np.where(self.fixed[:, None, None], 0.0, allowed)
 
-    def moved(self, placement: Placement, step: FloatArray, stride: float) -> Placement:
-        """The placement after a step along the surface, in strides short enough to stay on the sheet.
+    def move(self, placement: Placement, step: FloatArray, stride: float) -> Placement:
+        """Return the placement after a step along the surface.
+
+        The step is divided into parts that are so short that the projection does not jump to another part of the
+        surface.
 
         Args:
-            placement: where the vertices are.
+            placement: placement before the step.
             step: allowed displacement of each vertex [cm], shape (V, 3).
             stride: largest distance between two projections [cm].
         """
@@ -79,47 +85,61 @@ class Attachment:
             turned = part - np.einsum("vi,vi->v", part, normal)[:, None] * normal
             part = turned * (length / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), TINY))
         arc = placement.arc + np.einsum("vi,vi->v", step, placement.tangent)
-        return self.placed(found[0], position, normal, arc)
+        return self.place(found[0], position, normal, arc)
 
-    def placed(self, triangle: IntArray, position: FloatArray, normal: FloatArray, arc: FloatArray) -> Placement:
-        """The placement of points found on triangles of the surface, border vertices at their arc lengths."""
+    def place(self, triangle: IntArray, position: FloatArray, normal: FloatArray, arc: FloatArray) -> Placement:
+        """Return the placement of vertices whose triangles on the surface are known.
+
+        Args:
+            triangle: triangle of each vertex, shape (V,).
+            position: position of each inner vertex on its triangle [cm], shape (V, 3).
+            normal: unit normal of the surface at each vertex, shape (V, 3).
+            arc: arc length of each border vertex [cm], which determines its position, shape (V,).
+        """
         shape = np.where((self.border < 0)[:, None, None], self.surface.shape_operator(triangle, normal), 0.0)
-        position, tangent, bend = position.copy(), np.zeros_like(position), np.zeros_like(position)
+        position, tangent, curvature = position.copy(), np.zeros_like(position), np.zeros_like(position)
         for number, border in enumerate(self.surface.borders):
             members = np.flatnonzero(self.border == number)
-            position[members], tangent[members], bend[members] = border.at(arc[members])
+            position[members], tangent[members], curvature[members] = border.at(arc[members])
         tangent[self.fixed] = 0.0
-        return Placement(position, normal, shape, arc, tangent, bend)
+        return Placement(position, normal, shape, arc, tangent, curvature)
 
 
 def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None) -> tuple[Attachment, Placement]:
-    """Hold a fabric that lies on the input polygons to their limit surface.
+    """Attach a fabric whose vertices are on the input polygons to the limit surface of these polygons.
 
     Args:
-        fabric: stitch faces whose vertices lie on the polygons of the surface's mesh.
-        surface: limit surface of that mesh.
+        fabric: stitch mesh whose vertices are on the input polygons.
+        surface: limit surface of the input polygons.
         reach: distance within which a vertex usually finds its triangle [cm].
         device: Warp's name of the device.
 
+    Returns:
+        The attachment, and the placement of the vertices on the limit surface.
+
     Raises:
-        MeshError: the fabric has a border where the surface has none.
+        MeshError: the fabric has a border and the surface has none.
     """
     flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
     triangle, weights = flat.find(fabric.vertices, fabric.vertex_normal)
     position, normal = surface.evaluate(triangle, weights)
     border, arc = _locate_borders(fabric, surface)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
-    held = Attachment(surface, closest, border, np.zeros(len(border), dtype=bool))
-    fixed = border_corners(fabric, held.placed(triangle, position, normal, arc).position)
-    attachment = replace(held, fixed=fixed)
-    return attachment, attachment.placed(triangle, position, normal, arc)
+    without_corners = Attachment(surface, closest, border, np.zeros(len(border), dtype=bool))
+    fixed = border_corners(fabric, without_corners.place(triangle, position, normal, arc).position)
+    attachment = replace(without_corners, fixed=fixed)
+    return attachment, attachment.place(triangle, position, normal, arc)
 
 
 def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_]:
-    """Border vertices at which the border has a corner, shape (V,).
+    """Return whether each vertex is a corner of a border, shape (V,).
 
-    One face uses the corner of a swatch, three and more the end of a slit; at the ends of a tip that was closed flat
-    the border turns back within a stitch.
+    One face contains the corner of a swatch, and three or more faces the end of a slit. The ends of a flat closed tip
+    are also corners, because the direction of the border reverses there within a stitch.
+
+    Args:
+        fabric: stitch mesh.
+        position: positions of its vertices [cm], shape (V, 3).
     """
     faces = np.bincount(fabric.face_vertex, minlength=len(position))
     corner = border_vertices(fabric) & (faces != 2)
@@ -133,11 +153,17 @@ def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_
 
 
 def _locate_borders(fabric: StitchMesh, surface: LimitSurface) -> tuple[IntArray, FloatArray]:
-    """The surface border of each border loop of the fabric, the closest as a whole, and the arc lengths on it."""
+    """Border of the surface and arc length [cm] of each border vertex of the fabric.
+
+    Each border loop of the fabric belongs to the border of the surface with the smallest mean square distance.
+    """
     border, arc = np.full(len(fabric.vertices), -1), np.zeros(len(fabric.vertices))
     if border_vertices(fabric).any() and not surface.borders:
         side = fabric.side_name(int(fabric.boundary_loops[0][0]))
-        raise MeshError(f"{side}: a border of the fabric; got a surface without border, expected the mesh it came from")
+        raise MeshError(
+            f"{side}: is on a border of the fabric, but the surface has no border; expected the mesh from which the "
+            "fabric was made"
+        )
     for loop in fabric.boundary_loops:
         members = fabric.face_vertex[loop]
         found = [curve.locate(fabric.vertices[members]) for curve in surface.borders]

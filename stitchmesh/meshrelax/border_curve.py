@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The border of a limit surface as closed polylines, travelled by arc length."""
+"""The borders of a limit surface as closed polylines, parametrized by arc length."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from stitchmesh.mesh import FloatArray
 
 CANDIDATES = 4
-"""Vertices of the polyline around which the closest segment is looked for."""
+"""Number of nearest vertices of the polyline around which the closest segment is searched."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,28 +21,29 @@ class BorderCurve:
     """One closed border, on the limit surface and on the input polygons."""
 
     points: FloatArray
-    """Its vertices on the limit surface [cm], shape (N, 3)."""
+    """Vertices of the border on the limit surface [cm], shape (N, 3)."""
     flat_points: FloatArray
     """The same vertices on the input polygons [cm], shape (N, 3)."""
 
     @cached_property
     def spans(self) -> FloatArray:
-        """From each vertex to the next [cm], shape (N, 3)."""
+        """Vector from each vertex to the next [cm], shape (N, 3)."""
         return np.roll(self.points, -1, axis=0) - self.points
 
     @cached_property
     def arc(self) -> FloatArray:
-        """Arc length at each vertex, and last the length of the whole [cm], shape (N + 1,)."""
+        """Arc length at each vertex, and the length of the whole border at the end [cm], shape (N + 1,)."""
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(self.spans, axis=1))])
 
     def locate(self, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Arc lengths that belong to points of the flat border, and their distances from it.
+        """Find the arc lengths of points on the border of the input polygons, and their distances from the border.
 
         Args:
-            targets: points on or near the flat border [cm], shape (M, 3).
+            targets: points on or near the border of the input polygons [cm], shape (M, 3).
 
         Returns:
-            Arc lengths on the limit surface [cm], shape (M,), and distances to the flat border [cm], shape (M,).
+            Arc lengths on the limit surface [cm], shape (M,), and distances to the border of the input polygons [cm],
+            shape (M,).
         """
         count = len(self.points)
         near = cKDTree(self.flat_points).query(targets, k=min(CANDIDATES, count))[1].reshape(len(targets), -1)
@@ -58,7 +59,7 @@ class BorderCurve:
 
     @cached_property
     def tangents(self) -> FloatArray:
-        """Unit tangent at each vertex, the mean of the two segments', shape (N, 3)."""
+        """Unit tangent at each vertex, the mean of the directions of its two segments, shape (N, 3)."""
         length = np.diff(self.arc)[:, None]
         along = self.spans / np.where(length > 0.0, length, 1.0)
         mean = along + np.roll(along, 1, axis=0)
@@ -66,16 +67,16 @@ class BorderCurve:
         return np.where(size > 0.0, mean / np.where(size > 0.0, size, 1.0), along)
 
     def at(self, arc: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Points, unit tangents and bends at arc lengths, which wrap around the border.
+        """Evaluate the border at arc lengths; arc lengths beyond the ends wrap around.
 
-        Tangents are interpolated: were they those of the segments, they would jump, and a vertex might find no place
-        where the forces along the border balance.
+        Tangents are interpolated between vertices. The directions of the segments would jump at vertices, so that there
+        could be no place where the forces on a vertex along the border balance.
 
         Args:
             arc: arc lengths [cm], shape (M,).
 
         Returns:
-            Points [cm], unit tangents, and changes of the tangent along the border [1/cm], each of shape (M, 3).
+            Points [cm], unit tangents, and curvature vectors (derivatives of the tangent) [1/cm], shape (M, 3) each.
         """
         arc = np.mod(arc, self.arc[-1])
         segment = np.clip(np.searchsorted(self.arc, arc, side="right") - 1, 0, len(self.points) - 1)

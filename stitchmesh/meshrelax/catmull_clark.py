@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Catmull-Clark subdivision of polygon meshes, and the points of its limit surface.
 
-One step turns every corner of the mesh into a quad; with face points F, edge points R and S the vertex itself:
+One step makes a quad of every corner of the mesh. F denotes face points and S the old vertex:
 
-    face point    mean of the face's vertices
-    edge point    mean of the edge's two vertices and two face points; on a border the midpoint
-    vertex point  (mean F + 2 mean midpoints + (n - 3) S) / n for n faces; on a border 1/8, 6/8, 1/8 along it
+    face point    mean of the vertices of the face
+    edge point    mean of the two vertices and the two face points of the edge; on a border the midpoint
+    vertex point  (mean F + 2 mean midpoints + (n - 3) S) / n for n faces; on a border 1/8, 6/8, 1/8 along the border
 
-A border is a cubic B-spline curve of its own vertices. A vertex that only one face uses is a sharp corner of it, so
-that a flat swatch keeps its corners. Everything follows the twins, never vertex numbers, so meshes whose sides share
-both ends are refined like any other (Catmull and Clark 1978; borders as Biermann et al. 2000).
+A border is the cubic B-spline curve of its own vertices. A vertex of only one face is a sharp corner of the border, so
+that a flat swatch keeps its corners. Connectivity is derived from the twins and never from vertex numbers, so that the
+rules also hold for meshes with two sides between the same two vertices. Sources: Catmull and Clark 1978; borders as in
+Biermann et al. 2000.
 """
 
 from __future__ import annotations
@@ -24,24 +25,32 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
 
 
 def subdivide(mesh: Mesh) -> Mesh:
-    """One Catmull-Clark step; the quad of corner ``c`` is face ``c``, the old vertices keep their numbers.
+    """Apply one Catmull-Clark step; the quad of corner ``c`` is face ``c``, and old vertices keep their numbers.
 
     Args:
-        mesh: polygons of any size, not on a lattice.
+        mesh: polygons with any number of corners, without a lattice.
 
     Returns:
-        Quads whose control points are the vertex points, then the edge points, then the face points.
+        Quads whose vertices are the vertex points, then the edge points, then the face points.
 
     Raises:
-        MeshError: the mesh repeats on a lattice.
+        MeshError: the mesh has a lattice.
     """
     return refine(mesh, smooth_rule(mesh) @ mesh.vertices)
 
 
 def refine(mesh: Mesh, vertices: FloatArray) -> Mesh:
-    """The quads of one subdivision step at given places of its V + E + F vertices.
+    """Return the quads of one subdivision step for given positions of its vertices.
 
-    Side 0 of the quad of corner ``c`` is the first half of side ``c``, side 3 the second half of the side before.
+    Side 0 of the quad of corner ``c`` is the first half of side ``c``, and side 3 is the second half of the side before
+    side ``c``.
+
+    Args:
+        mesh: polygons with any number of corners, without a lattice.
+        vertices: positions of the vertex points, edge points and face points [cm], shape (V + E + F, 3).
+
+    Raises:
+        MeshError: the mesh has a lattice.
     """
     if mesh.lattice is not None:
         raise MeshError("subdivision: got a mesh on a lattice; expected a surface that does not repeat")
@@ -56,14 +65,17 @@ def refine(mesh: Mesh, vertices: FloatArray) -> Mesh:
 
 
 def linear_rule(mesh: Mesh) -> csr_array:
-    """Midpoints instead of smoothing: the refined mesh stays on the input polygons, shape (V + E + F, V)."""
+    """Return the weights of one step without smoothing, so that the mesh stays on the input polygons, (V + E + F, V).
+
+    Old vertices keep their positions, and the edge points are midpoints.
+    """
     count = len(mesh.vertices)
     keep = csr_array((np.ones(count), np.arange(count), np.arange(count + 1)), shape=(count, count))
     return vstack([keep, _midpoints(mesh), _face_means(mesh)], format="csr")
 
 
 def smooth_rule(mesh: Mesh) -> csr_array:
-    """Weights of one Catmull-Clark step, shape (V + E + F, V)."""
+    """Return the weights of one Catmull-Clark step, shape (V + E + F, V)."""
     faces, midpoints = _face_means(mesh), _midpoints(mesh)
     sides = np.arange(mesh.side_count)
     face_of_edge = _scatter(mesh.side_edge, mesh.side_face, np.ones(len(sides)), (midpoints.shape[0], faces.shape[0]))
@@ -73,10 +85,10 @@ def smooth_rule(mesh: Mesh) -> csr_array:
 
 
 def limit_rule(mesh: Mesh) -> csr_array:
-    """Weights that move the vertices of a quad mesh to their places on the limit surface, shape (V, V).
+    """Return the weights of the limit points of the vertices of a quad mesh, shape (V, V).
 
-    Inside (n^2 S + 4 sum of neighbours + sum of opposite vertices) / (n (n + 5)) for n faces (Halstead et al. 1993);
-    on a border 1/6, 4/6, 1/6 along it; corners stay.
+    The limit point of an inner vertex S with n faces is (n^2 S + 4 sum of neighbours + sum of opposite vertices) /
+    (n (n + 5)) (Halstead et al. 1993). On a border the weights are 1/6, 4/6, 1/6 along the border. Corners do not move.
     """
     count = len(mesh.vertices)
     valence = _valence(mesh).astype(np.float64)
@@ -90,28 +102,28 @@ def limit_rule(mesh: Mesh) -> csr_array:
 
 
 def border_vertices(mesh: Mesh) -> NDArray[np.bool_]:
-    """Vertices on a border, shape (V,)."""
+    """Return whether each vertex is on a border, shape (V,)."""
     on_border = np.zeros(len(mesh.vertices), dtype=bool)
     on_border[mesh.face_vertex[mesh.twin == BORDER]] = True
     return on_border
 
 
 def corner_vertices(mesh: Mesh) -> NDArray[np.bool_]:
-    """Border vertices that only one face uses: the corners of a swatch, shape (V,)."""
+    """Return whether each vertex is a border vertex of only one face, as the corners of a swatch, shape (V,)."""
     return border_vertices(mesh) & (_valence(mesh) == 1)
 
 
 def refine_surface(mesh: Mesh, spacing: float, max_faces: int) -> tuple[Mesh, FloatArray, FloatArray]:
-    """Subdivide until edges are short or the faces many.
+    """Subdivide until edges are short enough or the number of faces reaches its limit.
 
     Args:
         mesh: the control polygons [cm].
-        spacing: root mean square edge length to reach [cm].
-        max_faces: the step that would exceed this number of quads is not taken; one step is always taken.
+        spacing: root mean square edge length at which subdivision stops [cm].
+        max_faces: largest number of quads; at least one step is always applied.
 
     Returns:
-        The quads at the control points of the last level; their vertices on the limit surface [cm], shape (V, 3);
-        and the same vertices on the input polygons, where the midpoint rule puts them [cm], shape (V, 3).
+        The quads of the last level; their vertices on the limit surface [cm], shape (V, 3); and the same vertices on
+        the input polygons by ``linear_rule`` [cm], shape (V, 3).
     """
     flat = linear_rule(mesh) @ mesh.vertices
     fine = subdivide(mesh)
@@ -126,7 +138,7 @@ def _edge_length(mesh: Mesh) -> float:
 
 
 def _vertex_rule(mesh: Mesh, faces: csr_array, midpoints: csr_array) -> csr_array:
-    """(mean F + 2 mean midpoints + (n - 3) S) / n inside, the cubic B-spline along borders."""
+    """Weights of the vertex points: (mean F + 2 mean midpoints + (n - 3) S) / n, on borders the cubic B-spline."""
     count, ones = len(mesh.vertices), np.ones(mesh.side_count)
     valence = _valence(mesh).astype(np.float64)
     around_faces = _scatter(mesh.face_vertex, mesh.side_face, ones, (count, faces.shape[0])) @ faces
@@ -137,7 +149,7 @@ def _vertex_rule(mesh: Mesh, faces: csr_array, midpoints: csr_array) -> csr_arra
 
 
 def _border_rule(mesh: Mesh, neighbour: float) -> csr_array:
-    """Rows of the border vertices: each neighbour along the border weighs ``neighbour``; corners keep their place."""
+    """Weights of border vertices: ``neighbour`` for each neighbour along the border; corners keep their positions."""
     count = len(mesh.vertices)
     sides = np.flatnonzero(mesh.twin == BORDER)
     tail, head = mesh.face_vertex[sides], mesh.face_vertex[mesh.side_next[sides]]
@@ -149,6 +161,7 @@ def _border_rule(mesh: Mesh, neighbour: float) -> csr_array:
 
 
 def _midpoints(mesh: Mesh) -> csr_array:
+    """Weights of the midpoints of edges, shape (E, V)."""
     edges = np.arange(len(mesh.edge_side))
     tail, head = mesh.face_vertex[mesh.edge_side], mesh.face_vertex[mesh.side_next[mesh.edge_side]]
     half = np.full(2 * len(edges), 0.5)
@@ -156,13 +169,14 @@ def _midpoints(mesh: Mesh) -> csr_array:
 
 
 def _face_means(mesh: Mesh) -> csr_array:
+    """Weights of the face points, shape (F, V)."""
     weight = 1.0 / np.diff(mesh.face_start)
     shape = (mesh.face_count, len(mesh.vertices))
     return _scatter(mesh.side_face, mesh.face_vertex, weight[mesh.side_face], shape)
 
 
 def _valence(mesh: Mesh) -> IntArray:
-    """Number of faces around each vertex."""
+    """Number of faces around each vertex, shape (V,)."""
     return np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))
 
 
@@ -171,6 +185,6 @@ def _scatter(row: IntArray, column: IntArray, weight: FloatArray, shape: tuple[i
 
 
 def _rows(weight: FloatArray) -> csr_array:
-    """A diagonal matrix: scales the rows of what follows."""
+    """Diagonal matrix, which scales the rows of the matrix to its right."""
     count = len(weight)
     return csr_array((weight, np.arange(count), np.arange(count + 1)), shape=(count, count))

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Closest points on triangles that face the same way as the point asking, on the CPU or a GPU.
+"""Closest points on the triangles whose orientation agrees with a given normal, on the CPU or on a GPU.
 
-A garment has places where two sheets lie close: fingers of a glove, a slit, a sleeve along the body. A vertex therefore
-brings the normal of the sheet it is on, and only triangles that agree with it are candidates. The boxes of the search
-are single precision, the distances double.
+In some places of a garment two sheets of fabric are close to each other: fingers of a glove, a slit, a sleeve along the
+body. Each query therefore contains the normal of the sheet that the vertex belongs to, and only triangles with a normal
+on the same side are candidates. Search boxes are in single precision, distances in double precision.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 
 @wp.func
 def closest_weights(p: wp.vec3d, a: wp.vec3d, b: wp.vec3d, c: wp.vec3d) -> wp.vec3d:
-    """Weights of a, b, c at the point of their triangle closest to p (Ericson 2005, section 5.1.5)."""
+    """Barycentric weights of a, b, c at the closest point of their triangle to p (Ericson 2005, section 5.1.5)."""
     zero = wp.float64(0.0)
     one = wp.float64(1.0)
     d1 = wp.dot(b - a, p - a)
@@ -65,7 +65,7 @@ def find_closest(
     triangle: wp.array[wp.int32],
     weights: wp.array[wp.vec3d],
 ) -> None:
-    """Search boxes that double until one holds a triangle; the last takes triangles whichever way they face."""
+    """Search boxes of doubling size until a triangle is found; the last box accepts triangles of any orientation."""
     n = wp.tid()
     p = points[n]
     centre = wp.vec3(float(p[0]), float(p[1]), float(p[2]))
@@ -96,21 +96,21 @@ def find_closest(
 
 
 class ClosestPoint:
-    """Triangles ready to be asked for closest points."""
+    """Search for closest points on a fixed set of triangles."""
 
     def __init__(self, vertices: FloatArray, triangles: IntArray, reach: float, device: str | None) -> None:
         """Upload the triangles.
 
         Args:
-            vertices: shape (V, 3).
-            triangles: shape (T, 3).
-            reach: distance within which a point usually finds its triangle: the half size of the first search box.
-            device: Warp's name of the device; None for the first GPU, else the CPU.
+            vertices: positions of the vertices [cm], shape (V, 3).
+            triangles: vertices of each triangle, shape (T, 3).
+            reach: half size of the first search box [cm]; most points should find their triangle within it.
+            device: Warp's name of the device; None for the first GPU, or the CPU if there is no GPU.
 
         Raises:
             ParameterError: there is no such device.
         """
-        self._origin = vertices.mean(axis=0)  # single precision boxes lose least near the origin
+        self._origin = vertices.mean(axis=0)  # Boxes in single precision are most accurate near the origin.
         centred = vertices - self._origin
         self._device = device_named(device)
         corners = np.ascontiguousarray(triangles, dtype=np.int32)
@@ -122,17 +122,20 @@ class ClosestPoint:
         self._size = float(np.abs(centred).max())
 
     def find(self, points: FloatArray, facings: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The triangle closest to each point among those that face its way, and the weights of its corners.
+        """Find the closest triangle to each point among the triangles with a normal on the same side.
 
         Args:
-            points: shape (N, 3).
-            facings: normal of the sheet that each point lies on, shape (N, 3).
+            points: positions [cm], shape (N, 3).
+            facings: normal of the sheet that each point belongs to, shape (N, 3).
+
+        Returns:
+            The triangle, shape (N,), and the barycentric weights of its corners, shape (N, 3), for each point.
         """
         count = len(points)
         triangle = wp.empty(count, dtype=wp.int32, device=self._device)
         weights = wp.empty(count, dtype=wp.vec3d, device=self._device)
         centred = points - self._origin
-        # the last box, twice as large as needed, holds every triangle wherever the point is
+        # The last box is at least large enough to contain every triangle, whatever the position of the point.
         farthest = self._size + float(np.abs(centred).max(initial=0.0))
         doublings = max(1, int(np.ceil(np.log2(2.0 * farthest / self._reach))))
         position = wp.array(centred, dtype=wp.vec3d, device=self._device)

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Conjugate gradients within constraints (Baraff and Witkin 1998, section 5.3).
+"""Conjugate gradients with constraints (Baraff and Witkin 1998, section 5.3).
 
-Each vertex may move in some directions only: the tangent plane, the tangent of a border, or none. The solution stays
-in them, and the residual is only asked to vanish there. The filter that removes the other directions is part of the
-preconditioner: wherever the residual is used it has passed through it, so it needs no filter of its own.
+Each vertex may move only in its allowed directions: the tangent plane, the tangent of a border, or no direction. The
+solution contains only allowed directions, and only the residual in these directions must vanish. The filter that
+removes all other directions is part of the preconditioner. The algorithm uses the residual only after preconditioning,
+so that no separate filter is needed.
 """
 
 from __future__ import annotations
@@ -27,14 +28,16 @@ def modified_conjugate_gradients(
     """Solve a symmetric positive definite system within the allowed directions.
 
     Args:
-        matrix: shape (3V, 3V).
+        matrix: matrix of the system, shape (3V, 3V).
         right: right-hand side, shape (3V,).
-        filtered_preconditioner: symmetric, positive definite within the allowed directions and blind to the others.
-        tolerance: residual over right-hand side at which to stop, both in the preconditioner's norm.
-        max_iterations: iterations after which to stop anyway; the iterate then still descends.
+        filtered_preconditioner: symmetric preconditioner, positive definite in the allowed directions and zero in all
+            others.
+        tolerance: convergence limit of the residual divided by the right-hand side, both in the norm of the
+            preconditioner.
+        max_iterations: largest number of iterations; the iterate is then still a descent direction.
 
     Returns:
-        The solution, shape (3V,), and the iterations taken.
+        The solution, shape (3V,), and the number of iterations.
     """
     solution = np.zeros_like(right)
     residual = right.copy()

@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""First-order dynamics of a fabric on its surface, stepped by backward Euler (Yuksel et al. 2012, equation 1).
+"""First-order dynamics of a fabric on its surface, integrated by backward Euler (Yuksel et al. 2012, equation 1).
 
-With x' = f(x) and f the part of the forces along the directions in which each vertex may move,
+The equation of motion is x' = f(x), where f is the part of the forces in the allowed directions of each vertex. One
+step is
 
     (I - h df/dx) dx = h f
 
-The step h [cm] grows while the forces fall and shrinks when they rise, so that the iteration ends as Newton's method.
-The residual, the root mean square of f over the vertices, does not depend on h; a force of one would be half the pull
-of an edge stretched without end.
+The time step h [cm] grows while the forces decrease and shrinks when they increase, so that the iteration approaches
+Newton's method at the end. The residual is the root mean square of f over the vertices and does not depend on h.
+Forces are dimensionless; the force of an infinitely stretched edge is 2.
 """
 
 from __future__ import annotations
@@ -32,27 +33,31 @@ Progress = Callable[[int, float], None]
 """Called after each iteration with its number and the residual."""
 
 LARGEST_STEP = 4.0
-"""Largest move of a vertex in one iteration over the size of a stitch."""
+"""Largest displacement of a vertex in one iteration, divided by the size of a stitch."""
 STRIDE = 1.0
-"""Largest move between two projections over the size of a stitch."""
+"""Largest displacement between two projections, divided by the size of a stitch."""
 STEP_GROWTH, MILD_CUT, STEP_CUT = 4.0, 0.5, 0.1
-"""Factors of the time step where the residual fell, where it rose a little, and where the step was taken back."""
+"""Factors of the time step after the residual decreased, after it increased slightly, and after a rejected step."""
 LARGEST_RISE = 1.2
-"""Rise of the residual at which a step is taken back."""
+"""Ratio of the new residual to the old one from which a step is rejected."""
 SHORTEST_TIME, LONGEST_TIME = 1e-3, 1e4
-"""Bounds of the time step over the size of a stitch: a short one is always good, and beyond the long one the identity
-no longer steadies free motions."""
+"""Bounds of the time step divided by the size of a stitch. A step of the lower bound is always accepted in practice.
+Above the upper bound the identity matrix is too small to regularize motions without stiffness."""
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.01, 200
-"""Of the conjugate gradients: with a coarser tolerance the jumps between the preconditioner's patches remain."""
+"""Tolerance and largest number of iterations of the conjugate gradients. With a larger tolerance the solution keeps
+jumps between the patches of the preconditioner."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Where a relaxation ended."""
+    """Result of a relaxation."""
 
     placement: Placement
+    """Last accepted placement."""
     residual: float
+    """Residual of that placement."""
     iterations: int
+    """Number of iterations, rejected steps included."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,32 +66,42 @@ class State:
 
     placement: Placement
     projector: FloatArray
+    """Projector onto the allowed directions of each vertex, shape (V, 3, 3)."""
     force: FloatArray
-    """Net force along the allowed directions, shape (V, 3)."""
+    """Net force on each vertex in its allowed directions, shape (V, 3)."""
     jacobian: FloatArray
-    """Of every element [1/cm], shape (elements, 3, 3)."""
+    """Jacobian of each element [1/cm], shape (elements, 3, 3)."""
     turning_stiffness: FloatArray
-    """Of each vertex [1/cm], shape (V, 3, 3)."""
+    """Turning stiffness of each vertex [1/cm], shape (V, 3, 3)."""
     residual: float
+    """Root mean square of ``force`` over the vertices."""
 
 
 @dataclass(frozen=True, eq=False)
 class Relaxation:
-    """What stays the same during a relaxation."""
+    """The constant data of a relaxation, and its iteration."""
 
     springs: Springs
+    """Vertices and rest lengths of the forces."""
     assembly: Assembly
+    """Assembly of the forces and of their Jacobians."""
     attachment: Attachment
+    """Attachment of the vertices to the surface."""
     patches: Patches
+    """Patches of the preconditioner."""
 
     def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
-        """Step until the residual is below the tolerance or the iterations are used up."""
+        """Iterate until the residual is at most the tolerance or the iterations reach their limit.
+
+        Raises:
+            SolverError: the forces are not finite.
+        """
         state = self.state(placement)
         shortest, longest = SHORTEST_TIME * self.springs.rest.unit, LONGEST_TIME * self.springs.rest.unit
         time_step = self.springs.rest.unit
         iteration = 0
         while state.residual > tolerance and iteration < max_iterations:
-            trial = self.state(self.stepped(state, time_step))
+            trial = self.state(self.next_placement(state, time_step))
             iteration += 1
             if trial.residual < LARGEST_RISE * state.residual:
                 time_step *= STEP_GROWTH if trial.residual < state.residual else MILD_CUT
@@ -99,10 +114,10 @@ class Relaxation:
         return Outcome(state.placement, state.residual, iteration)
 
     def state(self, placement: Placement) -> State:
-        """Forces at a placement.
+        """Compute the forces at a placement.
 
         Raises:
-            SolverError: they are not finite.
+            SolverError: the forces are not finite.
         """
         element_force, jacobian = element_forces(self.springs, placement)
         projector = self.attachment.projector(placement)
@@ -114,8 +129,8 @@ class Relaxation:
             raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")
         return State(placement, projector, force, jacobian, turning_stiffness(placement, whole), residual)
 
-    def stepped(self, state: State, time_step: float) -> Placement:
-        """The placement after one backward Euler step, cut to the largest step."""
+    def next_placement(self, state: State, time_step: float) -> Placement:
+        """Return the placement after one backward Euler step, scaled down to the largest allowed displacement."""
         matrix = self.assembly.system(state.jacobian, state.turning_stiffness + np.eye(3) / time_step)
         diagonal = matrix.data[self.assembly.diagonal]
         step, _ = modified_conjugate_gradients(
@@ -129,4 +144,4 @@ class Relaxation:
         unit = self.springs.rest.unit
         longest = float(np.linalg.norm(step, axis=1).max())
         step *= min(1.0, LARGEST_STEP * unit / max(longest, np.finfo(float).tiny))
-        return self.attachment.moved(state.placement, step, STRIDE * unit)
+        return self.attachment.move(state.placement, step, STRIDE * unit)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The forces of mesh relaxation together: those of Yuksel et al. 2012, section 6.1, and the area of stitches."""
+"""All forces of mesh relaxation: the forces of Yuksel et al. 2012, section 6.1, and the area force of stitches."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from stitchmesh.meshrelax.strut import strut_force
 from stitchmesh.meshrelax.sub_quads import Springs
 
 STRETCH, SHEAR, WALE = 2.0, 0.2, 2.0
-"""Stiffnesses of Yuksel et al. 2012, free of units."""
+"""Dimensionless stiffnesses of Yuksel et al. 2012."""
 AREA = 1.0
-"""Stiffness of areas: with a fifth of it, openwork on the instep of a sock still wanders."""
+"""Dimensionless stiffness of areas; with a fifth of it, stitches of openwork on the instep of a sock keep moving."""
 
 
 def force_assembly(springs: Springs, vertex_count: int) -> Assembly:
-    """Where the forces of ``element_forces`` go."""
+    """Return the assembly of the forces of ``element_forces``."""
     groups = [
         (springs.stretch_ends, [1.0, -1.0]),
         (springs.corners, [-0.5, 1.0, -0.5]),
@@ -34,11 +34,14 @@ def force_assembly(springs: Springs, vertex_count: int) -> Assembly:
 
 
 def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, FloatArray]:
-    """Force and semidefinite Jacobian of every spring, corner, strut and diagonal of a sub-quad, in this order.
+    """Compute the force and the negative semidefinite Jacobian of each element.
+
+    The elements are springs, corners of sub-quads, struts, first diagonals and second diagonals of sub-quads, in this
+    order.
 
     Args:
-        springs: what joins which vertices.
-        placement: where the vertices are.
+        springs: vertices and rest lengths of the elements.
+        placement: placement of the vertices.
 
     Returns:
         Forces, shape (elements, 3), and Jacobians [1/cm], shape (elements, 3, 3).

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The surface that the fabric lies on: fine triangles whose vertices are on the Catmull-Clark limit."""
+"""The surface to which a fabric is attached: fine triangles whose vertices are on the Catmull-Clark limit surface."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from stitchmesh.meshrelax.border_curve import BorderCurve
 from stitchmesh.meshrelax.catmull_clark import refine_surface
 
 MAX_FACES = 400_000
-"""Quads of the fine surface: beyond, edges stay longer than asked for and memory within 1 GB."""
+"""Largest number of quads, which limits the memory to 1 GB; edges may then be longer than requested."""
 
 
 @dataclass(frozen=True, eq=False)
 class LimitSurface:
-    """Triangles on the limit surface, each with its twin on the input polygons."""
+    """Triangles on the limit surface, with the corresponding positions on the input polygons."""
 
     vertices: FloatArray
-    """On the limit surface [cm], shape (V, 3)."""
+    """Vertices on the limit surface [cm], shape (V, 3)."""
     flat_vertices: FloatArray
     """The same vertices on the input polygons [cm], shape (V, 3)."""
     triangles: IntArray
-    """Shape (T, 3)."""
+    """Vertices of each triangle, shape (T, 3)."""
     borders: tuple[BorderCurve, ...]
+    """Borders of the surface."""
 
     @cached_property
     def triangle_vector_area(self) -> FloatArray:
@@ -49,11 +50,11 @@ class LimitSurface:
         return total / np.where(length > 0.0, length, 1.0)
 
     def evaluate(self, triangle: IntArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points and unit normals of the limit surface at barycentric coordinates.
+        """Return points [cm] and unit normals of the limit surface at barycentric coordinates, shape (N, 3) each.
 
         Args:
-            triangle: shape (N,).
-            weights: of the triangle's corners, shape (N, 3).
+            triangle: triangle of each point, shape (N,).
+            weights: weights of the corners of the triangle, shape (N, 3).
         """
         corners = self.triangles[triangle]
         normal = np.einsum("nc,nci->ni", weights, self.normals[corners])
@@ -61,11 +62,11 @@ class LimitSurface:
         return np.einsum("nc,nci->ni", weights, self.vertices[corners]), normal / np.where(length > 0.0, length, 1.0)
 
     def shape_operator(self, triangle: IntArray, normal: FloatArray) -> FloatArray:
-        """How the normal changes along the surface in some triangles, symmetric [1/cm], shape (N, 3, 3).
+        """Return the symmetric shape operator (derivative of the normal) in some triangles [1/cm], shape (N, 3, 3).
 
         Args:
-            triangle: shape (N,).
-            normal: unit normal, across which nothing changes, shape (N, 3).
+            triangle: triangles, shape (N,).
+            normal: unit normal, in whose direction the shape operator is zero, shape (N, 3).
         """
         corners = self.triangles[triangle]
         position, normals = self.vertices[corners], self.normals[corners]
@@ -73,7 +74,7 @@ class LimitSurface:
         across = np.cross(first, second)
         square = np.einsum("ni,ni->n", across, across)[:, None]
         square = np.where(square > 0.0, square, 1.0)
-        # gradients of the barycentric coordinates of the last two corners
+        # Gradients of the barycentric coordinates of the second and the third corner.
         gradients = np.stack([np.cross(second, across) / square, np.cross(across, first) / square], axis=1)
         change = np.einsum("nci,ncj->nij", normals[:, 1:] - normals[:, :1], gradients)
         tangential = np.eye(3) - normal[:, :, None] * normal[:, None, :]
@@ -81,14 +82,14 @@ class LimitSurface:
 
 
 def limit_surface(mesh: Mesh, spacing: float) -> LimitSurface:
-    """The Catmull-Clark limit of a mesh in triangles.
+    """Return the Catmull-Clark limit surface of a mesh as triangles.
 
     Args:
-        mesh: polygons of any size [cm].
-        spacing: root mean square edge length wanted [cm].
+        mesh: polygons with any number of corners [cm].
+        spacing: requested root mean square edge length [cm].
 
     Raises:
-        MeshError: the mesh repeats on a lattice.
+        MeshError: the mesh has a lattice.
     """
     fine, vertices, flat = refine_surface(mesh, spacing, MAX_FACES)
     quads = fine.face_vertex.reshape(-1, 4)

@@ -1,16 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Preconditioner of the step's linear system: single vertices, and small patches of the fabric as a whole.
+"""Two-level preconditioner of the linear system of a step: single vertices, and rigid motions of patches of the fabric.
 
-The inverse of each vertex's diagonal block evens out neighbours fast, but passes a move of the whole garment on by one
-stitch an iteration. Patches of some thirty stitches, each of which may shift in its plane, solve for such moves at
-once (additive Schwarz with a coarse space; Nicolaides 1987):
+The inverse of the diagonal block D of each vertex reduces errors between neighbours fast, but it transports a motion of
+the whole garment by only one stitch per iteration. A coarse space solves for such motions directly: the fabric is
+divided into patches of about thirty stitches, each of which may shift in its plane (additive Schwarz with a coarse
+space; Nicolaides 1987):
 
     M^-1 = P D^-1 P + Z (Z^T A Z)^-1 Z^T
 
-P is the projector onto the allowed directions and the columns of Z lie in them, so the filter of Baraff and Witkin is
-part of the preconditioner: it answers with allowed directions whatever it is given. The patches' matrix is sparse and
-factored as such: dense factorizations stall where threads share few cores.
+P is the projector onto the allowed directions, and the columns of Z are also allowed directions. The result of the
+preconditioner therefore contains only allowed directions, so that the filter of Baraff and Witkin is part of it. The
+matrix Z^T A Z of the patches is factored as a sparse matrix, because dense factorizations become very slow if their
+threads share few cores.
 """
 
 from __future__ import annotations
@@ -25,32 +27,36 @@ from scipy.sparse.linalg import splu
 from stitchmesh.mesh import FloatArray, IntArray
 
 PATCH_VERTICES = 30
-"""Vertices of a patch to aim at: larger ones cost iterations, smaller ones factorization."""
+"""Approximate number of vertices per patch: larger patches need more iterations, smaller ones larger factorizations."""
 REGULARIZATION = 1e-6
-"""Part of its diagonal added to the patches' matrix: on a patch of border vertices its two motions are one."""
+"""Fraction of its diagonal that is added to the matrix of the patches. The matrix is singular without it for a patch of
+border vertices, because the two motions of such a patch are linearly dependent."""
 NO_MOTION = 1e-12
-"""Stiffness over the largest below which a motion of a patch is nothing but rounding: its vertices cannot make it."""
+"""Diagonal entry of a motion, divided by the largest entry, below which the entry is only rounding error, because the
+vertices of the patch are not allowed to make this motion."""
 
 Preconditioner = Callable[[FloatArray], FloatArray]
+"""Function from a residual to the preconditioned residual, shape (3V,) each."""
 
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """The motions of patches of a fabric."""
+    """The patches of a fabric and their motions."""
 
     patch: IntArray
     """Patch of each vertex, shape (V,)."""
     count: int
+    """Number of patches."""
     motions: FloatArray
-    """Displacement of each vertex under the two motions of its patch, shape (V, 3, 2)."""
+    """Displacement of each vertex in the two motions of its patch, shape (V, 3, 2)."""
 
 
 def patches(position: FloatArray, normal: FloatArray, area: float) -> Patches:
-    """Cut a fabric into patches: vertices in one box of space whose normals are in one octant.
+    """Divide a fabric into patches; a patch consists of the vertices in one grid cell whose normals are in one octant.
 
     Args:
-        position: vertices [cm], shape (V, 3).
-        normal: unit normals of the surface there, shape (V, 3).
+        position: positions of the vertices [cm], shape (V, 3).
+        normal: unit normal of the surface at each vertex, shape (V, 3).
         area: area of the surface [cm^2].
     """
     size = np.sqrt(area * PATCH_VERTICES / len(position))
@@ -64,12 +70,12 @@ def patches(position: FloatArray, normal: FloatArray, area: float) -> Patches:
 def preconditioner(
     matrix: bsr_array, diagonal: FloatArray, projector: FloatArray, fabric_patches: Patches
 ) -> Preconditioner:
-    """The two parts for one system.
+    """Build the preconditioner of one linear system.
 
     Args:
-        matrix: symmetric positive definite, shape (3V, 3V).
-        diagonal: its diagonal blocks, shape (V, 3, 3).
-        projector: projectors onto the allowed directions, shape (V, 3, 3).
+        matrix: symmetric positive definite matrix A, shape (3V, 3V).
+        diagonal: diagonal blocks of the matrix, shape (V, 3, 3).
+        projector: projector onto the allowed directions of each vertex, shape (V, 3, 3).
         fabric_patches: patches of the same vertices.
     """
     count = len(diagonal)
@@ -80,9 +86,9 @@ def preconditioner(
     motions = bsr_array((vectors, patch, np.arange(count + 1)), shape=shape)
     rows, columns = motions.T.tocsr(), motions.tocsr()
     reduced = rows @ (matrix @ motions)
-    own = reduced.diagonal()
-    steadied = reduced + diags_array(np.where(own > NO_MOTION * own.max(), REGULARIZATION * own, 1.0))
-    factor = splu(steadied.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    entries = reduced.diagonal()
+    regularized = reduced + diags_array(np.where(entries > NO_MOTION * entries.max(), REGULARIZATION * entries, 1.0))
+    factor = splu(regularized.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def apply(residual: FloatArray) -> FloatArray:
         return vertex_part @ residual + columns @ factor.solve(rows @ residual)
@@ -91,7 +97,7 @@ def preconditioner(
 
 
 def _tangent_frames(normal: FloatArray) -> FloatArray:
-    """Two unit vectors across each vector, shape (n, 3, 2)."""
+    """Two orthogonal unit vectors perpendicular to each normal, shape (n, 3, 2)."""
     axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
     first = np.cross(normal, axis)
     second = np.cross(normal, first)

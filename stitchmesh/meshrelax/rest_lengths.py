@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rest lengths of course and wale edges from the size of the fabric (Yuksel et al. 2012, section 6.1).
+"""Rest lengths of course and wale edges from the area of the surface (Yuksel et al. 2012, section 6.1).
 
-They satisfy N r_wale r_course = alpha A and r_wale = a r_course. A face with b bottom and t top sides is at rest a
-trapezoid of area (b + t) / 2 r_course r_wale, so it counts as (b + t) / 2 stitches in N: a plain stitch as one, a
-1-to-3 increase as two, the triangle at the end of a short row as a half.
+The rest lengths satisfy N r_wale r_course = alpha A and r_wale = a r_course, where A is the area of the surface and a
+the aspect. An unstressed face with b bottom and t top sides is a trapezoid of area (b + t) / 2 r_course r_wale. It
+therefore counts as (b + t) / 2 stitches in N: a plain stitch as 1, a 1-to-3 increase as 2, and the triangle at the end
+of a short row as 1/2.
 """
 
 from __future__ import annotations
@@ -18,31 +19,31 @@ from stitchmesh.mesh import StitchMesh
 
 @dataclass(frozen=True)
 class RestLengths:
-    """The rectangle that a plain stitch is at rest."""
+    """The rectangle of an unstressed plain stitch."""
 
     course: float
-    """Length of a course edge [cm]."""
+    """Rest length of a course edge [cm]."""
     wale: float
-    """Length of a wale edge [cm]."""
+    """Rest length of a wale edge [cm]."""
 
     @property
     def diagonal(self) -> float:
-        """Length of the diagonals [cm]."""
+        """Rest length of the diagonals [cm]."""
         return float(np.hypot(self.course, self.wale))
 
     @property
     def unit(self) -> float:
-        """Side of the square of the same area [cm]."""
+        """Size of a stitch: side of the square with the same area [cm]."""
         return float(np.sqrt(self.course * self.wale))
 
 
 def rest_lengths(fabric: StitchMesh, area: float, *, aspect: float, alpha: float) -> RestLengths:
-    """Rest lengths at which the fabric's stitches cover the part ``alpha`` of an area.
+    """Compute the rest lengths with which the unstressed stitches cover the part ``alpha`` of an area.
 
     Args:
-        fabric: the stitch faces.
-        area: area of the surface they lie on [cm^2].
-        aspect: wale edge over course edge.
+        fabric: stitch mesh.
+        area: area A of the surface [cm^2].
+        aspect: rest length of a wale edge divided by that of a course edge.
         alpha: covered part of the area.
     """
     stitches = 0.5 * float((fabric.n_bottom + fabric.n_top).sum())

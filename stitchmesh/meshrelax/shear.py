@@ -1,18 +1,20 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Shear: sub-quads want right angles (Yuksel et al. 2012, equation 3).
+"""Shear force, which moves the angles of sub-quads towards right angles (Yuksel et al. 2012, equation 3).
 
 At a corner j with neighbours i and k, let a = x_i - x_j, b = x_k - x_j and m = x_j - (x_i + x_k) / 2. The forces are
 
     f_j = -kappa (a . b) m / u^3,    f_i = f_k = -f_j / 2
 
-with lengths measured in u = sqrt(r_course r_wale), which makes kappa free of units as in the other forces. With the
-weights c = (-1/2, 1, -1/2) of (i, j, k), m = sum c x and every vertex's force is c times f_j. As a.b changes by
--2 c m . dx plus a part along (a - b), the Jacobian of f_j by m is
+Lengths are measured in units of u = sqrt(r_course r_wale), so that kappa is dimensionless as in the other forces. With
+the weights c = (-1/2, 1, -1/2) of (i, j, k), m is the weighted sum of the positions, and the force on each vertex is
+its weight times f_j. The derivative of a . b consists of -2 c m . dx and a part along (a - b). The Jacobian of f_j with
+respect to m is taken as
 
     -kappa (max(a . b, 0) I + 2 m m^T) / u^3
 
-where the clamp and the part left out, which no symmetric matrix holds, keep it negative semidefinite.
+The maximum keeps the matrix negative semidefinite. The part along (a - b) is left out, because its matrix would not be
+symmetric.
 """
 
 from __future__ import annotations
@@ -23,13 +25,13 @@ from stitchmesh.mesh import FloatArray
 
 
 def shear_force(first: FloatArray, second: FloatArray, unit: float, stiffness: float) -> tuple[FloatArray, FloatArray]:
-    """Force on the corner itself and its semidefinite Jacobian by m.
+    """Compute the force on corners and its negative semidefinite Jacobian with respect to m.
 
     Args:
-        first: from the corner to one neighbour, x_i - x_j [cm], shape (S, 3).
-        second: from the corner to the other neighbour, x_k - x_j [cm], shape (S, 3).
-        unit: size of a stitch u [cm].
-        stiffness: kappa, free of units.
+        first: vector from the corner to one neighbour, x_i - x_j [cm], shape (S, 3).
+        second: vector from the corner to the other neighbour, x_k - x_j [cm], shape (S, 3).
+        unit: size u of a stitch [cm].
+        stiffness: kappa, dimensionless.
 
     Returns:
         Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3).

@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stretch: springs along edges and sub-quad diagonals (Yuksel et al. 2012, equation 2).
+"""Stretch force: springs along edges and along the diagonals of sub-quads (Yuksel et al. 2012, equation 2).
 
 With d = x_i - x_j and rest length r, the force on i is
 
     f = kappa (r / |d| - 1) d / |d|
 
-and the opposite on j. It grows without bound as the edge vanishes, and never pulls harder than kappa. It is minus the
-gradient of kappa (|d| - r ln |d|), and with n = d / |d| its Jacobian by d is
+and the force on j is the opposite. The force grows without bound as the length of the edge vanishes, and its pull never
+exceeds kappa. It is minus the gradient of kappa (|d| - r ln |d|). With n = d / |d|, its Jacobian with respect to d is
 
     kappa [ -(r / |d|^2) n n^T + ((r / |d| - 1) / |d|) (I - n n^T) ]
 
-whose last term, positive where the spring is compressed, is dropped there: the matrix stays negative semidefinite.
+The last term is positive for a compressed spring and is then dropped, so that the matrix is negative semidefinite.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 SHORTEST = 1e-2
-"""Length over rest length below which a spring counts as that long, so that a vanished edge stays finite."""
+"""Smallest length divided by rest length that is used in the force, so that the force of a vanished edge is finite."""
 
 
 def stretch_force(span: FloatArray, rest: FloatArray, stiffness: float) -> tuple[FloatArray, FloatArray]:
-    """Force on the first end and its semidefinite Jacobian by the span.
+    """Compute the force on the first end of springs and its negative semidefinite Jacobian with respect to the span.
 
     Args:
-        span: from the second end to the first, x_i - x_j [cm], shape (S, 3).
+        span: vector from the second end to the first, x_i - x_j [cm], shape (S, 3).
         rest: rest lengths [cm], shape (S,).
-        stiffness: kappa, free of units.
+        stiffness: kappa, dimensionless.
 
     Returns:
-        Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3). A span of no length has no force.
+        Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3). The force of a span of length zero is zero.
     """
     true_length = np.sqrt(np.einsum("si,si->s", span, span))
     length = np.maximum(true_length, SHORTEST * rest)

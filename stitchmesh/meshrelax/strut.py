@@ -1,19 +1,20 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Wale strut: consecutive wale edges want to lie in one line (Yuksel et al. 2012, equation 4).
+"""Wale strut: a force that straightens consecutive wale edges (Yuksel et al. 2012, equation 4).
 
-For a wale edge from i to j and the next from j to k, with d = x_i - x_k, the force on i is
+For a wale edge from i to j and the next wale edge from j to k, with d = x_i - x_k, the force on i is
 
     f = -kappa (|d| / r - 1) d / |d|,    r = max(r_wale, |x_i - x_j| + |x_k - x_j|)
 
-and the opposite on k. By the triangle inequality r is never shorter than d, so the strut only ever pushes. Where r is
-the length of the two edges it changes with them: when the ends part along n = d / |d| by s, r grows by s |d| / r in a
-strut bent evenly, and the force changes along n by
+and the force on k is the opposite. By the triangle inequality r is at least |d|, so that a strut only pushes. If r is
+the length of the two edges, r depends on the positions. When the ends of a symmetrically bent strut move apart by s
+along n = d / |d|, r grows by s |d| / r, and the force along n changes by
 
-    -(kappa / r) (1 - (|d| / r)^2) s,    or -(kappa / r) s where r = r_wale
+    -(kappa / r) (1 - (|d| / r)^2) s,    or by -(kappa / r) s if r = r_wale
 
-which vanishes on a straight wale, as the force does. Taking r for constant there makes the iteration unstable. The
-part across n, (1/|d| - 1/r) kappa, is never negative and is dropped, so the Jacobian stays negative semidefinite.
+This change vanishes on a straight wale, as the force does. A Jacobian with constant r would make the iteration
+unstable. The derivative perpendicular to n, (1/|d| - 1/r) kappa, is never negative and is dropped, so that the Jacobian
+is negative semidefinite.
 """
 
 from __future__ import annotations
@@ -23,17 +24,17 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 SHORTEST = 1e-9
-"""Length over rest length below which a strut has no direction to push in."""
+"""Length divided by rest length below which the direction of a strut, and with it the force, is reduced to zero."""
 
 
 def strut_force(lower: FloatArray, upper: FloatArray, wale: float, stiffness: float) -> tuple[FloatArray, FloatArray]:
-    """Force on the lower end and its semidefinite Jacobian by the span of the strut.
+    """Compute the force on the lower end of struts and its negative semidefinite Jacobian with respect to the span d.
 
     Args:
-        lower: from the middle vertex to the lower one, x_i - x_j [cm], shape (S, 3).
-        upper: from the middle vertex to the upper one, x_k - x_j [cm], shape (S, 3).
+        lower: vector from the middle vertex to the lower vertex, x_i - x_j [cm], shape (S, 3).
+        upper: vector from the middle vertex to the upper vertex, x_k - x_j [cm], shape (S, 3).
         wale: rest length of a wale edge [cm].
-        stiffness: kappa, free of units.
+        stiffness: kappa, dimensionless.
 
     Returns:
         Forces, shape (S, 3), and Jacobians [1/cm], shape (S, 3, 3).

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which vertices the forces join: sub-quads, springs and struts (Yuksel et al. 2012, figure 15)."""
+"""The vertices of the forces: sub-quads, springs and struts of a fabric (Yuksel et al. 2012, figure 15)."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from stitchmesh.meshrelax.rest_lengths import RestLengths
 
 @dataclass(frozen=True)
 class Springs:
-    """Vertices and rest lengths of every force of a fabric."""
+    """Vertices and rest lengths of all forces of a fabric."""
 
     stretch_ends: IntArray
-    """Ends of edges, then of sub-quad diagonals, shape (S, 2)."""
+    """Ends of the springs: of the edges, and then of the diagonals of sub-quads, shape (S, 2)."""
     stretch_rest: FloatArray
-    """Their rest lengths [cm], shape (S,)."""
+    """Rest length of each spring [cm], shape (S,)."""
     corners: IntArray
-    """Neighbour, corner, neighbour at each corner of each sub-quad, shape (A, 3)."""
+    """Each corner of each sub-quad, between its two neighbours, shape (A, 3)."""
     struts: IntArray
-    """Three vertices in a row along a wale, shape (W, 3)."""
+    """Three consecutive vertices along a wale, shape (W, 3)."""
     quads: IntArray
     """Corners of each sub-quad, counter-clockwise from the lower left, shape (Q, 4)."""
     rest: RestLengths
+    """Rest lengths of course and wale edges."""
 
 
 def springs(fabric: StitchMesh, rest: RestLengths) -> Springs:
-    """All springs of a fabric."""
+    """Find the vertices and rest lengths of all forces of a fabric."""
     quads = sub_quads(fabric)
     diagonals = np.concatenate([quads[:, [0, 2]], quads[:, [1, 3]]])
     ends = edge_ends(fabric)
@@ -42,32 +43,32 @@ def springs(fabric: StitchMesh, rest: RestLengths) -> Springs:
 
 
 def edge_ends(fabric: StitchMesh) -> IntArray:
-    """The two vertices of each edge, shape (E, 2)."""
+    """Return the two vertices of each edge, shape (E, 2)."""
     sides = fabric.edge_side
     return np.stack([fabric.face_vertex[sides], fabric.face_vertex[fabric.side_next[sides]]], axis=1)
 
 
 def sub_quads(fabric: StitchMesh) -> IntArray:
-    """Lower left, lower right, upper right and upper left vertex of each sub-quad, shape (Q, 4).
+    """Return the lower left, lower right, upper right and upper left vertex of each sub-quad, shape (Q, 4).
 
-    A face with b bottom and t top sides has max(b, t) of them, which share the fewer sides between them; one that
-    has no bottom or no top side is a triangle and has none.
+    A face with b bottom and t top sides has max(b, t) sub-quads, several of which may share one side on the narrower
+    side of the face. A face without a bottom or top side is a triangle and has no sub-quads.
     """
     bottom, top = fabric.n_bottom, fabric.n_top
     count = np.where(np.minimum(bottom, top) > 0, np.maximum(bottom, top), 0)
     face = np.repeat(np.arange(fabric.face_count), count)
     place = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
     lower = fabric.face_start[face] + place * bottom[face] // count[face]
-    # the top runs from right to left: its left end is the last corner of the face
+    # The top sides run from right to left, so that their left end is the last corner of the face.
     upper = fabric.face_start[face + 1] - 1 - place * top[face] // count[face]
     return fabric.face_vertex[np.stack([lower, lower + 1, upper - 1, upper], axis=1)]
 
 
 def wale_struts(fabric: StitchMesh) -> IntArray:
-    """The far ends of two consecutive wale edges around the vertex they share, shape (W, 3).
+    """Return the three vertices of each two consecutive wale edges; the shared vertex is the second, shape (W, 3).
 
-    A vertex continues a wale where exactly two wale edges meet in it, unless they are the two wale sides of one face,
-    which meet at the end of a short row. Where wales begin, end or merge there is no strut.
+    A wale continues through a vertex if exactly two wale edges meet there. An exception are the two wale sides of one
+    face, which meet at the end of a short row. There is no strut where wales begin, end or merge.
     """
     ends = edge_ends(fabric)[fabric.is_wale[fabric.edge_side]]
     middle, far = ends.ravel(), ends[:, ::-1].ravel()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of meshes, fabrics and yarns, drawn off screen."""
+"""Off-screen pictures of meshes, fabrics and yarns."""
 
 from stitchmesh.render.fabric_pictures import render_mesh, render_rows, render_stitches, render_stretch
 from stitchmesh.render.file_picture import render_file

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where to look from: cameras that frame what is drawn, and the place on the front for the close-up."""
+"""Cameras that frame the drawn object, and the place on its front for the close-up."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 VIEW_ANGLE = 24.0
-"""Vertical opening [degrees]; narrow, so that near and far stitches have about the same size."""
+"""Vertical view angle [degrees]; it is small, so that near and far stitches have about the same size."""
 MARGIN = 1.06
+"""Size of the picture divided by the size that the object needs."""
 FLAT = 0.08
-"""A thing whose thinnest extent is this part of its middle one is looked at from its flat side."""
+"""An object is flat, and is shown from its flat side, if its smallest extent is at most this part of its middle one."""
 ELEVATION, AZIMUTH = 10.0, 14.0
-"""Turn of the camera off the front, upwards and to the side [degrees]."""
+"""Rotation of the camera away from the front, upwards and to the side [degrees]."""
 
 
 @dataclass(frozen=True)
@@ -26,17 +27,21 @@ class Camera:
     position: FloatArray
     """Position [cm], shape (3,)."""
     focus: FloatArray
-    """Point in the middle of the picture [cm], shape (3,)."""
+    """Point in the centre of the picture [cm], shape (3,)."""
     up: FloatArray
-    """Direction that is upright in the picture, shape (3,)."""
+    """Direction that is vertical in the picture, shape (3,)."""
     side: FloatArray
-    """Direction that runs to the right in the picture, shape (3,)."""
+    """Direction that points to the right in the picture, shape (3,)."""
 
 
 def front_directions(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Direction towards the viewer and the upright direction: y is up, and the front is the wide side.
+    """Return the direction towards the viewer and the vertical direction of the picture, shape (3,) each.
 
-    A flat thing is looked at squarely: one that lies in the xz plane from above, z towards the viewer.
+    The y axis is vertical, and the front is the wide side of the object. A flat object is shown perpendicular to its
+    plane; if the plane is the xz plane, it is shown from above with -z upwards in the picture.
+
+    Args:
+        points: points of the object [cm], shape (n, 3).
     """
     extent = np.ptp(points, axis=0)
     thin = int(extent.argmin())
@@ -60,15 +65,15 @@ def camera_around(
     part: tuple[float, float] = (1.0, 1.0),
     clearance: float = 0.0,
 ) -> Camera:
-    """The nearest camera in a direction that has all points in its picture.
+    """Return the nearest camera in a direction whose picture contains all points.
 
     Args:
-        points: what must be seen [cm], shape (n, 3).
+        points: points that must be visible [cm], shape (n, 3).
         towards: direction from the points to the camera, shape (3,).
-        up: direction that is upright in the picture, shape (3,).
-        aspect: width of the picture over its height.
-        part: part of the picture's width and of its height that the points may take, around its middle.
-        clearance: how far things reach beyond the points [cm].
+        up: direction that is vertical in the picture, shape (3,).
+        aspect: width of the picture divided by its height.
+        part: part of the width and of the height of the picture that the points may occupy, around the centre.
+        clearance: distance by which the object extends beyond the points [cm].
     """
     axes = picture_axes(towards, up)
     side, upright, depth = axes.T
@@ -83,23 +88,30 @@ def camera_around(
 
 
 def camera_at(focus: FloatArray, towards: FloatArray, up: FloatArray, height: float) -> Camera:
-    """A camera whose picture is ``height`` [cm] high at the focus."""
+    """Return a camera whose picture is ``height`` [cm] high at the focus.
+
+    Args:
+        focus: point in the centre of the picture [cm], shape (3,).
+        towards: direction from the focus to the camera, shape (3,).
+        up: direction that is vertical in the picture, shape (3,).
+        height: height of the picture at the focus [cm].
+    """
     side, upright, depth = picture_axes(towards, up).T
     distance = height / 2 / np.tan(np.radians(VIEW_ANGLE / 2))
     return Camera(focus + distance * depth, focus, upright, side)
 
 
 def front_patch(points: FloatArray, towards: FloatArray, up: FloatArray, size: float) -> tuple[FloatArray, FloatArray]:
-    """A place in the middle of the front and the outward direction there.
+    """Find a patch in the middle of the front, and its outward normal.
 
     Args:
-        points: points all over the surface [cm], shape (n, 3).
+        points: points distributed over the surface [cm], shape (n, 3).
         towards: direction from the surface to the camera, shape (3,).
-        up: direction that is upright in the picture, shape (3,).
+        up: direction that is vertical in the picture, shape (3,).
         size: width of the patch [cm].
 
     Returns:
-        The middle of the patch [cm] and its unit normal, shape (3,) each.
+        The centre of the patch [cm] and its unit normal, shape (3,) each.
     """
     axes = picture_axes(towards, up)
     place = points @ axes
@@ -113,10 +125,15 @@ def front_patch(points: FloatArray, towards: FloatArray, up: FloatArray, size: f
 
 
 def picture_axes(towards: FloatArray, up: FloatArray) -> FloatArray:
-    """Unit directions to the right, upright and to the camera, as the columns of a matrix, shape (3, 3)."""
+    """Return the unit directions to the right, upwards and to the camera as columns of a matrix, shape (3, 3).
+
+    Args:
+        towards: direction from the object to the camera, shape (3,).
+        up: direction that is vertical in the picture, shape (3,).
+    """
     depth = towards / np.linalg.norm(towards)
     side = np.cross(up, depth)
-    if np.linalg.norm(side) < 1e-6:  # looking along the upright direction
+    if np.linalg.norm(side) < 1e-6:  # The camera looks along the vertical direction.
         side = np.cross(np.array([0.0, 0.0, -1.0]), depth)
     side /= np.linalg.norm(side)
     return np.stack([side, np.cross(depth, side), depth], axis=1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of how a relaxation came to rest: its residual and its energies against iterations and time."""
+"""Plot of the convergence of a relaxation: residual and energies against iterations and time."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ SIZE = (8.0, 6.0)
 """Width and height [inch]."""
 DOTS_PER_INCH = 150
 INK, PALE_INK, GRID = "#26241f", "#7a756a", "#e4e0d6"
-"""Colours of curves and text, of labels, and of lines behind them."""
+"""Colours of curves and text, of labels, and of grid lines."""
 STROKES = ("-", "--", ":")
-"""Of the terms, when there are more of them than dyes."""
+"""Line styles of the energy terms; the next style is used after all colours."""
 FEW_ENTRIES = 12
-"""Up to this many entries are marked one by one."""
+"""Largest number of entries that are drawn with a marker each."""
 DECADES = 6
-"""Energies smaller than the largest by more than this many powers of ten fall off the picture."""
+"""Range of the energy axis in powers of ten; smaller energies are not visible."""
 MARGIN = 0.02
-"""Space beside the first and the last iteration, over the way between them."""
+"""Space before the first and after the last iteration, divided by their distance."""
 ROUND_STEPS = [1, 2, 5, 10]
-"""Leading digits of the steps between marks."""
+"""Leading digits of the distances between ticks."""
 CLOSEST_TICKS = 0.04
-"""Distance of the nearest two marks of time, over the width of the picture."""
+"""Smallest distance of two ticks of time, divided by the width of the plot."""
 
 
 def plot_convergence(history: Sequence[HistoryEntry], path: FilePath, *, tolerance: float | None = None) -> None:
-    """Draw residual and energies of a relaxation against its iterations, with seconds on a second axis.
+    """Draw the residual and the energies of a relaxation against its iterations, with seconds on a second axis.
 
     Args:
-        history: what was known after some iterations, in order, at least one entry.
-        path: a ``.png`` file; missing folders are made.
-        tolerance: residual at which the relaxation counts as converged, drawn as a line.
+        history: assessments of the relaxation in order, at least one entry.
+        path: a ``.png`` file; missing folders are created.
+        tolerance: residual at which the relaxation has converged, drawn as a line.
 
     Raises:
         ParameterError: the history is empty.
@@ -75,12 +75,12 @@ def _draw_residual(axes: Axes, history: Sequence[HistoryEntry], tolerance: float
             f"tolerance {tolerance:g}", (0.0, tolerance), xycoords=("axes fraction", "data"), xytext=(4, 3),
             textcoords="offset points", ha="left", va="bottom", fontsize=9, color=PALE_INK,
         )  # fmt: skip
-    _dress(axes, "relative force residual")
+    _style_axes(axes, "relative force residual")
 
 
 def _draw_energies(axes: Axes, history: Sequence[HistoryEntry]) -> None:
-    """One curve for each term, named in the order of their last values."""
-    _dress(axes, "energy [erg]")
+    """Draw one curve per term; the legend lists the terms in descending order of their last values."""
+    _style_axes(axes, "energy [erg]")
     curves = {term: _positive([entry["energies"].get(term, np.nan) for entry in history])
               for term in energy_terms(history)}  # fmt: skip
     highest = {term: float(curve[np.isfinite(curve)].max(initial=0.0)) for term, curve in curves.items()}
@@ -101,7 +101,7 @@ def _draw_energies(axes: Axes, history: Sequence[HistoryEntry]) -> None:
 
 
 def _mark_iterations(axes: Axes, history: Sequence[HistoryEntry]) -> None:
-    """Whole iterations below the picture, from the first to the last."""
+    """Set the limits of the iteration axis, with ticks at integer iterations."""
     from matplotlib.ticker import MaxNLocator
 
     iterations = _iterations(history)
@@ -112,24 +112,27 @@ def _mark_iterations(axes: Axes, history: Sequence[HistoryEntry]) -> None:
 
 
 def _mark_seconds(axes: Axes, history: Sequence[HistoryEntry]) -> None:
-    """Round seconds above the picture, where their iterations are; time need not run evenly with iterations."""
+    """Add an upper axis with ticks at round seconds, placed at their iterations.
+
+    The ticks are not equidistant if the time per iteration changes.
+    """
     from matplotlib.ticker import MaxNLocator
 
     seconds = np.array([entry["seconds"] for entry in history], dtype=np.float64)
-    round_ones = np.asarray(MaxNLocator(8, steps=ROUND_STEPS).tick_values(seconds.min(), seconds.max()))
-    round_ones = round_ones[(round_ones >= seconds.min()) & (round_ones <= seconds.max())]
-    place = np.interp(round_ones, seconds, _iterations(history))
+    ticks = np.asarray(MaxNLocator(8, steps=ROUND_STEPS).tick_values(seconds.min(), seconds.max()))
+    ticks = ticks[(ticks >= seconds.min()) & (ticks <= seconds.max())]
+    place = np.interp(ticks, seconds, _iterations(history))
     left, right = axes.get_xlim()
     apart = np.diff(place, prepend=-np.inf) > CLOSEST_TICKS * (right - left)
     top = axes.twiny()
     top.set_xlim(left, right)
-    top.set_xticks(place[apart], [f"{second:g}" for second in round_ones[apart]])
+    top.set_xticks(place[apart], [f"{second:g}" for second in ticks[apart]])
     top.set_xlabel("time [s]", color=PALE_INK)
     top.tick_params(colors=PALE_INK, labelsize=9)
     top.spines[:].set_visible(False)
 
 
-def _dress(axes: Axes, name: str) -> None:
+def _style_axes(axes: Axes, name: str) -> None:
     axes.set_yscale("log")
     axes.set_ylabel(name, color=PALE_INK)
     axes.grid(color=GRID, linewidth=0.8)
@@ -157,6 +160,6 @@ def _marker(history: Sequence[HistoryEntry]) -> str:
 
 
 def _positive(values: Sequence[float]) -> FloatArray:
-    """The values that a logarithmic axis can show, the others as gaps."""
+    """The positive finite values; all others become gaps, because a logarithmic axis cannot show them."""
     array = np.array(values, dtype=np.float64)
     return np.where(np.isfinite(array) & (array > 0.0), array, np.nan)

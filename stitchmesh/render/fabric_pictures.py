@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of meshes on their way to yarns: the polygons, the labeled rows, the stitches and their stretch."""
+"""Pictures of the meshes of the pipeline: polygons, labeled rows, stitches and stretch."""
 
 from __future__ import annotations
 
@@ -23,20 +23,23 @@ if TYPE_CHECKING:
     import pyvista
 
 MOST_LINES = 12_000
-"""Faces up to which edges and arrows are drawn; more would cover the surface."""
+"""Largest number of faces for which edges and arrows are drawn; more of them would cover the surface."""
 LEAST_SPREAD = 0.05
-"""The scale of a heat map reaches at least so far to either side of 1, or rounding would look like stretch."""
+"""Smallest half range of the scale of a heat map around 1; with a smaller range, rounding would look like stretch."""
 SPREAD_QUANTILE = 0.99
+"""Quantile of |stretch - 1| that is the half range of the scale."""
 
 Size = tuple[int, int]
+"""Width and height [pixels]."""
 PICTURE_SIZE: Size = (1600, 1000)
+"""Default size of a picture."""
 
 
 def render_mesh(mesh: Mesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> None:
     """Draw a polygon mesh and its edges.
 
     Raises:
-        DisplayError: this machine cannot draw.
+        DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     caption = f"{mesh.face_count} faces, {len(mesh.boundary_loops)} borders"
@@ -48,10 +51,10 @@ def render_mesh(mesh: Mesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> Non
 
 
 def render_rows(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> None:
-    """Draw a labeled mesh coloured by row, with heavy course edges and an arrow along the wale in each face.
+    """Draw a labeled mesh coloured by row, with thick course edges and an arrow along the wale in each face.
 
     Raises:
-        DisplayError: this machine cannot draw.
+        DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     caption = f"{len(np.unique(fabric.row))} rows, {fabric.face_count} faces; arrows point along the wales"
@@ -65,10 +68,10 @@ def render_rows(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_SIZE
 
 
 def render_stitches(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> None:
-    """Draw a stitch mesh coloured by stitch type, with a legend that counts them; odd rows are a little darker.
+    """Draw a stitch mesh coloured by stitch type; the legend states the count of each type, and odd rows are darker.
 
     Raises:
-        DisplayError: this machine cannot draw.
+        DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     codes, counts = np.unique(fabric.stitch, return_counts=True)
@@ -88,12 +91,12 @@ def render_stretch(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_S
     """Draw the stretch of each face as a heat map centred at 1.
 
     Raises:
-        ParameterError: the mesh carries no stretch.
-        DisplayError: this machine cannot draw.
+        ParameterError: the mesh has no stretch.
+        DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     if fabric.face_stretch is None:
-        raise ParameterError("stretch: the stitch mesh carries none; relax the mesh first")
+        raise ParameterError("stretch: the stitch mesh has none; relax the mesh first")
     spread = max(float(np.quantile(np.abs(fabric.face_stretch - 1.0), SPREAD_QUANTILE)), LEAST_SPREAD)
     caption = f"stretch of faces from {fabric.face_stretch.min():.3f} to {fabric.face_stretch.max():.3f}"
     surface = polygon_surface(fabric)
@@ -113,7 +116,7 @@ def render_stretch(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_S
 
 
 def _look_at_front(plotter: pyvista.Plotter, mesh: Mesh, size: Size, kept_free: float) -> None:
-    """Look at all of a mesh, leaving part of the picture's width free on the right."""
+    """Show the whole mesh from the front, and leave the part ``kept_free`` of the width free on the right."""
     towards, up = front_directions(mesh.corner_position)
     look(plotter, camera_around(mesh.corner_position, towards, up, size[0] / size[1], part=(1 - kept_free, 1.0)))
     plotter.camera.SetWindowCenter(kept_free, 0.0)

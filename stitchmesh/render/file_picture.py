@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of whatever a file holds."""
+"""Picture of the content of a file: a polygon mesh, a stitch mesh or yarns."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FABRIC_PICTURES: dict[str, Callable[..., None]] = {
     "stitches": render_stitches,
     "stretch": render_stretch,
 }
-"""Pictures that can be drawn of a stitch mesh."""
+"""The pictures of a stitch mesh, by name."""
 
 
 def render_file(
@@ -44,30 +44,31 @@ def render_file(
     """Draw a polygon mesh, a stitch mesh or yarns.
 
     Args:
-        source: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads; what it holds decides.
-        path: a ``.png`` file; missing folders are made.
-        what: for a stitch mesh ``rows``, ``stitches`` or ``stretch``; where None, rows if it is labeled only, else
-            stitches.
-        unit: unit of the source's coordinates, unless it is HDF5 or USD.
-        radius: radius of all yarns [cm]; where None, as ``read_yarns`` finds it.
+        source: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` can read; its content determines the
+            kind of picture.
+        path: a ``.png`` file; missing folders are created.
+        what: picture of a stitch mesh, ``rows``, ``stitches`` or ``stretch``; if None, ``rows`` for a mesh of panels
+            and ``stitches`` for any other.
+        unit: unit of the coordinates in the source; not used for HDF5 and USD, which store their unit.
+        radius: radius of all yarns [cm]; if None, the radius that ``read_yarns`` finds.
         size: width and height [pixels].
 
     Raises:
-        ParameterError: the unit is unknown, the file holds nothing of which such a picture can be drawn, or its yarns'
-            radius is neither given nor can be estimated.
+        ParameterError: the unit is unknown, this picture cannot be drawn of the content of the file, or the radius of
+            the yarns is not given and cannot be estimated.
         FileError: the source cannot be read or the picture cannot be written.
         MeshError: the polygons do not form an oriented manifold surface.
-        DisplayError: this machine cannot draw.
+        DisplayError: this machine cannot draw pictures.
     """
-    noun = read_any(source, unit=unit, radius=radius)
-    if isinstance(noun, StitchMesh):
-        _render_fabric(noun, path, what, size)
+    content = read_any(source, unit=unit, radius=radius)
+    if isinstance(content, StitchMesh):
+        _render_fabric(content, path, what, size)
     elif what is not None:
         raise ParameterError(f"what: {fspath(source)} holds no stitch mesh; a picture of its {what} cannot be drawn")
-    elif isinstance(noun, YarnSet):
-        render_yarns(noun, path, size=size)
+    elif isinstance(content, YarnSet):
+        render_yarns(content, path, size=size)
     else:
-        render_mesh(noun, path, size=size)
+        render_mesh(content, path, size=size)
 
 
 def _render_fabric(fabric: StitchMesh, path: FilePath, what: str | None, size: Size) -> None:

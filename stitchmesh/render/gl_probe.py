@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether this machine can draw off screen.
+"""Check whether this machine can draw off screen.
 
-Where the GL libraries are missing VTK dies by a segmentation fault, which no exception handler sees, so a tiny window
-is drawn in a process of its own first.
+If the GL libraries are missing, VTK ends with a segmentation fault, which no exception handler can catch. The check
+therefore draws a small window in a separate process first.
 """
 
 from __future__ import annotations
@@ -28,13 +28,14 @@ window.AddRenderer(vtkRenderer())
 window.Render()
 """
 SECONDS = 60
-"""A probe that takes longer than this will not draw a picture either; it takes half a second where all is well."""
+"""Time limit of the probe [s]; a successful probe takes half a second."""
 
 
 def check_display() -> None:
-    """Return where pictures can be drawn; the probe runs once in a process.
+    """Check that pictures can be drawn; the probe runs once per process.
 
-    On Linux this also selects VTK's EGL window, which needs no display server, unless the user selected another.
+    On Linux this function also selects VTK's EGL window, which needs no display server, unless the user has selected
+    another window.
 
     Raises:
         DisplayError: pictures cannot be drawn; the message names the packages to install.
@@ -50,7 +51,7 @@ def check_display() -> None:
 
 @functools.cache
 def _failure() -> str:
-    """Why the probe failed, empty where it did not."""
+    """Reason why the probe failed, an empty string if it succeeded."""
     try:
         probe = subprocess.run(
             [sys.executable, "-c", PROBE], capture_output=True, text=True, timeout=SECONDS, check=False
@@ -60,8 +61,8 @@ def _failure() -> str:
     except OSError as error:
         return f"the probe did not start: {error.strerror}"
     if probe.returncode < 0:
-        return f"VTK died of signal {-probe.returncode}"
+        return f"VTK was ended by signal {-probe.returncode}"
     if probe.returncode > 0:
-        said = probe.stderr.strip().splitlines()
-        return said[-1][:120] if said else f"VTK ended with status {probe.returncode}"
+        errors = probe.stderr.strip().splitlines()
+        return errors[-1][:120] if errors else f"VTK ended with status {probe.returncode}"
     return ""

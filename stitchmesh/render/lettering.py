@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Words on pictures: a caption in the corner and a key of colours."""
+"""Text on pictures: a caption in the corner and a legend of colours."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 INK = "#3a3632"
+"""Colour of letters, edges and arrows."""
 LETTER_HEIGHT = 0.018
-"""Height of the letters as a part of the picture's height."""
+"""Height of the letters, divided by the height of the picture."""
 LEAST_LETTER_HEIGHT = 9.0
-"""Height below which letters cannot be read [pixels]."""
+"""Smallest height of legible letters [pixels]."""
 
 Colour = tuple[int, int, int]
+"""sRGB colour, 0 to 255."""
 
 
 def write_caption(image: Image, text: str) -> None:
-    """Write a line into the lower left corner."""
+    """Write a line of text into the lower left corner of a picture."""
     from PIL import ImageDraw, ImageFont
 
     height = _letter_height(image)
@@ -29,12 +31,12 @@ def write_caption(image: Image, text: str) -> None:
 
 
 def draw_key(image: Image, entries: Sequence[tuple[str, Colour]], left: float) -> None:
-    """Draw a column of coloured squares with their names, halfway up the picture.
+    """Draw a legend: a vertically centred column of coloured squares with their names.
 
     Args:
-        image: where to.
-        entries: name and sRGB colour of each.
-        left: where the column starts, as a part of the picture's width.
+        image: the picture that is drawn into.
+        entries: name and sRGB colour of each square.
+        left: left border of the column, divided by the width of the picture.
     """
     from PIL import ImageDraw, ImageFont
 

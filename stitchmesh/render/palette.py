@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of stitches by their type; those of rows stand in ``dyes.py``."""
+"""Colours of stitches by their type; ``yarn/colours.py`` contains the colours of rows and yarns."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _FAMILIES = (
     ("b f x", (84.0, 112.0), 0.58),
     ("sk ks sp ps sy ys", (128.0, 158.0), 0.50),
 )
-"""Codes of stitches, hue of the first and of the last [degrees], and saturation."""
+"""Families of stitches: their codes, the hues of the first and of the last stitch [degrees], and the saturation."""
 _BRIGHTNESS = (0.88, 0.70)
-"""Of every other stitch of a family, so that those with nearly one hue are told apart."""
+"""Brightness of alternating stitches of a family, so that stitches of similar hue can be distinguished."""
 
 
 def _colours() -> dict[Stitch, tuple[int, int, int]]:
@@ -43,13 +43,13 @@ def _colours() -> dict[Stitch, tuple[int, int, int]]:
 
 
 STITCH_COLOURS = _colours()
-"""Plain stitches are pale and the others strong: increases warm, decreases cool, slips green, sRGB 0 to 255."""
+"""Colour of each stitch, sRGB 0 to 255: plain stitches are pale, increases warm, decreases cool and slips green."""
 ODD_ROW = 0.9
-"""Brightness of every second row in the picture of stitches."""
+"""Relative brightness of odd rows in the picture of stitches."""
 
 
 def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
-    """Colour (sRGB) of each stitch face, shape (n,) to (n, 3); odd rows are a little darker."""
+    """Return the colour (sRGB, 0 to 255) of each stitch face, shape (n,) to (n, 3); odd rows are slightly darker."""
     codes = np.asarray(stitch, dtype=np.int64)
     table = np.array([stitch_colour(code) for code in sorted(Stitch)], dtype=np.float64)
     shade = np.where(np.asarray(row) % 2 == 1, ODD_ROW, 1.0)
@@ -57,5 +57,5 @@ def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
 
 
 def stitch_colour(code: int) -> tuple[int, int, int]:
-    """Colour (sRGB) of a stitch type, 0 to 255."""
+    """Return the colour (sRGB, 0 to 255) of a stitch type."""
     return STITCH_COLOURS[Stitch(code)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a knitted thing: all of it from the front, and beside it some stitches of the front close up."""
+"""Picture of yarns: the whole object from the front, and a close-up of some stitches of the front."""
 
 from __future__ import annotations
 
@@ -23,22 +23,24 @@ if TYPE_CHECKING:
     import pyvista
 
 CLOSE_UP_SIDES, CLOSE_UP_SAMPLES = 16, 4
+"""Sides of a tube and samples per segment in the close-up."""
 
 DETAIL = ((40_000, 10, 3), (120_000, 8, 2), (400_000, 6, 1))
-"""Sides of a tube and samples of a segment for sets of up to so many segments."""
+"""Levels of detail: largest number of segments, sides of a tube and samples per segment."""
 COARSEST = (4, 1)
+"""Sides of a tube and samples per segment for more segments than any level of ``DETAIL`` allows."""
 
 
 def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (1600, 1000)) -> None:
-    """Draw yarns as tubes of their radius, coloured by yarn where there are several, else by row.
+    """Draw yarns as tubes of their radius, coloured by yarn if there are several colours, else by row.
 
     Args:
-        yarns: y up; the front is its wide side towards +z.
-        path: a ``.png`` file; missing folders are made.
+        yarns: the yarns, with y upwards; the front is the wide side (``camera.front_directions``).
+        path: a ``.png`` file; missing folders are created.
         size: width and height [pixels].
 
     Raises:
-        DisplayError: this machine cannot draw.
+        DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     towards, up = front_directions(yarns.points)
@@ -63,14 +65,14 @@ def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (160
 
 
 def detail_for(count: int) -> tuple[int, int]:
-    """Sides of a tube and samples of a segment for so many segments."""
+    """Return the sides of a tube and the samples per segment for a number of segments."""
     return next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
 
 
 def _close_up(
     yarns: YarnSet, towards: FloatArray, up: FloatArray, height: float, aspect: float
 ) -> tuple[Camera, IntArray]:
-    """A camera in front of the middle of the front, and the segments that it sees."""
+    """A camera opposite to the middle of the front, and the segments in its picture."""
     extent = height * max(aspect, 1.0)
     focus, normal = front_patch(yarns.points, towards, up, 0.5 * height * min(aspect, 1.0))
     offset = yarns.points[yarns.segment_points].mean(axis=1) - focus

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The stage on which pictures are taken: off-screen window, light, shadow in the hollows, and the file."""
+"""The scene of all pictures: off-screen window, lights, ambient occlusion, and the picture file."""
 
 from __future__ import annotations
 
@@ -22,24 +22,29 @@ if TYPE_CHECKING:
     import pyvista
 
 PAPER = "#efece6"
+"""Background colour at the top of a picture."""
 SHADE = "#d9d4ca"
+"""Background colour at the bottom of a picture."""
 DUSK = "#57514b"
+"""Background colour of a close-up."""
 
 Viewport = tuple[float, float, float, float]
 """Left, lower, right and upper border of a panel, as parts of the picture."""
 
 WHOLE: Viewport = (0.0, 0.0, 1.0, 1.0)
+"""The panel that covers the whole picture."""
 
 LIGHTS = (((-0.55, 0.75, 0.9), 1.15), ((0.9, 0.1, 0.6), 0.42), ((0.1, -0.6, 0.7), 0.2))
-"""Key from the upper left, fill from the right, a little from below: direction to the right, up and to the camera,
-and intensity."""
+"""Direction (to the right, upwards and to the camera) and intensity of each light.
+
+The key light is at the upper left, the fill light at the right, and a weak light below."""
 
 KEY_LEFT = 0.8
-"""Where a key of colours starts, as a part of the picture's width."""
+"""Left border of a legend of colours, divided by the width of the picture."""
 OVERSIZE = 2
-"""The window is so many times as wide and high as the picture, which takes the mean of each block of its pixels."""
+"""Width and height of the window divided by those of the picture; a pixel is the mean of a block of the window."""
 HOLLOW_SAMPLES = 16
-"""Points looked at around each pixel to find how hemmed in it is; the blur hides the grain of so few."""
+"""Samples around each pixel for ambient occlusion; a blur removes the noise of the small number of samples."""
 
 
 @contextmanager
@@ -51,17 +56,17 @@ def picture(
     caption: str = "",
     key: Sequence[tuple[str, Colour]] = (),
 ) -> Iterator[pyvista.Plotter]:
-    """An off-screen plotter of one or more panels whose picture is written when the block ends well.
+    """Open an off-screen plotter of one or more panels; the picture is written when the block ends without an error.
 
     Args:
-        path: a ``.png`` file; missing folders are made.
+        path: a ``.png`` file; missing folders are created.
         size: width and height [pixels].
-        panels: where each panel lies; later ones cover earlier ones.
-        caption: a line for the lower left corner.
-        key: names of colours, for the part of the picture right of ``KEY_LEFT``.
+        panels: borders of each panel; a panel covers the panels before it.
+        caption: line of text in the lower left corner.
+        key: names and colours of a legend, which is drawn to the right of ``KEY_LEFT``.
 
     Raises:
-        DisplayError: this machine cannot draw.
+        DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     suffix_of(path, (".png",))
@@ -88,7 +93,7 @@ def picture(
 
 
 def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8]) -> None:
-    """Add tubes with one sRGB colour for each of their vertices, shape (V, 3)."""
+    """Add tubes with one sRGB colour per vertex, shape (V, 3)."""
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(tubes.vertices.astype(np.float32), tubes.triangles)
@@ -101,7 +106,7 @@ def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uin
 
 
 def look(plotter: pyvista.Plotter, camera: Camera) -> None:
-    """Point the active panel's camera and hang the lights around it."""
+    """Set the camera of the active panel, and place the lights relative to the camera."""
     import pyvista
 
     plotter.camera.position = camera.position
@@ -118,5 +123,10 @@ def look(plotter: pyvista.Plotter, camera: Camera) -> None:
 
 
 def shade_hollows(plotter: pyvista.Plotter, reach: float) -> None:
-    """Darken places that are hemmed in within a distance [cm]: what makes loops stand out from each other."""
+    """Add ambient occlusion, which darkens hollows and makes loops distinguishable.
+
+    Args:
+        plotter: the plotter; its active panel is changed.
+        reach: distance up to which surfaces occlude each other [cm].
+    """
     plotter.enable_ssao(radius=reach, bias=0.05 * reach, kernel_size=HOLLOW_SAMPLES, blur=True)

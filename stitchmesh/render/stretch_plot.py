@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of a stretch curve: tension, and how the other size follows, against the strain."""
+"""Plot of a stretch curve: tension, and the transverse size, against the strain."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SIZE = (7.0, 4.2)
-"""Width and height of a picture of one panel [inch]."""
+"""Width and height of a picture with one panel [inch]."""
 TALL = 6.0
-"""Height of a picture of two."""
+"""Height of a picture with two panels [inch]."""
 ALONG = {"course": "along the courses", "wale": "along the wales"}
-"""What a direction is called."""
+"""Names of the directions in labels."""
 
 
 def plot_stretch(curve: StretchCurve, path: FilePath) -> None:
-    """Draw the tensions of a curve, and the size across it where that is free.
+    """Draw the tensions of a stretch curve, and the transverse size if it is free.
 
     Args:
-        curve: a stretched swatch.
-        path: a ``.png`` file; missing folders are made.
+        curve: result of a stretch test.
+        path: a ``.png`` file; missing folders are created.
 
     Raises:
         FileError: the picture cannot be written.
@@ -51,7 +51,7 @@ def plot_stretch(curve: StretchCurve, path: FilePath) -> None:
 
 
 def _draw_tension(axes: Axes, curve: StretchCurve) -> None:
-    """Tension along both directions, that across only where the size is held; snaps as broken lines."""
+    """Draw the tension along the stretch, the transverse tension if that size is held, and snaps as dashed lines."""
     percent = _percent(curve)
     names = ("course", "wale") if curve.other == "held" else (curve.direction,)
     for name, dye in zip(names, DYES, strict=False):
@@ -59,11 +59,11 @@ def _draw_tension(axes: Axes, curve: StretchCurve) -> None:
         axes.plot(percent, tension, color=tuple(dye), linewidth=1.6, marker="o", markersize=4, label=ALONG[name])
     for number, point in enumerate(curve.snaps):
         place = (percent[point - 1] + percent[point]) / 2
-        label = "snapped to another shape" if number == 0 else None
+        label = "snap to another shape" if number == 0 else None
         axes.axvline(place, color=PALE_INK, linewidth=1.0, linestyle=(0, (5, 3)), label=label)
     axes.axhline(0.0, color=PALE_INK, linewidth=0.8)
     axes.legend(frameon=False, fontsize=9, labelcolor=INK)
-    _dress(axes, "tension [dyn/cm]")
+    _style_axes(axes, "tension [dyn/cm]")
     newtons = axes.secondary_yaxis("right", functions=(_in_newtons, _in_dynes))
     newtons.set_ylabel("tension [N/m]", color=PALE_INK)
     newtons.tick_params(colors=PALE_INK, labelsize=9)
@@ -71,15 +71,15 @@ def _draw_tension(axes: Axes, curve: StretchCurve) -> None:
 
 
 def _draw_other(axes: Axes, curve: StretchCurve) -> None:
-    """The size that is free, over what it is without stress."""
+    """Draw the relative change of the free transverse size."""
     width, height = size_of(curve.free.lattice)
     name, size, rest = ("height", curve.column("height"), height) if curve.direction == "course" else (
         "width", curve.column("width"), width)  # fmt: skip
     axes.plot(_percent(curve), 100.0 * (size / rest - 1.0), color=INK, linewidth=1.6, marker="o", markersize=4)
-    _dress(axes, f"change of {name} [%]")
+    _style_axes(axes, f"change of {name} [%]")
 
 
-def _dress(axes: Axes, name: str) -> None:
+def _style_axes(axes: Axes, name: str) -> None:
     axes.set_ylabel(name, color=PALE_INK)
     axes.grid(color=GRID, linewidth=0.8)
     axes.set_axisbelow(True)
@@ -92,7 +92,7 @@ def _summary(curve: StretchCurve) -> str:
     width, height = size_of(curve.free.lattice)
     across = "wale" if curve.direction == "course" else "course"
     fabric = f"free cell {width:.3g} x {height:.3g} cm"
-    return f"{fabric}, drawn {ALONG[curve.direction]}, {curve.other} {ALONG[across]}"
+    return f"{fabric}, stretched {ALONG[curve.direction]}, {curve.other} {ALONG[across]}"
 
 
 def _percent(curve: StretchCurve) -> FloatArray:

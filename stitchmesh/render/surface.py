@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes as they are drawn: faces of any size, their edges, and arrows along the wales."""
+"""Drawing of meshes: faces, edges, and arrows along the wales."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     import pyvista
 
 LIFT = 0.03
-"""Arrows and edges lie above the surface by this part of the mean side length, or they would drown in it."""
+"""Distance of arrows and edges from the surface, divided by the mean side length; it keeps them visible."""
 
 
 def polygon_surface(mesh: Mesh) -> pyvista.PolyData:
-    """The faces with smooth normals; each corner is a point of its own, so that a lattice needs no seam."""
+    """Return the faces with smooth normals; every corner is a separate point, so that lattice images need no seam."""
     import pyvista
 
     sizes = np.diff(mesh.face_start)
@@ -39,14 +39,14 @@ def add_faces(plotter: pyvista.Plotter, mesh: Mesh, colours: NDArray[np.uint8]) 
 
 
 def add_edges(plotter: pyvista.Plotter, mesh: Mesh, sides: NDArray[np.bool_], width: float, opacity: float) -> None:
-    """Add the chosen sides as lines, each edge once.
+    """Add the edges of the selected sides as lines, each edge once.
 
     Args:
-        plotter: where to.
-        mesh: whose sides.
-        sides: which of them, shape (C,).
-        width: of the lines [window pixels].
-        opacity: from 0 to 1.
+        plotter: the plotter.
+        mesh: the mesh.
+        sides: whether each side is selected, shape (C,).
+        width: width of the lines [pixels of the window].
+        opacity: opacity of the lines, from 0 to 1.
     """
     import pyvista
 
@@ -63,7 +63,7 @@ def add_edges(plotter: pyvista.Plotter, mesh: Mesh, sides: NDArray[np.bool_], wi
 
 
 def add_wale_arrows(plotter: pyvista.Plotter, fabric: StitchMesh) -> None:
-    """Add an arrowhead to each face that points along its wale."""
+    """Add an arrowhead to each face; it points along the wale of the face."""
     import pyvista
 
     triangles = np.arange(3 * fabric.face_count).reshape(-1, 3)
@@ -72,7 +72,7 @@ def add_wale_arrows(plotter: pyvista.Plotter, fabric: StitchMesh) -> None:
 
 
 def wale_arrowheads(fabric: StitchMesh) -> FloatArray:
-    """Tip and two ends of the base of each face's arrowhead [cm], shape (F, 3, 3)."""
+    """Return the tip and the two ends of the base of the arrowhead of each face [cm], shape (F, 3, 3)."""
     position = lifted_corners(fabric)
     first, last, right = fabric.face_start[:-1], fabric.face_start[1:] - 1, fabric.right_wale
     bottom = (position[first] + position[right]) / 2
@@ -86,6 +86,6 @@ def wale_arrowheads(fabric: StitchMesh) -> FloatArray:
 
 
 def lifted_corners(mesh: Mesh) -> FloatArray:
-    """Position of each corner a little above the surface [cm], shape (C, 3)."""
+    """Return the position of each corner, shifted along the normal by ``LIFT`` [cm], shape (C, 3)."""
     height = LIFT * float(mesh.side_length.mean())
     return mesh.corner_position + height * mesh.vertex_normal[mesh.face_vertex]

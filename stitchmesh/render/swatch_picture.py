@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a fabric that repeats: some tiles of it from the front, which fill the picture to its borders."""
+"""Picture of a periodic fabric: a number of tiles from the front, which fill the whole picture."""
 
 from __future__ import annotations
 
@@ -20,37 +20,39 @@ from stitchmesh.yarn.tiling import tile_yarns
 LONGER_SIDE = 1400
 """Pixels along the longer side of a picture."""
 DIMMED = 210.0
-"""Wool of all light [sRGB]; the lamps together are brighter than one."""
+"""Brightness of white yarn [sRGB]; it is below 255, because the total intensity of the lights is above one."""
 SLIMMEST = 0.25
-"""Least width over height of a picture, or height over width."""
+"""Smallest ratio of the shorter to the longer side of a picture."""
 BEYOND = 4.0
-"""How far beyond the picture's border yarn is drawn [radii]; perspective moves the near side outwards."""
+"""Width of the strip around the visible part in which yarn is drawn as well [yarn radii].
+
+Perspective shifts the near side of the yarn outwards."""
 
 
 def render_swatch(yarns: YarnSet, path: FilePath, tiles: tuple[int, int], *, longer_side: int = LONGER_SIDE) -> None:
     """Draw tiles of a fabric in the colours of its yarns.
 
     Args:
-        yarns: a set on a lattice; the front is the side that the product of its periods points to.
-        path: a ``.png`` file; missing folders are made.
-        tiles: periods along the courses and along the wales that are to be seen.
-        longer_side: of the picture [pixels].
+        yarns: a set of yarns on a lattice; the front is the side to which the cross product of the periods points.
+        path: a ``.png`` file; missing folders are created.
+        tiles: number of visible periods along the courses and along the wales.
+        longer_side: longer side of the picture [pixels].
 
     Raises:
-        DisplayError: this machine cannot draw.
+        DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
-        ParameterError: a number of tiles is not a whole number from 1.
-        YarnError: the yarns do not repeat.
+        ParameterError: a number of tiles is not a positive integer.
+        YarnError: the yarns have no lattice.
     """
     around = tile_yarns(yarns, tiles[0] + 2, tiles[1] + 2)
-    assert yarns.lattice is not None  # or they could not be tiled
+    assert yarns.lattice is not None  # tile_yarns has checked this.
     corner = yarns.lattice.shift(np.array([1, 1]))
     frame, extent = _frame(yarns, tiles)
     middle = corner + 0.5 * yarns.lattice.shift(np.array(tiles)) + _middle(yarns)
     radius = float(yarns.radius.max())
-    seen = _seen(around, frame, middle, extent, BEYOND * radius)
-    sides, samples = detail_for(len(seen))
-    curves = polylines_of_segments(around, seen, samples)
+    visible = _visible_segments(around, frame, middle, extent, BEYOND * radius)
+    sides, samples = detail_for(len(visible))
+    curves = polylines_of_segments(around, visible, samples)
     tubes = tubes_around(curves.points, curves.closed, around.radius[curves.yarn], sides=sides)
     wool = np.round(DIMMED * WOOLS[around.colour % len(WOOLS)]).astype(np.uint8)
     with picture(path, _pixels(extent, longer_side)) as plotter:
@@ -60,7 +62,7 @@ def render_swatch(yarns: YarnSet, path: FilePath, tiles: tuple[int, int], *, lon
 
 
 def _frame(yarns: YarnSet, tiles: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-    """Directions to the right, upright and to the front, shape (3, 3), and what is seen [cm], shape (2,)."""
+    """Directions to the right, upwards and to the front, shape (3, 3), and size of the visible part [cm], (2,)."""
     assert yarns.lattice is not None
     along, up = yarns.lattice.periods
     right = along / np.linalg.norm(along)
@@ -72,15 +74,15 @@ def _frame(yarns: YarnSet, tiles: tuple[int, int]) -> tuple[FloatArray, FloatArr
 
 
 def _middle(yarns: YarnSet) -> FloatArray:
-    """From where the periods count to the yarns of the cell, in depth and in the plane [cm]."""
+    """Vector from the centre of the cell to the centre of the bounding box of its yarns [cm], shape (3,)."""
     assert yarns.lattice is not None
     return 0.5 * (yarns.points.min(axis=0) + yarns.points.max(axis=0)) - 0.5 * yarns.lattice.shift(np.array([1, 1]))
 
 
-def _seen(
+def _visible_segments(
     yarns: YarnSet, frame: FloatArray, middle: FloatArray, extent: FloatArray, beyond: float
 ) -> IntArray:
-    """Segments inside the picture's border."""
+    """Segments inside the visible part or at most ``beyond`` [cm] outside of it."""
     place = (yarns.points[yarns.segment_points].mean(axis=1) - middle) @ frame[:2].T
     return np.flatnonzero((np.abs(place) < 0.5 * extent + beyond).all(axis=1))
 

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How many stitches lie along each edge.
+"""The number of stitches along each edge.
 
-Course edges get their length over the stitch width. All wale edges of a row get one count, from their mean length
-over the stitch height, so that the two wale edges of every face agree.
+The count of a course edge is its length divided by the stitch width. All wale edges of a row have the same count, their
+mean length divided by the stitch height, so that the two wale edges of every face agree.
 """
 
 from __future__ import annotations
@@ -18,24 +18,31 @@ from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
 EdgeName = int | tuple[int, int]
 
 BYTES_PER_STITCH = 40_000
-"""Peak memory of the whole pipeline per stitch face, measured by ``benchmarks/garments.py``."""
+"""Peak memory of the whole pipeline per stitch face [bytes], measured by ``benchmarks/garments.py``."""
 MOST_STITCHES = 1_000_000
-"""Stitch faces beyond which a request is refused rather than left to exhaust the machine."""
+"""Largest number of stitch faces; a larger request is refused, because it could exhaust the memory of the machine."""
 DIGITS = 9
-"""Digits after the point to which a quotient is rounded before it is rounded to a whole number.
+"""Decimal digits to which a quotient is rounded before it is rounded to an integer.
 
-Edges are often half a stitch longer than a whole number of them, where a last bit would decide otherwise.
+The length of an edge is often an odd number of half stitches. Without the first rounding, the last bit of the quotient
+would determine the integer.
 """
 
 
 def edge_counts(
     labeled: StitchMesh, stitch_width: float, stitch_height: float, given: Mapping[EdgeName, int]
 ) -> IntArray:
-    """Number of stitches along each edge, shape (E,).
+    """Return the number of stitches along each edge, shape (E,).
+
+    Args:
+        labeled: the labeled mesh.
+        stitch_width: wale spacing [cm].
+        stitch_height: course spacing [cm].
+        given: counts of single edges; the count of a wale edge applies to its whole row.
 
     Raises:
-        ParameterError: the stitch is not a positive size, or larger than the garment; a given count is below 1 or
-            its edge does not exist.
+        ParameterError: the stitch size is not positive or larger than the garment, a given count is below 1, or its
+            edge does not exist.
         TessellationError: two given counts of one row differ, or the stitches would not fit in memory.
     """
     _check_size(labeled, stitch_width, stitch_height)
@@ -50,7 +57,7 @@ def edge_counts(
 
 
 def whole_count(quotient: FloatArray) -> FloatArray:
-    """The nearest whole number, at least 1; of halves, whatever their last bits, the even one, shape (n,)."""
+    """Return the nearest integers, at least 1, shape (n,); halves, up to rounding errors, become even integers."""
     count: FloatArray = np.maximum(1.0, np.rint(np.round(quotient, DIGITS)))
     return count
 
@@ -69,25 +76,27 @@ def _check_size(labeled: StitchMesh, width: float, height: float) -> None:
 
 
 def _row_counts(labeled: StitchMesh, length: np.ndarray, height: float) -> np.ndarray:
-    """Stitch rows in each row of panels."""
+    """Number of stitch rows in each row of panels, shape (rows,)."""
     wale_length = length[labeled.side_edge[labeled.left_wale]] + length[labeled.side_edge[labeled.right_wale]]
     total = np.bincount(labeled.row, wale_length / 2)
     return whole_count(total / np.bincount(labeled.row) / height)
 
 
 def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> None:
+    """Raise an error if there would be more than ``MOST_STITCHES`` stitches."""
     along = np.where(labeled.is_wale, 0.0, counts[labeled.side_edge])
     stitches = np.add.reduceat(along, labeled.face_start[:-1]) / 2 * counts[labeled.side_edge[labeled.left_wale]]
     total = stitches.sum()
     if total > MOST_STITCHES:
         raise TessellationError(
             f"stitch width {width:g} cm: needs about {total:.2g} stitches and {total * BYTES_PER_STITCH / 1e9:.3g} GB "
-            f"of memory; at most {MOST_STITCHES:,} are made, so use at least "
+            f"of memory; at most {MOST_STITCHES:,} stitches are allowed, so use a width of at least "
             f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm"
         )
 
 
 def _with_given(labeled: StitchMesh, counts: IntArray, given: Mapping[EdgeName, int]) -> IntArray:
+    """Replace the counts of single edges by given counts."""
     rows: dict[int, int] = {}
     for name, count in given.items():
         edge = edge_named(labeled, name)
@@ -109,7 +118,7 @@ def _with_given(labeled: StitchMesh, counts: IntArray, given: Mapping[EdgeName, 
 
 
 def edge_named(labeled: StitchMesh, name: EdgeName) -> int:
-    """The edge of a side number or a pair of vertices.
+    """Return the edge of a side number or of a pair of vertices.
 
     Raises:
         ParameterError: there is no such edge.

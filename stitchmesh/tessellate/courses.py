@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a panel's stitches change from its bottom to its top, and where increases and decreases go.
+"""The number of loops in each course of a panel, and the places of increases and decreases.
 
-A stitch takes at most three loops together and makes at most three of one, so the number of loops changes by a
-factor of at most three from course to course. Increases and decreases stand at the panel's wale edges, or all at
-the marked one (Yuksel et al. 2012, section 5.2).
+A stitch takes at most three loops and makes at most three loops, so that the number of loops changes by at most a
+factor of three from course to course. Increases and decreases are placed at the wale edges of the panel, or all at the
+marked wale edge (Yuksel et al. 2012, section 5.2).
 """
 
 from __future__ import annotations
@@ -15,11 +15,17 @@ from stitchmesh.errors import TessellationError
 from stitchmesh.mesh import IntArray
 
 MOST_LOOPS = 3
-"""Loops that one stitch takes together or makes."""
+"""Largest number of loops that one stitch takes or makes."""
 
 
 def loops_per_course(bottom: int, top: int, courses: int, face: int) -> IntArray:
-    """Loops below each course of a panel and above the last, shape (courses + 1,).
+    """Return the number of loops below each course of a panel and above the last course, shape (courses + 1,).
+
+    Args:
+        bottom: number of loops below the first course.
+        top: number of loops above the last course.
+        courses: number of courses.
+        face: number of the panel, for the error message.
 
     Raises:
         TessellationError: the panel has too few courses for its change of width.
@@ -40,13 +46,13 @@ def loops_per_course(bottom: int, top: int, courses: int, face: int) -> IntArray
 
 
 def stitch_widths(narrow: int, wide: int, course: int, marked: str) -> IntArray:
-    """Loops on the wide side of each of ``narrow`` stitches, left to right, in sum ``wide``.
+    """Return the number of loops of each stitch on the wide side of a course, from left to right, shape (narrow,).
 
     Args:
-        narrow: loops on the narrow side of the course.
-        wide: loops on the wide side.
-        course: number of the course; single changes alternate between the two ends.
-        marked: ``"left"`` or ``"right"`` wale edge that takes all changes, ``""`` for both.
+        narrow: number of loops on the narrow side of the course, which is the number of stitches.
+        wide: number of loops on the wide side, the sum of the result.
+        course: number of the course; single increases or decreases alternate between the two ends.
+        marked: wale edge at which all increases and decreases are placed, ``"left"`` or ``"right"``; ``""`` for both.
     """
     widths = np.ones(narrow, dtype=np.int64)
     places = _places(narrow, course, marked)
@@ -56,7 +62,7 @@ def stitch_widths(narrow: int, wide: int, course: int, marked: str) -> IntArray:
 
 
 def _places(count: int, course: int, marked: str) -> IntArray:
-    """Stitches of a course in the order in which they take changes."""
+    """Stitches of a course in the order in which they become increases or decreases."""
     order = np.arange(count)
     if marked == "left":
         return order

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The stitch faces of one panel: a face of the labeled mesh.
+"""The stitch faces of one panel, that is, of one face of the labeled mesh.
 
-Vertices and edges on the panel's sides are shared with its neighbours, those inside are its own. A stitch face is
-listed by its corners and by the numbers of its edges; faces with the same edge number are neighbours, whatever
-their vertices.
+Vertices and edges on the sides of a panel are shared with its neighbours; vertices and edges inside belong to the panel
+alone. A stitch face is described by its corners and by the numbers of its edges. Faces with a common edge number are
+neighbours, independently of their vertices.
 """
 
 from __future__ import annotations
@@ -21,35 +21,44 @@ from stitchmesh.tessellate.courses import stitch_widths
 
 @dataclass
 class StitchFaces:
-    """Stitch faces while they are listed."""
+    """Stitch faces that have been made so far."""
 
     corners: list[list[int]] = field(default_factory=list)
+    """Vertices of each face, counter-clockwise from the lower left."""
     edges: list[list[int]] = field(default_factory=list)
+    """Edges of each face, in the order of its sides."""
     n_bottom: list[int] = field(default_factory=list)
+    """Number of bottom sides of each face."""
     n_top: list[int] = field(default_factory=list)
+    """Number of top sides of each face."""
     stitch: list[Stitch] = field(default_factory=list)
+    """Stitch of each face."""
     row: list[int] = field(default_factory=list)
+    """Row of each face."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel with the vertices on its courses and the edges around it.
-
-    ``levels[j]`` are the vertices below course j, left to right; ``bottom`` and ``top`` the edges of the first and
-    last level, ``left`` and ``right`` the wale edges, upwards.
-    """
+    """A panel with the vertices of its course lines and the edges on its sides."""
 
     levels: list[IntArray]
+    """Vertices on each course line from left to right; ``levels[j]`` is below course j."""
     bottom: IntArray
+    """Edges on the first course line, from left to right."""
     top: IntArray
+    """Edges on the last course line, from left to right."""
     left: IntArray
+    """Edges on the left wale side, upwards."""
     right: IntArray
+    """Edges on the right wale side, upwards."""
     first_row: int
+    """Stitch row of the first course."""
     marked: str
+    """Wale side at which all increases and decreases are placed, ``"left"`` or ``"right"``; ``""`` for both."""
 
 
 def add_stitches(panel: Panel, faces: StitchFaces, next_edge: int) -> int:
-    """List the panel's stitch faces; returns the next free edge number."""
+    """Add the stitch faces of a panel to ``faces``, and return the next free edge number."""
     courses = len(panel.levels) - 1
     below = panel.bottom
     for course in range(courses):
@@ -64,6 +73,7 @@ def add_stitches(panel: Panel, faces: StitchFaces, next_edge: int) -> int:
 def _add_course(
     panel: Panel, course: int, below: IntArray, above: IntArray, faces: StitchFaces, next_edge: int
 ) -> int:
+    """Add the stitch faces of one course, and return the next free edge number."""
     narrow = min(len(below), len(above)) or max(len(below), len(above))
     wide = max(len(below), len(above))
     widths = stitch_widths(narrow, wide, course, panel.marked)
@@ -88,14 +98,20 @@ def _add_course(
 
 
 def _shares(loops: int, widths: IntArray) -> IntArray:
-    """Loops of each stitch on a side of a course: its widths on the wide side, one each on the narrow one."""
+    """Number of loops of each stitch on one side of a course: ``widths`` on the wide side, 1 on the narrow side."""
     if loops == 0:
         return np.zeros(len(widths), dtype=np.int64)
     return widths if loops == widths.sum() else np.ones(len(widths), dtype=np.int64)
 
 
 def stitch_for(n_bottom: int, n_top: int, left_half: bool) -> Stitch:
-    """The plain stitch of a face with these sides; increases and decreases lean to the panel's middle."""
+    """Return the stitch of a face by its numbers of sides; increases and decreases lean towards the panel's middle.
+
+    Args:
+        n_bottom: number of bottom sides.
+        n_top: number of top sides.
+        left_half: whether the face is in the left half of its course.
+    """
     by_sides = {
         (1, 1): Stitch.KNIT,
         (1, 2): Stitch.KY if left_half else Stitch.YK,
@@ -109,16 +125,16 @@ def stitch_for(n_bottom: int, n_top: int, left_half: bool) -> Stitch:
 
 
 def inner_points(corners: FloatArray, bottom: IntArray, top: IntArray, loops: IntArray) -> list[FloatArray]:
-    """Points inside a panel on each course line, by mean value coordinates.
+    """Return the inner points of the course lines of a panel, by mean value coordinates.
 
     Args:
-        corners: the panel's corners [cm] from the lower left, shape (n, 3).
-        bottom: stitches along each bottom side, left to right.
-        top: stitches along each top side, left to right.
-        loops: loops below each course and above the last.
+        corners: corners of the panel [cm] from the lower left, shape (n, 3).
+        bottom: number of stitches along each bottom side, from left to right.
+        top: number of stitches along each top side, from left to right.
+        loops: number of loops below each course and above the last course.
 
     Returns:
-        For each inner course line its points [cm] without the two on the wale sides.
+        For each inner course line, its points [cm] without the two points on the wale sides.
     """
     template = _template(bottom, top)
     base, width = float(len(bottom) > 0), float(len(top) > 0)
@@ -133,7 +149,7 @@ def inner_points(corners: FloatArray, bottom: IntArray, top: IntArray, loops: In
 
 
 def _template(bottom: IntArray, top: IntArray) -> FloatArray:
-    """Corners of the panel laid flat in the unit square; a side without loops shrinks to a point."""
+    """Corners of the template of a panel in the unit square, shape (n, 2); an empty bottom or top becomes a point."""
     low = _marks(bottom)
     high = _marks(top)[::-1]
     return np.concatenate([
@@ -143,6 +159,7 @@ def _template(bottom: IntArray, top: IntArray) -> FloatArray:
 
 
 def _marks(counts: IntArray) -> FloatArray:
+    """Positions in [0, 1] of the ends of consecutive sides, in proportion to their counts."""
     if len(counts) == 0:
         return np.array([0.5])
     return np.concatenate([[0.0], np.cumsum(counts) / counts.sum()])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Divide a labeled mesh into stitch faces."""
+"""Division of a labeled mesh into stitch faces."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stitchmesh.tessellate.panel import Panel, StitchFaces, add_stitches, inner_
 STITCH_WIDTH = 0.8
 """Wale spacing [cm] where a command is given none: worsted yarn by hand, about 13 stitches in 10 cm."""
 COURSE_OVER_WALE_SPACING = 0.77
-"""Height of a relaxed plain stitch over its width: the inverse of Munden's ratio R = 1.3."""
+"""Height of a relaxed plain stitch divided by its width, the inverse of Munden's ratio R = 1.3."""
 
 
 def tessellate(
@@ -31,20 +31,21 @@ def tessellate(
 ) -> StitchMesh:
     """Divide each face of a labeled mesh into stitches.
 
-    Edges shared by two faces are divided once, so there are no T-junctions. Where a face has more stitches at its
-    top than at its bottom, or fewer, its courses get increases or decreases at its wale edges.
+    An edge shared by two faces is divided once, so that there are no T-junctions. If the numbers of stitches at the top
+    and at the bottom of a face differ, its courses have increases or decreases at its wale edges.
 
     Args:
-        labeled: what ``label`` returned.
+        labeled: a labeled mesh (``label``).
         stitch_width: wale spacing [cm].
-        stitch_height: course spacing [cm]; 0.77 of the width unless given.
-        counts: stitches along single edges; on a wale edge the count is its whole row's.
-        marked: wale edges that take all increases and decreases of their faces.
+        stitch_height: course spacing [cm]; by default 0.77 times the width.
+        counts: number of stitches along single edges; the count of a wale edge applies to its whole row.
+        marked: wale edges at which all increases and decreases of their faces are placed.
 
     Raises:
-        ParameterError: a size or count is out of range, an edge does not exist, the mesh repeats on a lattice.
-        TessellationError: the mesh is made of stitches already, counts of one row differ, a face is too short for its
-            change of width, or the stitches would not fit in memory.
+        ParameterError: a size or count is out of range, an edge does not exist, a marked edge is a course edge, or the
+            mesh has a lattice.
+        TessellationError: the mesh already consists of stitches, counts of one row differ, a face has too few courses
+            for its change of width, or the stitches would not fit in memory.
 
     Source: Yuksel et al. 2012, section 5.2.
     """
@@ -52,7 +53,7 @@ def tessellate(
         raise ParameterError("tessellate: got a mesh on a lattice; make periodic stitch meshes from charts instead")
     stitches = np.flatnonzero(labeled.stitch != Stitch.PANEL)
     if len(stitches):
-        raise TessellationError(f"face {stitches[0]}: is a stitch already; tessellate what `label` made")
+        raise TessellationError(f"face {stitches[0]}: is a stitch already; tessellate the result of `label`")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     along = edge_counts(labeled, stitch_width, height, counts or {})
     marks = _marked_sides(labeled, marked)
@@ -63,12 +64,12 @@ def _marked_sides(labeled: StitchMesh, marked: Sequence[EdgeName]) -> np.ndarray
     edges = [edge_named(labeled, name) for name in marked]
     for name, edge in zip(marked, edges, strict=True):
         if not labeled.is_wale[labeled.edge_side[edge]]:
-            raise ParameterError(f"marked edge {name}: is a course edge; increases are collected at wale edges")
+            raise ParameterError(f"marked edge {name}: is a course edge; increases are placed at wale edges")
     return np.isin(labeled.side_edge, edges)
 
 
 class _Tessellation:
-    """Numbers of the vertices and edges that panels share, and the panels in turn."""
+    """Numbers of the vertices and edges that panels share, and the points made so far."""
 
     def __init__(self, labeled: StitchMesh, along: IntArray, marked: np.ndarray) -> None:
         self.labeled, self.along, self.marked = labeled, along, marked
@@ -82,6 +83,7 @@ class _Tessellation:
         self.first_row = np.concatenate([[0], np.cumsum(rows)])[labeled.row]
 
     def _points_on_edges(self) -> FloatArray:
+        """Points that divide each edge into equal parts, without the ends of the edge [cm], edge by edge."""
         mesh = self.labeled
         start = mesh.corner_position[mesh.edge_side]
         end = mesh.corner_position[mesh.side_next[mesh.edge_side]]
@@ -91,7 +93,7 @@ class _Tessellation:
         return start[edge] * (1.0 - share) + end[edge] * share
 
     def _along_side(self, side: int) -> tuple[IntArray, IntArray]:
-        """Vertices (both ends included) and edges along a side, in its own direction."""
+        """Vertices (both ends included) and edges along a side, in the direction of the side."""
         mesh, edge = self.labeled, self.labeled.side_edge[side]
         inner = self.edge_vertex[edge] + np.arange(self.along[edge] - 1)
         edges = self.edge_base[edge] + np.arange(self.along[edge])
@@ -101,7 +103,7 @@ class _Tessellation:
         return np.concatenate([[ends[0]], inner, [ends[1]]]), edges
 
     def _chain(self, sides: Sequence[int], empty: int) -> tuple[IntArray, IntArray]:
-        """Vertices and edges along several sides; the single vertex ``empty`` where there is no side."""
+        """Vertices and edges along consecutive sides; without sides, only the vertex ``empty``."""
         parts = [self._along_side(side) for side in sides]
         vertices = [part[0][1:] for part in parts]
         first = parts[0][0][:1] if parts else np.array([empty])
@@ -109,7 +111,7 @@ class _Tessellation:
         return np.concatenate([first, *vertices]), np.concatenate([np.zeros(0, dtype=np.int64), *edges])
 
     def panel(self, face: int) -> Panel:
-        """A face with the vertices of all its courses, those inside made now."""
+        """Return the panel of a face, and make the points inside the panel."""
         mesh, start = self.labeled, int(self.labeled.face_start[face])
         right, left = int(mesh.right_wale[face]), int(mesh.left_wale[face])
         bottom_sides, top_sides = range(start, right), range(right + 1, left)
@@ -136,7 +138,7 @@ class _Tessellation:
         return Panel(levels, bottom, top[::-1], left_edges, right_edges, int(self.first_row[face]), mark)
 
     def stitch_mesh(self) -> StitchMesh:
-        """All panels divided and joined."""
+        """Divide all panels and join their stitch faces to a stitch mesh."""
         faces, next_edge = StitchFaces(), int(self.edge_base[-1])
         for face in range(self.labeled.face_count):
             next_edge = add_stitches(self.panel(face), faces, next_edge)
@@ -157,7 +159,7 @@ class _Tessellation:
 
 
 def _twins(edges: IntArray) -> IntArray:
-    """Sides with the same edge number are twins."""
+    """Twin of each side: the other side with the same edge number, shape (C,)."""
     order = np.argsort(edges, kind="stable")
     pair = np.flatnonzero(np.diff(edges[order]) == 0)
     twin = np.full(len(edges), BORDER)
@@ -166,7 +168,7 @@ def _twins(edges: IntArray) -> IntArray:
 
 
 def _with_cast_on(stitch: IntArray, start: IntArray, n_bottom: IntArray, twin: IntArray) -> IntArray:
-    """Faces that stand on the border have no loops below: their loops are cast on."""
+    """Replace stitches by cast-ons where all bottom sides of a face are on the border."""
     face = np.repeat(np.arange(len(n_bottom)), np.diff(start))
     bottom = np.arange(len(twin)) - start[:-1][face] < n_bottom[face]
     free = np.bincount(face[bottom & (twin == BORDER)], minlength=len(n_bottom))

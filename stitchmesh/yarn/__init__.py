@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns: their curves, their rest lengths, radii and colours, and their copies where a fabric repeats."""
+"""Yarns: curves, rest lengths, radii, colours, and tiles of a periodic set of yarns."""
 
 from stitchmesh.yarn.yarn_set import (
     FLOATING,

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of wool.
+"""Colours of yarns in pictures.
 
-Several yarns have a colour each. One yarn shows its rows, which alternate between two tones while the hue drifts along
-the garment.
+A fabric of several yarns shows one colour per yarn. A fabric of one yarn shows its rows: they alternate between two
+tones, and the hue changes gradually along the garment.
 """
 
 from __future__ import annotations
@@ -12,19 +12,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 DYES = np.array([[168, 74, 58], [196, 134, 62], [134, 140, 82], [62, 116, 122], [74, 84, 128], [134, 86, 118]]) / 255
-"""Madder, weld, moss, woad, indigo, heather: the first row takes the first, the last row the last, sRGB."""
+"""Colours along a garment (madder, weld, moss, woad, indigo, heather) from its first row to its last, sRGB, (6, 3)."""
 UNDYED = np.array([236, 226, 206]) / 255
-"""Every second row is the dye let down with this, sRGB."""
+"""Colour of undyed wool, which is mixed into every second row, sRGB."""
 SHARE_UNDYED = 0.42
+"""Share of undyed wool in every second row."""
 WOOLS = np.array([UNDYED, *DYES[[4, 0, 1, 2, 3, 5]]])
-"""Colours of yarns by their number: undyed wool first, then those that differ most, sRGB."""
+"""Colours of yarns by their number: undyed wool, then the colours in an order of strong contrast, sRGB, (7, 3)."""
 
 
 def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
-    """Colour (sRGB) of each row number, shape (n,) to (n, 3); gaps between the numbers do not count."""
+    """Return the colour (sRGB) of each row number, shape (n,) to (n, 3); gaps between the numbers are ignored."""
     rows, rank = np.unique(np.asarray(row, dtype=np.int64), return_inverse=True)
     place = np.arange(len(rows)) / max(len(rows) - 1, 1) * (len(DYES) - 1)
-    linear = DYES**2.2  # mixed as light, for an sRGB mean of two hues is dull
+    linear = DYES**2.2  # Colours are mixed in linear light, because the sRGB mean of two hues looks dull.
     dye = np.stack([np.interp(place, np.arange(len(DYES)), linear[:, k]) for k in range(3)], axis=-1)
     pale = (1 - SHARE_UNDYED) * dye + SHARE_UNDYED * UNDYED**2.2
     striped = np.where((np.arange(len(rows)) % 2 == 0)[:, None], dye, pale)
@@ -32,7 +33,12 @@ def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
 
 
 def yarn_colours(row: ArrayLike, colour: ArrayLike) -> NDArray[np.uint8]:
-    """Colour (sRGB) by the number of the colour where there are several numbers, else by row, shape (n,) to (n, 3)."""
+    """Return the colour (sRGB) of each element by its colour number, or by its row, shape (n,) to (n, 3).
+
+    Args:
+        row: row of each element, shape (n,).
+        colour: colour number of each element, shape (n,); if all numbers are equal, rows determine the colours.
+    """
     numbers = np.asarray(colour, dtype=np.int64)
     if numbers.size == 0 or (numbers == numbers[0]).all():
         return row_colours(row)

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns as polylines, for pictures and for formats that hold no splines; each point knows where it comes from."""
+"""Yarns as polylines, for pictures and for file formats without splines.
+
+Each point of a polyline stores the segment and the control point from which it comes.
+"""
 
 from __future__ import annotations
 
@@ -17,27 +20,27 @@ from stitchmesh.yarn.yarn_set import YarnSet, basis
 
 @dataclass(frozen=True)
 class Polylines:
-    """Sampled curves."""
+    """Sampled curves: c curves with p points in total."""
 
     points: list[FloatArray]
-    """Points of each curve [cm], shape (n, 3) each; the first of a closed one is not repeated."""
+    """Points of each curve [cm], shape (n, 3) each; a closed curve does not repeat its first point."""
     closed: list[bool]
     """Whether each curve is closed."""
     yarn: IntArray
-    """Yarn of each curve."""
+    """Yarn of each curve, shape (c,)."""
     segment: IntArray
-    """Segment of each point of all curves."""
+    """Segment of each point, curve by curve, shape (p,)."""
     control_point: IntArray
-    """Nearest control point of each point of all curves."""
+    """Nearest control point of each point, curve by curve, shape (p,)."""
 
 
 def polylines_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> Polylines:
-    """Sample some segments of a set, an unbroken run of segments to a curve.
+    """Sample some segments of a set of yarns; consecutive segments of one yarn become one curve.
 
     Args:
-        yarns: the set.
+        yarns: the set of yarns.
         segments: numbers of the segments, ascending, at least one.
-        samples: points to a segment.
+        samples: points per segment.
     """
     parameter = np.arange(samples) / samples
     corners = yarns.points[yarns.segment_points[segments]]
@@ -59,16 +62,19 @@ def polylines_of_segments(yarns: YarnSet, segments: IntArray, samples: int) -> P
 
 
 def _runs(yarns: YarnSet, segments: IntArray) -> Iterator[tuple[int, int]]:
+    """First and end index, in ``segments``, of each run of consecutive segments of one yarn."""
     owner = yarns.segment_yarn[segments]
     breaks = np.flatnonzero((np.diff(segments) != 1) | (np.diff(owner) != 0)) + 1
     return pairwise([0, *breaks.tolist(), len(segments)])
 
 
 def _is_whole_ring(yarns: YarnSet, segment: int, count: int) -> bool:
+    """Whether a run of ``count`` segments from ``segment`` is a complete closed yarn without a lattice."""
     yarn = yarns.segment_yarn[segment]
     size = yarns.segment_start[yarn + 1] - yarns.segment_start[yarn]
     return bool(yarns.closed[yarn] and yarns.lattice is None and count == size)
 
 
 def _with_end(values: NDArray, end: NDArray, whole: bool) -> NDArray:
+    """Append the value at the end of a run, unless the run is a whole ring."""
     return values if whole else np.concatenate([values, end[None]])

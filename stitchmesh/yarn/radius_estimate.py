@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarn radius of curves that come without one, estimated from how closely they lie.
+"""Estimate of the yarn radius from the curves of yarns, for files that do not store a radius.
 
-Where two strands touch, the distance from one to the nearest point of the other has a local minimum along the yarn,
-and in a fabric most of these minima are contacts: they cluster at twice the radius. Half their lower quartile is the
-estimate; the quartile, because some minima are strands that pass without touching, and those are farther apart.
-Yarns press into each other, so an estimate is rather too small than too large: by up to 8 % for garments at rest, more
-for yarn too thick for its stitches, and by 16 to 18 % for yarns as generated, where loops cross closer.
+Where two strands touch, the distance from a point of one strand to the nearest point of the other has a local minimum
+along the yarn. In a fabric most of these minima are contacts, and their values are close to twice the radius. The
+estimate is half the lower quartile of the minima. The quartile is used because some minima belong to strands that pass
+without contact, at a larger distance.
+
+Yarns press into each other, so that the estimate is usually too small: by up to 8 % for relaxed garments, by more for
+yarn that is too thick for its stitches, and by 16 to 18 % for generated yarns before relaxation, where loops cross at
+smaller distances.
 """
 
 from __future__ import annotations
@@ -20,60 +23,62 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn.yarn_set import YarnSet
 
 SAMPLES_PER_SEGMENT = 4
-"""Chords between them cut the bends of a loop drawn in 16 segments by a hundredth of the radius."""
-STRETCH = 64
-"""Samples in a row that are looked at together: several contacts of a knitted loop."""
-MOST_STRETCHES = 1200
-"""Stretches looked at in a large set; another choice of them changes the estimate by half a per cent."""
+"""Samples per segment; for a loop of 16 segments the chords between samples deviate by 1 % of the radius."""
+WINDOW = 64
+"""Consecutive samples in one window; a window spans several contacts of a knitted loop."""
+MAX_WINDOWS = 1200
+"""Number of windows that are evaluated in a large set; another random choice changes the estimate by 0.5 %."""
 SEED = 20_240_607
+"""Seed of the random choice of windows."""
 NEIGHBOURS = 64
-"""Nearest samples looked at around each."""
-THINNINGS = (1, 4, 16, 64)
-"""Where a yarn's own samples lie so densely that they hide the other strands, every fourth is looked at, and so on."""
-DETOUR = 3.0
-"""Points of one yarn are neighbours unless the way along it is this much longer than the way across; on half a
-circle it is 1.6 times as long."""
-TOUCHING = 0.25
-"""Quantile of the local minima that counts as touching."""
+"""Number of nearest samples that are searched around each sample."""
+STRIDES = (1, 4, 16, 64)
+"""Strides of the samples to search. If all nearest samples belong to the same strand, the next stride is tried."""
+MIN_DETOUR = 3.0
+"""Two points of one yarn belong to different strands if their distance along the yarn is more than this factor times
+their distance in space. For the two ends of half a circle the factor is 1.6, so that they belong to one strand."""
+CONTACT_QUANTILE = 0.25
+"""Quantile of the local minima that is taken as the distance of strands in contact."""
 
 
 def estimate_radius(yarns: YarnSet) -> float:
-    """Half the distance [cm] at which strands typically touch, the same for all yarns; their ``radius`` is not read.
+    """Estimate one radius for all yarns [cm]: half the typical distance of strands in contact.
 
     Args:
-        yarns: curves in contact with each other or with other parts of themselves.
+        yarns: curves in contact with each other or with other parts of themselves; their ``radius`` is not used.
 
     Raises:
-        ParameterError: no strand comes near another.
+        ParameterError: no strand is close to another.
     """
-    samples = _sampled(yarns)
-    minima = _local_minima(samples, _stretches(len(samples.points)))
+    samples = _sample(yarns)
+    minima = _local_minima(samples, _windows(len(samples.points)))
     if len(minima) == 0:
         raise ParameterError(
             "yarn radius: the yarns never come close to each other, so it cannot be estimated; give it (--yarn-radius)"
         )
-    return float(np.quantile(minima, TOUCHING)) / 2
+    return float(np.quantile(minima, CONTACT_QUANTILE)) / 2
 
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Points along yarns, one yarn after the other."""
+    """Points along yarns, yarn by yarn."""
 
     points: FloatArray
-    """[cm], shape (n, 3)."""
+    """Positions [cm], shape (n, 3)."""
     yarn: IntArray
-    """Yarn of each, shape (n,)."""
-    along: FloatArray
-    """Way along its yarn to each [cm], shape (n,)."""
-    around: FloatArray
-    """Way around each yarn [cm], endless for an open one, shape (Y,)."""
+    """Yarn of each sample, shape (n,)."""
+    arc_length: FloatArray
+    """Length of the yarn from its first sample to each sample [cm], shape (n,)."""
+    circumference: FloatArray
+    """Length of each closed yarn [cm], infinite for an open yarn, shape (Y,)."""
 
-    def thinned(self, by: int) -> _Samples:
-        """Every ``by``-th sample."""
-        return _Samples(self.points[::by], self.yarn[::by], self.along[::by], self.around)
+    def with_stride(self, stride: int) -> _Samples:
+        """Every ``stride``-th sample."""
+        return _Samples(self.points[::stride], self.yarn[::stride], self.arc_length[::stride], self.circumference)
 
 
-def _sampled(yarns: YarnSet) -> _Samples:
+def _sample(yarns: YarnSet) -> _Samples:
+    """Sample all yarns with ``SAMPLES_PER_SEGMENT`` samples per segment."""
     curves = yarns.sampled(SAMPLES_PER_SEGMENT)
     points = np.concatenate(curves)
     yarn = np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
@@ -83,55 +88,65 @@ def _sampled(yarns: YarnSet) -> _Samples:
     total = np.cumsum(steps)
     last = np.append(first[1:], len(points)) - 1
     closing = np.linalg.norm(points[first] - points[last], axis=1)
-    around = np.where(yarns.closed, total[last] - total[first] + closing, np.inf)
-    return _Samples(points, yarn, total - total[first][yarn], around)
+    circumference = np.where(yarns.closed, total[last] - total[first] + closing, np.inf)
+    return _Samples(points, yarn, total - total[first][yarn], circumference)
 
 
-def _stretches(count: int) -> IntArray:
-    """Samples to look at, in stretches along the yarns, shape (stretches, samples); all of them in a small set."""
-    length = min(STRETCH, count)
-    first = np.arange(0, count - length + 1, max(length - 2, 1))  # minima are sought inside a stretch
-    if len(first) > MOST_STRETCHES:
-        first = np.sort(np.random.default_rng(SEED).choice(first, MOST_STRETCHES, replace=False))
+def _windows(count: int) -> IntArray:
+    """Samples to evaluate, in windows of consecutive samples, shape (windows, samples); all samples in a small set."""
+    length = min(WINDOW, count)
+    # A minimum is searched among the inner samples of a window, so that windows overlap by two samples.
+    first = np.arange(0, count - length + 1, max(length - 2, 1))
+    if len(first) > MAX_WINDOWS:
+        first = np.sort(np.random.default_rng(SEED).choice(first, MAX_WINDOWS, replace=False))
     return first[:, None] + np.arange(length)
 
 
-def _local_minima(samples: _Samples, stretches: IntArray) -> FloatArray:
-    """Distances to the nearest other strand where they are smallest along a yarn [cm], in no order."""
-    distance = _nearest_strand(samples, stretches.ravel()).reshape(stretches.shape)
+def _local_minima(samples: _Samples, windows: IntArray) -> FloatArray:
+    """Local minima along the yarn of the distance to the nearest other strand [cm], unordered."""
+    distance = _nearest_strand(samples, windows.ravel()).reshape(windows.shape)
     before, here, after = distance[:, :-2], distance[:, 1:-1], distance[:, 2:]
-    on_one_yarn = samples.yarn[stretches[:, :-2]] == samples.yarn[stretches[:, 2:]]
+    on_one_yarn = samples.yarn[windows[:, :-2]] == samples.yarn[windows[:, 2:]]
     smallest = on_one_yarn & (here <= before) & (here <= after)
     return here[smallest & np.isfinite(here) & (here > 0.0)]
 
 
 def _nearest_strand(samples: _Samples, queries: IntArray) -> FloatArray:
-    """Distance from each sample asked for to the nearest strand that is not its own neighbourhood [cm], else inf."""
+    """Distance from each queried sample to the nearest other strand [cm], infinite if none is found, shape (q,)."""
     distance = np.full(len(queries), np.inf)
-    for thinning in THINNINGS:
-        others, left = samples.thinned(thinning), np.flatnonzero(np.isinf(distance))
+    for stride in STRIDES:
+        others, left = samples.with_stride(stride), np.flatnonzero(np.isinf(distance))
         distance[left] = _nearest_among(others, samples, queries[left])
         if len(others.points) <= NEIGHBOURS:
-            break  # all of them were looked at
+            break  # The search has covered all samples.
     return distance
 
 
 def _nearest_among(others: _Samples, samples: _Samples, queries: IntArray) -> FloatArray:
-    """Distance from each sample asked for to the nearest strand among others [cm]; inf where its own hides it."""
+    """Distance from each queried sample to the nearest other strand [cm], shape (q,).
+
+    Args:
+        others: samples that are searched.
+        samples: all samples.
+        queries: indices of the queried samples in ``samples``, shape (q,).
+
+    Returns:
+        The distances; infinite if all nearest samples belong to the strand of the queried sample.
+    """
     from scipy.spatial import cKDTree
 
     here = samples.points[queries]
     across, found = cKDTree(others.points).query(here, k=min(NEIGHBOURS, len(others.points)))
-    way = np.abs(others.along[found] - samples.along[queries][:, None])
-    way = np.minimum(way, samples.around[samples.yarn[queries]][:, None] - way)
-    apart = (others.yarn[found] != samples.yarn[queries][:, None]) | (way > DETOUR * across)
-    first = apart.argmax(axis=1)[:, None]
+    along = np.abs(others.arc_length[found] - samples.arc_length[queries][:, None])
+    along = np.minimum(along, samples.circumference[samples.yarn[queries]][:, None] - along)
+    is_other = (others.yarn[found] != samples.yarn[queries][:, None]) | (along > MIN_DETOUR * across)
+    first = is_other.argmax(axis=1)[:, None]
     nearest = np.take_along_axis(found, first, axis=1)[:, 0]
-    return np.where(apart.any(axis=1), _distance_to_chords(others, here, nearest), np.inf)
+    return np.where(is_other.any(axis=1), _distance_to_chords(others, here, nearest), np.inf)
 
 
 def _distance_to_chords(samples: _Samples, here: FloatArray, nearest: IntArray) -> FloatArray:
-    """Distance from each position to the two chords that meet in its nearest sample [cm]."""
+    """Distance from each position to the two chords that meet at its nearest sample [cm], shape (q,)."""
     best = np.full(len(here), np.inf)
     start = samples.points[nearest]
     for step in (-1, 1):

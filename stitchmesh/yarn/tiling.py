@@ -1,15 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tiles of a periodic cell: a piece of the fabric cut to size, a larger cell, or only where its copies lie.
+"""Tiling of a periodic cell: a finite piece of the fabric, a larger cell, or the positions of the copies of the cell.
 
-A yarn of lattice step (a, b) goes on from its copy in tile (i, j) into its copy in tile (i + a, j + b). In a box of
-tiles its strands begin at the copies whose predecessor (i - a, j - b) lies outside and end with the last copy inside.
-A strand of m copies of a yarn with n control points is an open yarn of the m n segments of those copies, and so of
-m n + 3 control points: the last three are the first three of the copy that would come next. A yarn of step (0, 0), a
-ring, stays closed; so does everything where the box itself repeats, there a strand runs until it comes back.
+A yarn with lattice step (a, b) continues from its copy in tile (i, j) to its copy in tile (i + a, j + b). The copies
+inside a box of tiles form strands. A strand begins at a copy whose predecessor, in tile (i - a, j - b), is outside the
+box, and ends with the last copy inside. A strand of m copies of a yarn with n control points becomes an open yarn with
+the m n segments of these copies, and therefore with m n + 3 control points: the last three are the first three control
+points of the next copy. A closed ring (step (0, 0)) stays closed. If the tiled piece is periodic itself, all strands
+are closed: a strand continues until it returns to its first copy.
 
-Labels number on: faces tile by tile along the courses and then up, rows by rows of tiles, and where no stitch made a
-control point its row is the number of its yarn. Tiles beyond the box carry the labels of those that repeat there.
+Faces are numbered tile by tile, first along the courses and then along the wales. Rows are numbered by rows of tiles.
+The row of a control point that no stitch made is the number of its yarn. A control point in a tile outside the box has
+the labels of the tile inside the box that is equal to it by the period of the box.
 """
 
 from __future__ import annotations
@@ -27,44 +29,44 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn.yarn_set import UNKNOWN_FACE, YarnSet
 
 OVERLAP = 3
-"""Control points that an open yarn has more than segments."""
+"""Number of control points of an open yarn minus its number of segments."""
 
 
 @dataclass(frozen=True)
 class _Strand:
-    """The copies that follow one another along one yarn of the tiling."""
+    """The consecutive copies along one yarn of the tiling."""
 
     yarn: int
     """Yarn of the cell."""
     tiles: IntArray
-    """Tile of each copy, one after another in space, shape (m, 2)."""
+    """Tile of each copy, in their order along the strand, shape (m, 2)."""
     cut: bool
-    """Whether it ends at the border of the box, where the cell's yarn goes on."""
+    """Whether the strand is cut at the border of the box."""
 
 
 def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = False) -> YarnSet:
-    """A cell written out tile by tile; curves, yarn at rest and labels as the module says.
+    """Tile a periodic cell; the module docstring says how curves, rest lengths and labels are copied.
 
     Args:
-        yarns: a set on a lattice.
-        columns: tiles along the courses.
-        rows: tiles along the wales.
-        periodic: whether the piece repeats in its turn, with ``columns`` and ``rows`` times the periods; else it ends
-            at its borders and has no lattice.
+        yarns: a set of yarns on a lattice.
+        columns: number of tiles along the courses.
+        rows: number of tiles along the wales.
+        periodic: whether the piece is periodic, with ``columns`` and ``rows`` times the periods of the cell; otherwise
+            the piece ends at its borders and has no lattice.
 
     Returns:
-        The strands by the tile that they start in, along the courses and then up, in each tile in the order of the
-        cell's yarns.
+        One yarn per strand. Strands are ordered by the tile in which they start, first along the courses and then
+        along the wales; strands that start in the same tile have the order of the yarns of the cell.
 
     Raises:
-        ParameterError: a count is not a whole number from 1.
-        YarnError: the set has no lattice.
+        ParameterError: a count is not a positive integer.
+        YarnError: the set of yarns has no lattice.
     """
     lattice, steps = _lattice_of(yarns)
     _check_counts(columns, rows)
     strands = list(_strands(yarns, steps, columns, rows, periodic))
     pieces = [_copied_points(yarns, lattice, strand, steps) for strand in strands]
-    taken = [_copied_numbers(yarns, strand) for strand in strands]
+    taken = [_copied_indices(yarns, strand) for strand in strands]
     source = np.concatenate(taken)
     start = np.concatenate([[0], np.cumsum([len(own) for own in taken])])
     owner = np.array([strand.yarn for strand in strands])
@@ -91,13 +93,13 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
 
 
 def instances(lattice: Lattice, columns: int, rows: int) -> FloatArray:
-    """Where to draw the copies of one period so that they show ``columns`` by ``rows`` tiles.
+    """Return the displacements of the copies of one cell in a piece of ``columns`` by ``rows`` tiles.
 
     Returns:
-        Displacement of each tile [cm], along the courses and then up, shape (columns * rows, 3).
+        Displacement of each tile [cm], first along the courses and then along the wales, shape (columns * rows, 3).
 
     Raises:
-        ParameterError: a count is not a whole number from 1.
+        ParameterError: a count is not a positive integer.
     """
     _check_counts(columns, rows)
     return lattice.shift(_tiles(columns, rows))
@@ -116,16 +118,18 @@ def _check_counts(columns: int, rows: int) -> None:
 
 
 def _tiles(columns: int, rows: int) -> IntArray:
+    """Column and row of each tile, shape (columns * rows, 2)."""
     row, column = np.divmod(np.arange(columns * rows), columns)
     return np.stack([column, row], axis=1)
 
 
 def _strands(yarns: YarnSet, steps: IntArray, columns: int, rows: int, periodic: bool) -> Iterator[_Strand]:
+    """All strands of a box of tiles, in the order of the tiles in which they start."""
     seen: set[tuple[int, int, int]] = set()
     for column, row in _tiles(columns, rows).tolist():
         for yarn, (a, b) in enumerate(steps.tolist()):
-            endless = not yarns.closed[yarn] or (a, b) == (0, 0)
-            if endless:
+            single_copy = not yarns.closed[yarn] or (a, b) == (0, 0)
+            if single_copy:
                 yield _Strand(yarn, np.array([[column, row]]), cut=False)
             elif periodic and (yarn, column, row) not in seen:
                 count = lcm(columns // gcd(a, columns), rows // gcd(b, rows))
@@ -138,14 +142,14 @@ def _strands(yarns: YarnSet, steps: IntArray, columns: int, rows: int, periodic:
 
 
 def _copies_inside(place: int, step: int, count: int) -> int:
-    """How often one can be at a place inside ``count`` places, going on by a step."""
+    """Number of copies from ``place`` onwards, at distances of ``step``, that are inside ``count`` places."""
     if step == 0:
-        return 10**9
+        return 10**9  # There is no limit in this direction.
     return (count - 1 - place) // step + 1 if step > 0 else place // -step + 1
 
 
-def _copied_numbers(yarns: YarnSet, strand: _Strand) -> IntArray:
-    """Control point of the cell that each point of the strand copies."""
+def _copied_indices(yarns: YarnSet, strand: _Strand) -> IntArray:
+    """Control point of the cell from which each point of the strand is copied, shape (n,)."""
     own = np.arange(yarns.start[strand.yarn], yarns.start[strand.yarn + 1])
     return np.concatenate([np.tile(own, len(strand.tiles)), own[:OVERLAP] if strand.cut else own[:0]])
 
@@ -158,7 +162,8 @@ def _tile_of_points(yarns: YarnSet, strand: _Strand, steps: IntArray) -> IntArra
 
 
 def _copied_points(yarns: YarnSet, lattice: Lattice, strand: _Strand, steps: IntArray) -> FloatArray:
-    return yarns.points[_copied_numbers(yarns, strand)] + lattice.shift(_tile_of_points(yarns, strand, steps))
+    """Control points of a strand [cm], shape (n, 3)."""
+    return yarns.points[_copied_indices(yarns, strand)] + lattice.shift(_tile_of_points(yarns, strand, steps))
 
 
 def _copied_rest_lengths(yarns: YarnSet, strand: _Strand) -> FloatArray:
@@ -169,7 +174,15 @@ def _copied_rest_lengths(yarns: YarnSet, strand: _Strand) -> FloatArray:
 def _labels(
     yarns: YarnSet, source: IntArray, tile: IntArray, columns: int, number: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Face and row of each control point, from the one that it copies, its tile and the number of its strand."""
+    """Face and row of each control point.
+
+    Args:
+        yarns: the cell.
+        source: control point of the cell from which each point is copied, shape (n,).
+        tile: tile of each point inside the box, shape (n, 2).
+        columns: number of tiles along the courses.
+        number: strand of each point, shape (n,).
+    """
     face, row = yarns.face[source], yarns.row[source]
     made = face != UNKNOWN_FACE
     faces = max(int(yarns.face.max()) + 1, 1)
@@ -179,5 +192,5 @@ def _labels(
 
 
 def _whole_step(strand: _Strand, steps: IntArray) -> IntArray:
-    """Tiles from the strand's first copy to the one after its last; for a ring and for an open yarn its own step."""
+    """Tiles from the first copy of a strand to the copy after its last, shape (2,)."""
     return len(strand.tiles) * steps[strand.yarn]

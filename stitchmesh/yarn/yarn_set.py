@@ -6,9 +6,9 @@ Segment ``i`` of a yarn with control points q runs over s in [0, 1] and is
 
     y(s) = [(1-s)^3 q_i + (3s^3-6s^2+4) q_(i+1) + (-3s^3+3s^2+3s+1) q_(i+2) + s^3 q_(i+3)] / 6
 
-A closed yarn of n control points has n segments, an open one n - 3. Segment ``i`` begins near control point i + 1, and
-ends near the next: what is said of control points, such as a natural curvature, holds at these two and is linear in
-between.
+A closed yarn of n control points has n segments, an open yarn n - 3. Segment ``i`` begins near control point i + 1 and
+ends near control point i + 2. A quantity that is given per control point, such as the natural curvature, has the values
+of these two points at the ends of the segment and is linear in between.
 """
 
 from __future__ import annotations
@@ -25,52 +25,55 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray, frozen_array
 
 UNKNOWN_FACE = -1
-"""Source face of a control point that no stitch made."""
+"""Stitch face of a control point that no stitch made."""
 
 FLOATING = -1
-"""Part of control points that float behind stitches of other yarns; their face is the stitch that they come from."""
+"""Part of control points of a float behind stitches of other yarns; their face is the stitch that the float leaves."""
 
 GAUSS_POINTS = 5
-"""Quadrature of segment lengths; five Gauss points integrate the length of a stitch's segment to 1e-8 of it."""
+"""Gauss points per segment for segment lengths; five points give the length of a knitted segment to 1e-8 of it."""
 
 
 def basis(parameter: ArrayLike) -> FloatArray:
-    """Weights of the four control points at each parameter in [0, 1], shape (n, 4)."""
+    """Return the weights of the four control points at each parameter in [0, 1], shape (n, 4)."""
     s = np.atleast_1d(np.asarray(parameter, dtype=np.float64))
     t = 1.0 - s
     return np.stack([t**3, 3 * s**3 - 6 * s**2 + 4, -3 * s**3 + 3 * s**2 + 3 * s + 1, s**3], axis=1) / 6
 
 
 def basis_derivative(parameter: ArrayLike) -> FloatArray:
-    """Derivative of ``basis`` by the parameter, shape (n, 4)."""
+    """Return the derivative of ``basis`` with respect to the parameter, shape (n, 4)."""
     s = np.atleast_1d(np.asarray(parameter, dtype=np.float64))
     t = 1.0 - s
     return np.stack([-(t**2), 3 * s**2 - 4 * s, -3 * s**2 + 2 * s + 1, s**2], axis=1) / 2
 
 
-def _straight() -> FloatArray:
-    """Natural curvatures that are all zero; they get their length when yarns are made."""
+def _default_curvature() -> FloatArray:
+    """Return an empty array of natural curvatures; the constructor replaces it by zeros of the right length."""
     return np.zeros(0)
 
 
-def _undyed() -> IntArray:
-    """Colours that are all zero; they get their length when yarns are made."""
+def _default_colour() -> IntArray:
+    """Return an empty array of colours; the constructor replaces it by zeros of the right length."""
     return np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class YarnSet:
-    """Yarns in compressed rows: yarn ``y`` owns ``points[start[y]:start[y + 1]]``.
+    """A set of yarns in a CSR layout: yarn ``y`` owns the control points ``points[start[y]:start[y + 1]]``.
+
+    N, S and Y below are the numbers of control points, segments and yarns.
 
     Raises:
-        YarnError: a coordinate, radius or rest length is not a positive finite number where it must be, a yarn
-            has too few control points (3 closed, 4 open), or an array has the wrong length.
+        YarnError: a coordinate or a natural curvature is not finite, a radius or rest length is not positive and
+            finite, a colour is negative, a yarn has too few control points (fewer than 3 if closed, 4 if open), or an
+            array has the wrong shape.
     """
 
     points: FloatArray
     """B-spline control points [cm], shape (N, 3)."""
     start: IntArray
-    """Where each yarn's control points start, shape (Y + 1,)."""
+    """First control point of each yarn, and N at the end, shape (Y + 1,)."""
     closed: NDArray[np.bool_]
     """Whether each yarn is closed, shape (Y,)."""
     radius: FloatArray
@@ -78,23 +81,24 @@ class YarnSet:
     rest_length: FloatArray
     """Rest length of each segment [cm], shape (S,)."""
     row: IntArray
-    """Knitting row of each control point; its yarn's number where no stitch made it, shape (N,)."""
+    """Knitting row of each control point, shape (N,); the number of its yarn if no stitch made the point."""
     face: IntArray
-    """Stitch face that each control point came from, ``UNKNOWN_FACE`` where none, shape (N,)."""
+    """Stitch face that made each control point, ``UNKNOWN_FACE`` if no stitch made the point, shape (N,)."""
     part: IntArray
-    """Which part of that stitch, counted along its template, or ``FLOATING``, shape (N,)."""
-    colour: IntArray = field(default_factory=_undyed)
-    """Colour number of each yarn, ``StitchMesh.yarn`` of its stitches; all 0 where not given, shape (Y,)."""
-    natural_curvature: FloatArray = field(default_factory=_straight)
-    """Curvature at rest where segments meet [1/cm], its sign the side; all 0, straight, where not given, shape (N,).
+    """Part of the stitch that each control point belongs to, counted along the template, or ``FLOATING``, (N,)."""
+    colour: IntArray = field(default_factory=_default_colour)
+    """Colour number of each yarn (``StitchMesh.yarn`` of its stitches), shape (Y,); all 0 by default."""
+    natural_curvature: FloatArray = field(default_factory=_default_curvature)
+    """Signed curvature of the unstressed yarn where segments meet [1/cm], shape (N,); all 0 (straight) by default.
 
-    Its size is what counts, for yarns turn about their own axis at no cost (``yarnrelax.bend``); where the sign changes
-    from one control point to the next it goes through 0. That of the first and last point of an open yarn is not used.
+    Only the magnitude enters the energy, because yarns turn about their own axis without resistance (the bending energy
+    of ``yarnrelax``). The sign matters between two control points of opposite sign, where the curvature passes through
+    0. The values at the first and last control point of an open yarn are not used.
     """
     lattice: Lattice | None = None
-    """Periods of a set that repeats."""
+    """Lattice of a periodic set of yarns; None for yarns that do not repeat."""
     lattice_step: IntArray | None = None
-    """Lattice image reached from each yarn's last control point to its first, shape (Y, 2)."""
+    """Lattice step of each yarn, shape (Y, 2): the image in which the yarn continues after its last control point."""
 
     def __post_init__(self) -> None:
         kinds = {"points": np.float64, "start": np.int64, "closed": np.bool_, "radius": np.float64,
@@ -120,13 +124,13 @@ class YarnSet:
         radius: float | ArrayLike,
         rest_lengths: Sequence[ArrayLike] | None = None,
     ) -> YarnSet:
-        """Yarns from lists of B-spline control points.
+        """Build a set of yarns from lists of B-spline control points.
 
         Args:
-            curves: control points of each yarn [cm], shape (n, 3) each.
-            closed: whether each yarn is closed (its first point is not repeated).
-            radius: one radius [cm], or one for each yarn.
-            rest_lengths: rest length of each yarn's segments [cm]; as long as they are where not given.
+            curves: control points of each yarn [cm], shape (n, 3) each; a closed yarn does not repeat its first point.
+            closed: whether each yarn is closed.
+            radius: one radius for all yarns [cm], or one radius per yarn, shape (Y,).
+            rest_lengths: rest lengths of the segments of each yarn [cm]; the present lengths if None.
 
         Raises:
             YarnError: as for the class.
@@ -160,7 +164,7 @@ class YarnSet:
 
     @cached_property
     def segment_start(self) -> IntArray:
-        """Where each yarn's segments start, shape (Y + 1,)."""
+        """First segment of each yarn, and S at the end, shape (Y + 1,)."""
         return _segment_start(self.start, self.closed)
 
     @cached_property
@@ -180,12 +184,12 @@ class YarnSet:
 
     @cached_property
     def lengths(self) -> FloatArray:
-        """Length of each segment as it lies [cm], shape (S,)."""
+        """Present arc length of each segment [cm], shape (S,)."""
         return segment_lengths(self.points, self.segment_points, self.point_shift)
 
     @cached_property
     def strain(self) -> FloatArray:
-        """Length over rest length minus one, of each segment, shape (S,)."""
+        """Strain of each segment: length / rest length - 1, shape (S,)."""
         return self.lengths / self.rest_length - 1.0
 
     @cached_property
@@ -195,7 +199,7 @@ class YarnSet:
 
     @cached_property
     def point_shift(self) -> FloatArray | None:
-        """Lattice shift of each of a segment's four points [cm], shape (S, 4, 3); None without a lattice."""
+        """Lattice shift of the four control points of each segment [cm], shape (S, 4, 3); None without a lattice."""
         if self.lattice is None or self.lattice_step is None:
             return None
         wrapped = np.diff(self.segment_points, axis=1) < 0
@@ -203,7 +207,10 @@ class YarnSet:
         return wraps[:, :, None] * self.lattice.shift(self.lattice_step)[self.segment_yarn][:, None, :]
 
     def sampled(self, per_segment: int) -> list[FloatArray]:
-        """Points along each yarn [cm], ``per_segment`` to a segment, ends of open yarns included."""
+        """Sample each yarn with ``per_segment`` points per segment [cm], shape (n, 3) each.
+
+        The end of an open yarn is included; a closed yarn does not repeat its first point.
+        """
         weights = basis(np.arange(per_segment) / per_segment)
         corners = self.points[self.segment_points]
         if self.point_shift is not None:
@@ -230,7 +237,7 @@ class YarnSet:
             if getattr(self, name).shape != (count,):
                 raise YarnError(f"{name}: got shape {getattr(self, name).shape}; expected ({count},)")
         if (self.lattice is None) != (self.lattice_step is None):
-            raise YarnError("yarns: a lattice and lattice steps come together; got one without the other")
+            raise YarnError("yarns: a lattice and lattice steps must be given together; got one without the other")
         if self.lattice_step is not None and self.lattice_step.shape != (self.yarn_count, 2):
             raise YarnError(f"lattice_step: got shape {self.lattice_step.shape}; expected ({self.yarn_count}, 2)")
 
@@ -256,21 +263,27 @@ class YarnSet:
 def _check_counts(start: IntArray, closed: NDArray[np.bool_]) -> None:
     counts = np.diff(start)
     if closed.shape != counts.shape or len(counts) == 0:
-        raise YarnError(f"closed: got {len(closed)} flags; expected one for each of {len(counts)} yarns, at least one")
+        raise YarnError(f"closed: got {len(closed)} flags for {len(counts)} yarns; expected one per yarn, at least one")
     bad = np.flatnonzero(counts < np.where(closed, 3, 4))
     if len(bad):
         raise YarnError(
-            f"yarn {first_few(bad)}: got {counts[bad[0]]} control points; a closed yarn needs 3, an open one 4"
+            f"yarn {first_few(bad)}: got {counts[bad[0]]} control points; a closed yarn needs 3, an open yarn 4"
         )
 
 
 def _segment_start(start: IntArray, closed: NDArray[np.bool_]) -> IntArray:
+    """First segment of each yarn, and the number of segments at the end, shape (Y + 1,)."""
     counts = np.diff(start) - np.where(closed, 0, 3)
     return np.concatenate([[0], np.cumsum(counts)])
 
 
 def segment_points(start: IntArray, closed: NDArray[np.bool_]) -> IntArray:
-    """The four control points of each segment, shape (S, 4); closed yarns wrap around."""
+    """Return the four control points of each segment, shape (S, 4); the segments of a closed yarn wrap around.
+
+    Args:
+        start: first control point of each yarn, and N at the end, shape (Y + 1,).
+        closed: whether each yarn is closed, shape (Y,).
+    """
     bounds = _segment_start(start, closed)
     counts = np.diff(bounds)
     local = np.arange(bounds[-1]) - np.repeat(bounds[:-1], counts)
@@ -279,7 +292,13 @@ def segment_points(start: IntArray, closed: NDArray[np.bool_]) -> IntArray:
 
 
 def segment_lengths(points: FloatArray, segments: IntArray, shift: FloatArray | None = None) -> FloatArray:
-    """Arc length of each segment [cm] by Gauss quadrature, shape (S,)."""
+    """Return the arc length of each segment [cm] by Gauss quadrature, shape (S,).
+
+    Args:
+        points: control points [cm], shape (N, 3).
+        segments: control points of each segment, shape (S, 4).
+        shift: lattice shift of the control points of each segment [cm], shape (S, 4, 3); None without a lattice.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     corners = points[segments] if shift is None else points[segments] + shift
     tangent = np.tensordot(corners, basis_derivative((nodes + 1) / 2), axes=(1, 1))

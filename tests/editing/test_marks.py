@@ -79,7 +79,7 @@ def test_a_cable_is_not_cut():
         edited(crossed, "split_course_edge", side=side)
     with pytest.raises(ParameterError, match="its loop is part of another cable; clear it first"):
         edited(crossed, "cross_cable", side=middle, left=1, right=1, front="left")
-    with pytest.raises(LabelError, match="the row above runs the other way"):
+    with pytest.raises(LabelError, match="the row above has the opposite wale direction"):
         edited(crossed, "flip_row", face=face_at(fabric, 3, 0))
 
 

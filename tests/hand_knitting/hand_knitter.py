@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A hand knitter who does what written instructions say, and remembers which loop was drawn through which.
+"""An interpreter of written knitting instructions: a simulated hand knitter.
 
-Knows the language of patterns only: needles, rows, rounds and abbreviations, no meshes. Loops are numbered as they
-are made. A stitch is written down as seen from the right side: its code, the loops it was worked through and the
-loops it made, each from left to right.
+The interpreter knows only the language of patterns (needles, rows, rounds and abbreviations) and no meshes. It numbers
+loops in the order in which they are made, and records which loop was drawn through which. A stitch is recorded as seen
+from the right side: its code, the loops that it was worked through and the loops that it made, each from left to right.
 """
 
 from __future__ import annotations
@@ -25,73 +25,78 @@ INSIDE = {"k1": "k", "p1": "p", "yo": "y", "keep": "s"}
 
 @dataclass(frozen=True)
 class Worked:
-    """A stitch as it was worked, seen from the right side."""
+    """A worked stitch, as seen from the right side."""
 
     code: str
     through: tuple[int, ...]
+    """Loops that the stitch was worked through, from left to right."""
     made: tuple[int, ...]
+    """Loops that the stitch made, from left to right."""
     yarn: str
     turned: tuple[str, ...]
-    """``L`` or ``R`` for each loop it was worked through that was turned first, else nothing."""
+    """For each loop of ``through``: ``L`` or ``R`` if the loop was turned first, else an empty string."""
 
 
 @dataclass
 class Needle:
-    """One piece of work."""
+    """One piece on its needle."""
 
     in_rounds: bool
     loops: list[int] = field(default_factory=list)
-    """From left to right seen from the right side."""
-    at: int = 0
-    """Loops to the right of the yarn."""
+    """Loops on the needle, from left to right as seen from the right side."""
+    position: int = 0
+    """Number of loops to the right of the yarn."""
     rows: list[list[Worked]] = field(default_factory=list)
-    """Stitches from right to left, also of rows worked from left to right."""
+    """Stitches of each row, from right to left even if the row was worked from left to right."""
     sources: list[int] = field(default_factory=list)
+    """Loops that the piece starts with, in working order."""
     ends: dict[int, str] = field(default_factory=dict)
-    """What becomes of loops: ``bound``, ``grafted`` or the piece that takes them."""
+    """Use of each loop that is not worked further: ``bound``, ``grafted`` or the number of the piece that takes it."""
 
 
 @dataclass
 class HandKnitter:
-    """All needles."""
+    """All needles, and the crossings and grafts that were worked."""
 
     needles: list[Needle] = field(default_factory=list)
     count: int = 0
     crossed: list[tuple[tuple[int, ...], tuple[int, ...]]] = field(default_factory=list)
-    """Bundles that crossed, the one in front, seen from the right side, first."""
+    """Pairs of bundles that crossed; the bundle in front, as seen from the right side, comes first."""
     grafted: list[tuple[int, int]] = field(default_factory=list)
+    """Pairs of grafted loops."""
 
     def knit(self, text: str) -> HandKnitter:
-        """Follow a whole text."""
-        said: dict[int, tuple[bool, str]] = {}
+        """Follow the instructions of a whole text."""
+        texts: dict[int, tuple[bool, str]] = {}
         for line in text.split("\n"):
             if match := re.fullmatch(r"Piece \d+, worked (in rounds|to and fro)", line):
                 self.needles.append(Needle(match[1] == "in rounds"))
-                said = {}
+                texts = {}
             elif match := re.match(r"Cast on (\d+) sts", line):
                 self._cast_on(int(match[1]))
             elif match := re.fullmatch(r"Take up (.*); join the yarn\.", line):
                 self._take_up(match[1])
             elif match := re.fullmatch(r"(?:Row|Round) (\d+)( \([RW]S\))?(.*)", line):
-                said[int(match[1])] = match[2] != " (WS)", match[3]
+                texts[int(match[1])] = match[2] != " (WS)", match[3]
                 if not match[3].startswith(": as "):
-                    self._row(*said[int(match[1])])
+                    self._row(*texts[int(match[1])])
                 else:
-                    self._again(said, int(match[1]), int(match[1]), match[3])
+                    self._repeat_rows(texts, int(match[1]), int(match[1]), match[3])
             elif match := re.fullmatch(r"(?:Rows|Rounds) (\d+) to (\d+)(: as .*)", line):
-                self._again(said, int(match[1]), int(match[2]), match[3])
+                self._repeat_rows(texts, int(match[1]), int(match[2]), match[3])
             elif match := re.match(r"(Bind off|Leave) (all|sts?) ([\d, -]+?)(?: sts)?( on a thread.*)?\.$", line):
                 self._end(match[2], match[3], match[4] or "")
             elif match := re.fullmatch(r"Graft sts? (.*) of piece (\d+) to sts? (.*) of piece (\d+) \(.*\)\.", line):
                 self._graft(*match.groups())
         return self
 
-    def _again(self, said: dict[int, tuple[bool, str]], low: int, high: int, words: str) -> None:
+    def _repeat_rows(self, texts: dict[int, tuple[bool, str]], low: int, high: int, words: str) -> None:
+        """Work rows ``low`` to ``high`` as the rows that the words name."""
         numbers = [int(number) for number in re.findall(r"\d+", words)]
-        like = range(numbers[0], numbers[-1] + 1)
+        originals = range(numbers[0], numbers[-1] + 1)
         for number in range(low, high + 1):
-            said[number] = said[like[(number - low) % len(like)]]
-            self._row(*said[number])
+            texts[number] = texts[originals[(number - low) % len(originals)]]
+            self._row(*texts[number])
 
     def _new(self) -> int:
         self.count += 1
@@ -123,11 +128,11 @@ class HandKnitter:
             for number in map(int, bound[1].split(",")):
                 needle.ends[needle.loops[::-1][number - 1]] = "bound"
             needle.loops = [loop for loop in needle.loops if loop not in needle.ends]
-            needle.at = 0 if right_side else len(needle.loops)
+            needle.position = 0 if right_side else len(needle.loops)
             body = body[bound.end() :]
-        body, _, told = body.removesuffix(".").removesuffix(")").partition(". (")
+        body, _, count = body.removesuffix(".").removesuffix(")").partition(". (")
         _Row(self, needle, right_side, head.removeprefix(" in yarn ") if head else "").work(body)
-        assert not told or int(told.split()[0]) == len(needle.loops), words
+        assert not count or int(count.split()[0]) == len(needle.loops), words
 
     def _end(self, whole: str, words: str, fate: str) -> None:
         needle = self.needles[-1]
@@ -145,23 +150,24 @@ class HandKnitter:
 
 @dataclass
 class _Row:
-    """A row in work."""
+    """A row that is being worked."""
 
     knitter: HandKnitter
     needle: Needle
     right_side: bool
     yarn: str
     waiting: list[int] = field(default_factory=list)
-    """Loops not worked yet, in working order."""
+    """Loops that are not worked yet, in working order."""
     behind: list[int] = field(default_factory=list)
-    """Loops of this row, and those passed, in working order."""
+    """Loops that this row has made or passed, in working order."""
     stitches: list[Worked] = field(default_factory=list)
 
     def work(self, body: str) -> None:
-        """All words of the row, to its end or to the turn."""
+        """Work all words of the row, to its end or to the turn."""
         loops = self.needle.loops[:: -1 if self.right_side else 1]
-        at = 0 if self.needle.in_rounds else self.needle.at if self.right_side else len(loops) - self.needle.at
-        self.behind, self.waiting = loops[:at], loops[at:]
+        position = self.needle.position if self.right_side else len(loops) - self.needle.position
+        position = 0 if self.needle.in_rounds else position
+        self.behind, self.waiting = loops[:position], loops[position:]
         passed_in_round, turned_back = [], False
         for word in words_of(body):
             if word.startswith("pass ") and self.needle.in_rounds:
@@ -176,7 +182,7 @@ class _Row:
         assert bool(self.waiting) == turned_back, f"{len(self.waiting)} sts left at the end of {body}"
         after = self.behind + self.waiting
         self.needle.loops = after[:: -1 if self.right_side else 1]
-        self.needle.at = len(self.behind) if self.right_side else len(self.waiting)
+        self.needle.position = len(self.behind) if self.right_side else len(self.waiting)
         self.needle.rows.append(self.stitches[:: 1 if self.right_side else -1])
 
     def _word(self, word: str) -> None:
@@ -217,7 +223,7 @@ class _Row:
         self.stitches.append(Worked(code, tuple(through), tuple(made), yarn, tuple(marks)))
 
     def _code(self, stem: str) -> str:
-        """The code of a word, as the knitter sees it."""
+        """The code of a word, as seen from the side that the knitter looks at."""
         if stem in NAMES:
             return NAMES[stem]
         if match := re.fullmatch(r"([kp])3tog-(\d{3})", stem):
@@ -228,7 +234,7 @@ class _Row:
 
 
 def words_of(body: str) -> Iterator[str]:
-    """The words of a row, one by one, repeats unfolded."""
+    """The words of a row one by one, with repeats expanded."""
     for part in _split(body):
         if match := re.fullmatch(r"\[(.*)\] (\d+) times", part):
             for _ in range(int(match[2])):
@@ -240,7 +246,7 @@ def words_of(body: str) -> Iterator[str]:
 
 
 def _split(body: str) -> list[str]:
-    """Cut at the commas that stand in no brackets."""
+    """Split at the commas outside brackets."""
     parts, depth = [""], 0
     for letter in body:
         depth += (letter in "[(") - (letter in "])")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Written instructions: a knitter who follows the text makes the stitches of the mesh, each through its loops."""
+"""Written instructions: a simulated knitter who follows the text makes the stitches of the mesh from the same loops."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stitchmesh.cli import main as cli
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting import knitting_instructions
-from stitchmesh.hand_knitting.folding import folded, repeats
+from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.pieces import find_pieces
 from stitchmesh.io import read_mesh, write_stitches
 from stitchmesh.labeling import label
@@ -32,11 +32,11 @@ from tests.io.test_stitches import one_stitch_torus
 SPECIAL = {"co": Stitch.CAST_ON, "dt": Stitch.DRAW_THROUGH}
 
 
-class Compared:
-    """A text, knitted by hand, against its mesh.
+class Comparison:
+    """Comparison of a knitted text with its mesh.
 
-    Where a piece begins on no loop, any of a ring's stitches may come first: there the mesh's own beginning is taken.
-    From then on loops alone say which face a stitch is.
+    If a piece begins without loops below, any stitch of a ring may come first; the comparison then takes the first
+    stitch of the mesh. For all other stitches, their loops determine the face.
     """
 
     def __init__(self, fabric: StitchMesh) -> None:
@@ -46,7 +46,7 @@ class Compared:
         self.faces: list[int] = []
 
     def check(self) -> HandKnitter:
-        """Every face is one stitch of the text; returns the knitter for more questions."""
+        """Check that every face is one stitch of the text, and return the knitter for further checks."""
         pieces = find_pieces(self.fabric)
         assert len(pieces) == len(self.knitter.needles)
         for piece, needle in zip(pieces, self.knitter.needles, strict=True):
@@ -77,11 +77,11 @@ class Compared:
         return int(self.fabric.side_face[-1 - side if side < 0 else self.fabric.twin[side]])
 
     def placed(self, loop: int) -> int:
-        """The loop whose place a cable brings this one to."""
+        """The loop to whose place a cable moves this loop."""
         for one, other in self.knitter.crossed:
             if loop in one + other:
                 first, second = (one, other) if self.places(one[0]) > self.places(other[0]) else (other, one)
-                right = [*first, *second]  # in working order on the right side: the right ones first
+                right = [*first, *second]  # Working order on the right side: the rightmost loops come first.
                 moved = [*second, *first]
                 return right[moved.index(loop)]
         return loop
@@ -90,7 +90,11 @@ class Compared:
         return int(self.fabric.side_face[self.side_of[loop]])
 
     def check_row(self, row: list[Worked]) -> None:
-        """Stitches from right to left: known by their loops, else by the neighbour they are worked after or before."""
+        """Check the stitches of a row, from right to left.
+
+        The face of a stitch follows from its loops. If the stitch has no loops below, its face follows from the
+        neighbouring stitch.
+        """
         faces: list[int | None] = [self.face_above(stitch.through[0]) if stitch.through else None for stitch in row]
         for place in [*range(len(row)), *range(len(row) - 1, -1, -1)]:
             if faces[place] is None and place and faces[place - 1] is not None:
@@ -138,27 +142,27 @@ MORE = {
 
 
 @pytest.mark.parametrize("rows", [*FLAT.values(), *MORE.values()], ids=[*FLAT, *MORE])
-def test_a_flat_piece_by_its_text(rows):
-    Compared(chart_fabric(rows)).check()
+def test_a_flat_piece_knitted_from_its_text_is_the_mesh(rows):
+    Comparison(chart_fabric(rows)).check()
 
 
 @pytest.mark.parametrize("rows", [*TUBES.values(), *MORE.values()], ids=[*TUBES, *MORE])
-def test_a_tube_by_its_text(rows):
+def test_a_tube_knitted_from_its_text_is_the_mesh(rows):
     wide = rows if len(rows[0].split()) > 3 else [f"{row} {row} {row}" for row in rows]
-    Compared(chart_fabric(wide, ring=True)).check()
+    Comparison(chart_fabric(wide, ring=True)).check()
 
 
-def test_a_round_may_start_beside_a_stitch_that_spans_its_start():
-    """A decrease takes the first loop of the round and the last: the round starts one stitch on."""
+def test_a_round_starts_after_a_stitch_that_spans_the_start_of_the_round():
+    """A decrease takes the first and the last loop of the round, so that the round starts one stitch later."""
     fabric = chart_fabric(["co co co co co co", "d12k k k k k", "k k k k k"], ring=True)
-    fabric = _turned_first_row(fabric, np.roll(np.arange(6), -1))
+    fabric = _rotate_first_row(fabric, np.roll(np.arange(6), -1))
     lines = knitting_instructions(fabric).split("\n")
     assert "Round 1: pass 1, k4, k2tog. (5 sts)" in lines and "Round 2: k5." in lines
-    Compared(fabric).check()
+    Comparison(fabric).check()
 
 
-def _turned_first_row(fabric: StitchMesh, around: np.ndarray) -> StitchMesh:
-    """The same tube with the faces of its first row numbered from another one, where rings begin."""
+def _rotate_first_row(fabric: StitchMesh, around: np.ndarray) -> StitchMesh:
+    """The same tube with the faces of its first row numbered from another face, so that the ring starts there."""
     order = np.concatenate([around, np.arange(6, fabric.face_count)])
     sides = np.concatenate([np.arange(fabric.face_start[face], fabric.face_start[face + 1]) for face in order])
     new = np.empty_like(sides)
@@ -175,7 +179,7 @@ def _turned_first_row(fabric: StitchMesh, around: np.ndarray) -> StitchMesh:
 
 def test_a_spiral_is_knitted_in_rounds():
     fabric = make_spiral(chart_fabric(["co co co co co co", "k k p k k k", "k d12k k ky k", "k k k k k k"], ring=True))
-    Compared(fabric).check()
+    Comparison(fabric).check()
     text = knitting_instructions(fabric)
     assert "Piece 1, worked in rounds" in text and "Seam" not in text
 
@@ -188,26 +192,26 @@ def test_colours_and_twists(ring):
     for face, turn in [(5, -1), (6, 1), (8, -1), (12, -1), (20, -1), (21, 1)]:
         twist[plain.left_wale[face] - 1] = turn
     fabric = dataclasses.replace(plain, twist=twist)
-    Compared(fabric).check()
+    Comparison(fabric).check()
     text = knitting_instructions(fabric)
     assert f"{'k' if ring else 'p'}1 tbl" in text and "k2tog turning L1 R2" in text
 
 
 @pytest.mark.parametrize("row", [1, 2])
 @pytest.mark.parametrize("layers", [[0, 0, 1, 1], [1, 1, 0, 0]])
-def test_cables_lie_in_front_as_they_are_marked(row, layers):
-    """The same words for a row of the right side and, turned, of the wrong side."""
+def test_the_bundle_of_the_higher_cable_layer_is_in_front(row, layers):
+    """The cable is worked by a row on the right side and by a row on the wrong side."""
     plain = chart_fabric([" ".join(["co"] * 6), *[" ".join(["k"] * 6)] * 3])
     first = 6 * row + 1
     fabric = crossed(plain, first, [2, 3, 0, 1], layers)
-    knitter = Compared(fabric).check()
+    knitter = Comparison(fabric).check()
     ((front, _),) = knitter.crossed
-    compared = Compared(fabric)
+    compared = Comparison(fabric)
     compared.check()
     faces = sorted(compared.places(loop) for loop in front)
     assert faces == ([first + 2, first + 3] if layers[0] == 0 else [first, first + 1])
     text = knitting_instructions(fabric)
-    if row == 1:  # worked by the second row, on the wrong side, in purl; its first two are the left two
+    if row == 1:  # The second row is on the wrong side and in purl; its first two loops are the left two.
         assert f"cross 2/2 {'back' if layers[0] else 'front'}, p5" in text
     else:
         assert f"k1, c4{'f' if layers[0] == 0 else 'b'}, k1" in text
@@ -216,14 +220,14 @@ def test_cables_lie_in_front_as_they_are_marked(row, layers):
 @pytest.mark.parametrize(("name", "width"), [
     ("hat", 2.0), ("sock", 2.0), ("swatch", 2.0), ("tea_cozy", 2.0), ("glove", 2.0), ("sweater", 4.0), ("dress", 4.0),
 ])  # fmt: skip
-def test_garments_by_their_text(name, width):
-    Compared(tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)).check()
+def test_garments_knitted_from_their_texts_are_the_meshes(name, width):
+    Comparison(tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)).check()
 
 
 def test_mismatched_wales_are_grafted():
-    """The underarms of the sweater: what the text grafts is what the mesh joins, loop by loop."""
+    """At the underarms of the sweater, the text grafts the same pairs of loops that the mesh joins."""
     fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / "sweater.obj")), stitch_width=4.0)
-    compared = Compared(fabric)
+    compared = Comparison(fabric)
     knitter = compared.check()
     grafted = {frozenset((compared.side_of[one], compared.side_of[other])) for one, other in knitter.grafted}
     tops = np.flatnonzero(fabric.mismatched & (fabric.side_role == 2))
@@ -232,9 +236,10 @@ def test_mismatched_wales_are_grafted():
 
 
 def short_rows() -> StitchMesh:
-    """Four wales; after two rows the left two are worked to and fro once more, then all four again.
+    """Four wales with two short rows on the left two wales after the first two rows.
 
-    Beside the two short rows the right two wales have no vertices of their own; the slit between is two sides long.
+    The right two wales have no faces beside the two short rows. The wale edges of the short rows therefore form a slit
+    of two sides.
     """
     names: dict[tuple[object, ...], int] = {}
 
@@ -269,15 +274,15 @@ def short_rows() -> StitchMesh:
     )  # fmt: skip
 
 
-def test_short_rows_turn_and_leave_stitches():
+def test_short_rows_turn_and_leave_stitches_unworked():
     fabric = short_rows()
-    Compared(fabric).check()
+    Comparison(fabric).check()
     lines = knitting_instructions(fabric).split("\n")
     assert "Row 2 (WS): p2, turn." in lines and "Row 3 (RS): k2." in lines and "Row 4 (WS): p4." in lines
 
 
 def patchwork(places: list[tuple[int, int, int, bool]]) -> StitchMesh:
-    """Plain faces at (column, level), of a row, some turned upside down; row 0 is cast on."""
+    """Plain faces at places (column, level, row, upside down); row 0 is cast on."""
     vertex = {}
     for column, level, _, _ in places:
         for corner in ((0, 0), (1, 0), (1, 1), (0, 1)):
@@ -298,22 +303,22 @@ def patchwork(places: list[tuple[int, int, int, bool]]) -> StitchMesh:
 def test_stitches_are_bound_off_before_a_row():
     full = [(column, level, level, False) for level in range(2) for column in range(6)]
     fabric = patchwork(full + [(column, level, level, False) for level in (2, 3) for column in range(1, 5)])
-    Compared(fabric).check()
+    Comparison(fabric).check()
     lines = knitting_instructions(fabric).split("\n")
     assert "Row 2 (WS): first bind off sts 1, 6; p4. (4 sts)" in lines and "Bind off all 4 sts." in lines
 
 
-def test_edges_that_meet_are_seamed():
-    """Two pieces side by side, the right one upside down: right edge to right edge."""
+def test_wale_edges_that_meet_are_seamed():
+    """Two pieces are side by side, and the right one is upside down, so that two right edges meet."""
     upright = [(column, level, level, False) for level in range(3) for column in range(2)]
     fabric = patchwork(upright + [(column, level, 2 - level, True) for level in range(3) for column in (2, 3)])
-    Compared(fabric).check()
+    Comparison(fabric).check()
     lines = knitting_instructions(fabric).split("\n")
     assert "Seam the right edge of piece 1 to the right edge of piece 2, 3 rows (mattress stitch)." in lines
 
 
-def test_beginnings_that_meet_are_grafted():
-    """Two pieces foot to foot: both are cast on provisionally."""
+def test_cast_on_edges_that_meet_are_grafted():
+    """Two pieces meet at their first rows, so that both are cast on provisionally."""
     above = [(column, level, level - 2, False) for level in (2, 3) for column in range(3)]
     fabric = patchwork(above + [(column, level, 1 - level, True) for level in (0, 1) for column in range(3)])
     lines = knitting_instructions(fabric).split("\n")
@@ -323,21 +328,21 @@ def test_beginnings_that_meet_are_grafted():
 def test_repeats_are_folded_and_unfolded():
     words = ["k", "k", "p", "k2tog", "yo", "k2tog", "yo", "k2tog", "yo", "k", "ssk", "ssk"]
     line = "k2, p1, [k2tog, yo] 3 times, k1, [ssk] 2 times"
-    assert folded(words) == line
+    assert fold_words(words) == line
     assert list(words_of(line)) == words
 
 
-def test_folding_loses_nothing():
-    """Random rows of few words, so that there are repeats of all kinds."""
-    draw = np.random.default_rng(4)
+def test_folding_is_reversible():
+    """The rows are random sequences of few words, so that there are repeats of all kinds."""
+    rng = np.random.default_rng(4)
     for _ in range(50):
-        words = draw.choice(["k", "p", "yo", "(k1, yo) in 1 st", "A: k"], size=30).tolist()
-        assert list(words_of(folded(words))) == words
+        words = rng.choice(["k", "p", "yo", "(k1, yo) in 1 st", "A: k"], size=30).tolist()
+        assert list(words_of(fold_words(words))) == words
         blocks = repeats(words)
         assert sum(length * times for _, length, times in blocks) == len(words)
 
 
-def test_a_chart_is_drawn_of_a_grid_and_shows_one_repeat():
+def test_a_chart_of_stitches_shows_one_repeat_of_a_grid():
     rows = [" ".join(["co"] * 6), "k p k p k p", "k k p k k p", "k p k p k p", "k k p k k p", "d12k k k k k"]
     lines = knitting_instructions(chart_fabric(rows)).split("\n")
     first = lines.index("Chart of stitches, rows 1 to 4 (one repeat: 2 rows, 2 times):")
@@ -349,7 +354,7 @@ def test_a_chart_is_drawn_of_a_grid_and_shows_one_repeat():
     ]
 
 
-def test_a_chart_of_colours():
+def test_a_chart_of_colours_shows_one_repeat_of_a_grid():
     fabric = chart_fabric(["co co co co"] + ["k k k k"] * 2, ring=True, yarns=["0000", "0101", "1010"])
     lines = knitting_instructions(fabric).split("\n")
     first = lines.index("Chart of colours, rounds 1 to 2 (one repeat: 2 sts, 2 times):")
@@ -360,15 +365,15 @@ def test_a_chart_of_colours():
     ("make", "message"),
     [
         (lambda: label(read_mesh(ROOT / "assets" / "meshes" / "swatch.obj")), "face 0: is a panel of a coarse mesh"),
-        (one_stitch_torus, "face 0: their rows stand on each other in a circle"),
+        (one_stitch_torus, "face 0: their rows depend on each other in a cycle"),
     ],
 )
-def test_what_has_no_rows_to_knit_is_refused(make, message):
+def test_a_fabric_without_a_first_row_is_refused(make, message):
     with pytest.raises(ParameterError, match=message):
         knitting_instructions(make())
 
 
-def test_on_the_command_line(tmp_path, capsys):
+def test_the_command_prints_or_writes_the_instructions(tmp_path, capsys):
     fabric = chart_fabric(FLAT["lace"])
     for name in ("lace.h5", "lace.smobj"):
         write_stitches(tmp_path / name, fabric)

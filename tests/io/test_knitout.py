@@ -204,7 +204,7 @@ def test_one_error_lists_all_that_cannot_be_made():
 @pytest.mark.parametrize(("name", "width"), [("glove", 2.0), ("sweater", 6.0)])
 def test_branches_are_refused(name, width):
     fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)
-    with pytest.raises(ParameterError, match="pieces that go on from loops of others"):
+    with pytest.raises(ParameterError, match="pieces that start from loops of other pieces"):
         machine_program(fabric)
 
 

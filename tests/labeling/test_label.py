@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Labeling: rows on awkward meshes, on every garment and on a real skirt."""
+"""Labeling: rows on irregular meshes, on every garment and on a real skirt."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ pytestmark = pytest.mark.decides
 
 
 def assert_rows(fabric: StitchMesh) -> None:
-    """Rows are what is connected across wale edges, and they are consistently directed."""
+    """Check that faces joined across wale edges have the same row and the same wale direction."""
     inner = np.flatnonzero(fabric.is_wale & (fabric.twin != BORDER))
     faces, across = fabric.side_face[inner], fabric.side_face[fabric.twin[inner]]
     assert (fabric.row[faces] == fabric.row[across]).all()
-    assert not fabric.mismatched[fabric.is_wale].any(), "a row turns over within itself"
+    assert not fabric.mismatched[fabric.is_wale].any(), "the wale direction changes within a row"
     assert sorted(set(fabric.row)) == list(range(fabric.row.max() + 1))
 
 
@@ -35,13 +35,13 @@ def test_rows_exist_on_every_mesh_of_the_gallery(name):
 
 
 @pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
-def test_every_garment_is_labeled_without_help(path):
+def test_every_garment_is_labeled_without_seeds(path):
     fabric = label(read_mesh(path))
     assert_rows(fabric)
     assert (fabric.n_bottom == 1).all() and (fabric.n_top == 1).all()
 
 
-def test_the_garments_are_all_there():
+def test_no_garment_is_missing():
     names = {"sweater", "dress", "glove", "tea_cozy", "poncho", "hat", "sock", "swatch"}
     assert names <= {path.stem for path in GARMENTS}
 
@@ -85,17 +85,18 @@ def test_a_seed_chooses_the_border_that_rows_start_from():
     assert (fabric.row[-8:] == 0).all()
 
 
-def test_seeding_a_wale_edge_turns_the_rows_by_a_right_angle():
+def test_a_seed_at_a_former_wale_edge_turns_the_rows_by_a_right_angle():
     mesh = grid(4, 3)
     assert np.bincount(label(mesh).row).tolist() == [4, 4, 4]
     assert np.bincount(label(mesh, seeds=[(0, 5)]).row).tolist() == [3, 3, 3, 3]
 
 
-def test_flipping_a_row_turns_its_direction_and_no_other():
+def test_flipping_a_row_reverses_only_its_own_direction():
     mesh = tube(8, 3)
     plain, flipped = label(mesh), label(mesh, flip=[8])
     row = plain.row[8]
-    assert flipped.mismatched.sum() == 2 * 2 * 8  # both course seams of the row, counted from both sides
+    # The row has 8 edges at each of its two course seams, and each edge has two mismatched sides.
+    assert flipped.mismatched.sum() == 2 * 2 * 8
     others = [(f.side_role == 0) & (f.row[f.side_face] != row) for f in (plain, flipped)]
     assert set(plain.face_vertex[others[0]]) == set(flipped.face_vertex[others[1]])
 
@@ -110,19 +111,19 @@ def test_a_closed_mesh_is_seeded_by_an_edge_loop():
     assert not fabric.mismatched.any()
 
 
-def test_labels_do_not_depend_on_where_the_mesh_lies():
+def test_labels_do_not_depend_on_the_position_of_the_mesh():
     mesh = read_mesh(next(path for path in GARMENTS if path.stem == "sock"))
     moved = Mesh(mesh.vertices * 1.0 + [100.0, -50.0, 7.0], mesh.face_start, mesh.face_vertex, mesh.twin)
     np.testing.assert_array_equal(label(moved).face_vertex, label(mesh).face_vertex)
 
 
-def test_a_mesh_without_rows_names_the_faces_and_a_remedy():
+def test_the_message_for_a_mesh_without_rows_names_the_faces_and_a_remedy():
     with pytest.raises(LabelError, match=r"face \d+ and \d+: edge \d+-\d+ would be both wale and course.*seeds"):
         label(odd_corner())
 
 
 @pytest.mark.parametrize("seed", [(0, 99), 1000, (0, 5)])
-def test_a_seed_that_is_no_edge_is_refused(seed):
+def test_a_seed_that_is_not_an_edge_is_refused(seed):
     with pytest.raises(ParameterError, match="seed"):
         label(grid(2, 2), seeds=[seed if seed != (0, 5) else (0, 4)])
 

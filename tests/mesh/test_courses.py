@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Courses, neighbours along them, and roles of sides."""
+"""Courses, neighbours along courses, and roles of sides."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def fabric(request) -> StitchMesh:
 
 
 @pytest.mark.parametrize("climbing", [False, True])
-def test_the_course_through_a_face_is_the_one_that_is_found_among_all(fabric, climbing):
+def test_course_through_a_face_agrees_with_the_search_for_all_courses(fabric, climbing):
     for course in find_courses(fabric, climbing=climbing):
         for place, face in enumerate(course.faces):
             found = course_through(fabric, face, climbing=climbing)
-            turn = place if course.closed else 0  # a ring starts at the face asked for
+            turn = place if course.closed else 0  # A ring starts with the requested face.
             assert (found.faces, found.closed) == (course.faces[turn:] + course.faces[:turn], course.closed)
 
 
@@ -39,20 +39,20 @@ def test_a_spiral_is_one_course_or_one_for_each_row():
     assert sorted(row for (row,) in rows) == sorted(set(fabric.row.tolist()))
 
 
-def test_whoever_has_a_right_neighbour_is_its_left_one(fabric):
+def test_each_face_is_the_left_neighbour_of_its_right_neighbour(fabric):
     right, left = right_neighbours(fabric), left_neighbours(fabric)
     faces = np.flatnonzero(right != BORDER)
     assert (left[right[faces]] == faces).all()
     assert np.count_nonzero(left != BORDER) == len(faces)
 
 
-def test_a_chain_runs_both_ways_from_its_start_and_a_ring_once_around():
+def test_a_chain_is_followed_in_both_directions_and_a_ring_once_around():
     after, before = [1, 2, 3, BORDER], [BORDER, 0, 1, 2]
     assert chain_through(2, after.__getitem__, before.__getitem__) == ((0, 1, 2, 3), False)
     assert chain_through(2, lambda at: (at + 1) % 4, lambda at: (at - 1) % 4) == ((2, 3, 0, 1), True)
 
 
-def test_the_role_of_some_sides_is_that_among_all(fabric):
+def test_roles_of_selected_sides_agree_with_roles_of_all_sides(fabric):
     sides = np.arange(0, fabric.side_count, 3)
     assert (fabric.role_of(sides) == fabric.side_role[sides]).all()
     assert [fabric.role_of(side) for side in sides.tolist()] == fabric.side_role[sides].tolist()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The mesh nouns: topological facts, and one message for each thing that can be wrong."""
+"""Polygon meshes, stitch meshes and lattices: their topology, and the error message for each kind of invalid input."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_normals_of_a_tube_point_outwards():
     assert (np.einsum("vd,vd->v", mesh.vertex_normal, outward) > 0).all()
 
 
-def test_nouns_cannot_be_changed():
+def test_a_mesh_cannot_be_changed():
     mesh = grid(1, 1)
     with pytest.raises(FrozenInstanceError):
         mesh.vertices = mesh.vertices  # type: ignore[misc]
@@ -65,7 +65,7 @@ def test_nouns_cannot_be_changed():
         mesh.vertices[0] = 1.0
 
 
-def test_a_caller_keeps_no_hold_of_the_arrays():
+def test_a_mesh_does_not_share_the_arrays_of_its_caller():
     vertices = np.array(SQUARE)
     mesh = Mesh.from_polygons(vertices, [[0, 1, 2, 3]])
     vertices[:] = np.nan
@@ -91,7 +91,7 @@ BAD = {
     "touching fans": (
         [*SQUARE, [2, 1, 0], [2, 2, 0], [1, 2, 0]],
         [[0, 1, 2, 3], [2, 4, 5, 6]],
-        "vertex 2: separate parts of the surface touch",
+        "vertex 2: separate parts of the surface meet",
     ),
 }
 
@@ -104,7 +104,7 @@ def test_each_bad_mesh_has_its_message(name):
     assert "\n" not in str(caught.value)
 
 
-def test_a_moebius_strip_is_told_from_turned_faces():
+def test_a_moebius_strip_is_distinguished_from_faces_of_the_wrong_orientation():
     with pytest.raises(MeshError, match="one side only"):
         Mesh.from_polygons(*moebius())
 
@@ -133,7 +133,7 @@ def test_a_lattice_spans_a_plane(periods):
         Lattice(periods)
 
 
-def test_roles_of_sides_follow_their_position():
+def test_roles_of_sides_follow_from_their_places_in_the_face():
     fabric = label(closed_cone(6))
     for face in range(fabric.face_count):
         roles = fabric.side_role[fabric.face_start[face] : fabric.face_start[face + 1]].tolist()
@@ -141,20 +141,20 @@ def test_roles_of_sides_follow_their_position():
         assert roles == [0] * bottom + [1] + [2] * top + [3]
 
 
-def test_a_face_has_exactly_two_wale_sides():
+def test_a_face_without_exactly_two_wale_sides_is_refused():
     fabric = label(grid(2, 2))
     with pytest.raises(LabelError, match="face 0: got 2 bottom and 1 top sides of 4"):
         replace(fabric, n_bottom=np.array([2, 1, 1, 1]))
 
 
-def test_an_edge_is_wale_to_both_its_faces():
+def test_an_edge_that_is_a_wale_edge_of_only_one_face_is_refused():
     mesh = grid(2, 1)
     fabric = label(mesh)
     with pytest.raises(LabelError, match="wale to one face and course to face"):
         replace(fabric, n_bottom=np.array([2, 1]), n_top=np.array([0, 1]))
 
 
-def test_a_stitch_fits_its_face():
+def test_a_stitch_with_the_wrong_number_of_sides_is_refused():
     fabric = label(grid(1, 1))
     with pytest.raises(LabelError, match="face 0: D12K on 1 bottom and 1 top sides; it needs 2 and 1"):
         replace(fabric, stitch=np.array([Stitch.D12K]))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tubes are closed surfaces that face outward and have the volume of their yarn."""
+"""Tube meshes: closed surfaces with outward normals, the volume of the yarn and twist-free frames."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RADIUS = 0.1
 
 
 def knot(count: int) -> np.ndarray:
-    """A trefoil: closed, and its frames come back turned, for it has torsion."""
+    """A trefoil knot: a closed curve whose twist-free frame does not return to its start, because it has torsion."""
     t = 2 * np.pi * np.arange(count) / count
     return np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)], axis=1)
 
@@ -29,7 +29,7 @@ def helix(count: int) -> np.ndarray:
 
 
 def ring_area(sides: int) -> float:
-    """Area of the polygon that stands for the round section."""
+    """Area of the polygon that approximates the round section [cm^2]."""
     return sides / 2 * np.sin(2 * np.pi / sides) * RADIUS**2
 
 
@@ -55,7 +55,7 @@ def test_euler_characteristic_is_of_a_torus_or_a_ball(closed, expected):
 
 
 @pytest.mark.parametrize("closed", [True, False])
-def test_every_edge_joins_two_triangles_that_run_against_each_other(closed):
+def test_every_edge_is_shared_by_two_triangles_in_opposite_directions(closed):
     corners = tubes_around([knot(40), helix(30)], [closed, False], RADIUS, sides=5).triangles
     sides = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
     forward = {tuple(side) for side in sides.tolist()}
@@ -66,7 +66,10 @@ def test_every_edge_joins_two_triangles_that_run_against_each_other(closed):
 @pytest.mark.parametrize(("curve", "closed"), [(ellipse, True), (helix, False)])
 @pytest.mark.parametrize("sides", [3, 8])
 def test_volume_is_section_times_length_to_the_second_order(curve, closed, sides):
-    """By Pappus, for the section's centre lies on the curve; chords and rings across their mean are off by h^2."""
+    """The centroid of the section lies on the curve, so that Pappus's theorem holds.
+
+    The errors of the chords, and of rings normal to the mean of two chords, are of order h^2.
+    """
     counts = np.array([200, 400, 800])
     errors = []
     for count in counts:
@@ -75,34 +78,41 @@ def test_volume_is_section_times_length_to_the_second_order(curve, closed, sides
         errors.append(abs(volume(tubes_around([points], [closed], RADIUS, sides=sides)) / expected - 1))
     rate = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     assert rate == pytest.approx(2, abs=0.2)
-    assert errors[-1] < 1e-3  # the steps turn by less than 0.03
+    assert errors[-1] < 1e-3  # The direction changes by less than 0.03 per step, and 0.03^2 < 1e-3.
 
 
 @pytest.mark.parametrize("sides", [3, 8])
-def test_volume_of_a_turned_tube_is_off_by_its_diagonals_only(sides):
-    """A quad turned by d is cut by its diagonal: off by half a tetrahedron, tan(pi / sides) / 3 * d of the volume."""
+def test_volume_error_of_a_twisted_tube_comes_only_from_its_diagonals(sides):
+    """A quad that is twisted by an angle d is not flat, and its diagonal cuts off half a tetrahedron.
+
+    The error is tan(pi / sides) / 3 * d of the volume.
+    """
     count = 800
     points = knot(count)
     error = volume(tubes_around([points], [True], RADIUS, sides=sides)) / (ring_area(sides) * length(points, True)) - 1
-    assert abs(error) <= np.tan(np.pi / sides) / 3 * np.pi / count + 1e-4  # and the second order, as above
+    # The term 1e-4 is the error of second order, as in the test above.
+    assert abs(error) <= np.tan(np.pi / sides) / 3 * np.pi / count + 1e-4
 
 
-def test_triangles_face_the_way_of_their_normals():
+def test_triangles_are_oriented_along_their_normals():
     tubes = tubes_around([knot(300)], [True], RADIUS, sides=8)
     a, b, c = (tubes.vertices[tubes.triangles[:, k]] for k in range(3))
     facing = np.einsum("ij,ij->i", np.cross(b - a, c - a), tubes.normals[tubes.triangles[:, 0]])
     assert (facing > 0).all()
 
 
-def test_normals_are_units_that_point_from_the_curve():
+def test_normals_are_unit_vectors_that_point_away_from_the_curve():
     points = helix(100)
     tubes = tubes_around([points], [False], RADIUS, sides=6)
-    np.testing.assert_allclose(np.linalg.norm(tubes.normals, axis=1), 1.0, rtol=1e-12)  # float64
+    np.testing.assert_allclose(np.linalg.norm(tubes.normals, axis=1), 1.0, rtol=1e-12)  # Rounding error of float64.
     np.testing.assert_allclose(points[tubes.ring] + RADIUS * tubes.normals, tubes.vertices, atol=1e-12)
 
 
 def turns(tubes: TubeMesh, points: np.ndarray, sides: int) -> np.ndarray:
-    """Angle about the tangent between the first normals of successive rings, beyond the turn of the tangent itself."""
+    """Twist between consecutive rings: the angle about the tangent between their first normals.
+
+    The first normal is carried to the next ring by the smallest rotation between the tangents before the comparison.
+    """
     normal = tubes.normals.reshape(-1, sides, 3)[:, 0]
     tangent = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
@@ -114,28 +124,29 @@ def turns(tubes: TubeMesh, points: np.ndarray, sides: int) -> np.ndarray:
     )
 
 
-def test_a_closed_tube_spreads_its_leftover_turn_evenly():
+def test_a_closed_tube_distributes_its_remaining_turn_uniformly():
     points = knot(200)
     turn = turns(tubes_around([points], [True], RADIUS, sides=9), points, 9)
-    np.testing.assert_allclose(turn, turn.mean(), atol=1e-9)  # sums of 200 angles in float64
+    np.testing.assert_allclose(turn, turn.mean(), atol=1e-9)  # Rounding error of sums of 200 angles in float64.
     assert np.abs(turn.mean()) <= np.pi / 200 + 1e-9
 
 
-def test_a_flat_ring_has_no_twist_at_all():
+def test_a_planar_ring_has_no_twist():
     angle = 2 * np.pi * np.arange(60) / 60
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     turn = turns(tubes_around([ring], [True], RADIUS, sides=4), ring, 4)
     np.testing.assert_allclose(turn, 0.0, atol=1e-12)
 
 
-def test_many_tubes_are_the_tubes_one_by_one():
+def test_tubes_made_together_equal_tubes_made_one_by_one():
     curves, closed, radius = [knot(30), helix(20), knot(50)], [True, False, True], [0.1, 0.2, 0.3]
     together = tubes_around(curves, closed, radius, sides=6)
     first = 0
     for curve, flag, size in zip(curves, closed, radius, strict=True):
         alone = tubes_around([curve], [flag], size, sides=6)
         part = slice(first, first + len(alone.vertices))
-        np.testing.assert_allclose(together.vertices[part], alone.vertices, atol=1e-9)  # angles summed from afar
+        # The angles of a later tube are differences of sums over all tubes before it.
+        np.testing.assert_allclose(together.vertices[part], alone.vertices, atol=1e-9)
         first = part.stop
     assert volume(together) == pytest.approx(
         sum(volume(tubes_around([c], [f], r, sides=6)) for c, f, r in zip(curves, closed, radius, strict=True))

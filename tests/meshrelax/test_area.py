@@ -13,7 +13,7 @@ REST, STIFFNESS = 0.8, 1.5
 
 
 def diagonals(part: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Diagonals p and q across random unit normals n whose areas are these parts of that at rest."""
+    """Diagonals p and q and random unit normals n, such that the areas are the given fractions of the rest area."""
     normal = RANDOM.normal(size=(len(part), 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     first, second = RANDOM.normal(size=(2, len(part), 3))
@@ -22,7 +22,7 @@ def diagonals(part: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def energy(first: FloatArray, second: FloatArray, normal: FloatArray) -> FloatArray:
-    """kappa u (a - 1 - ln a) of each sub-quad, on its tangent below the smallest part, zero above 1."""
+    """Energy of each sub-quad: kappa u (a - 1 - ln a), its tangent line below ``SMALLEST``, and zero above a = 1."""
     part = 0.5 * np.einsum("qi,qi->q", normal, np.cross(first, second)) / REST
     limited = np.clip(part, SMALLEST, 1.0)
     tangent = (1.0 - 1.0 / limited) * np.minimum(part - limited, 0.0)
@@ -37,7 +37,7 @@ def test_the_forces_are_minus_the_gradient_of_the_energy() -> None:
         shift = step * np.eye(3)[axis]
         on_first = energy(first - shift, second, normal) - energy(first + shift, second, normal)
         on_second = energy(first, second - shift, normal) - energy(first, second + shift, normal)
-        # step^2 times third derivatives, some 1 / 0.1^3, and rounding over the step
+        # The errors are step^2 times third derivatives of about 1 / 0.1^3, and rounding divided by the step.
         expected = np.concatenate([on_first, on_second]) / (2.0 * step)
         np.testing.assert_allclose(force[:, axis], expected, rtol=1e-6, atol=1e-7)
 
@@ -49,15 +49,15 @@ def test_a_stitch_of_its_rest_area_or_more_has_no_force() -> None:
 
 
 @pytest.mark.parametrize("part", [-0.8, 0.01, 0.5])
-def test_a_small_stitch_grows_and_a_turned_one_turns_back(part: float) -> None:
+def test_the_force_increases_the_area_of_small_and_inverted_stitches(part: float) -> None:
     first, second, normal = diagonals(np.array([part]))
     force, _ = area_forces(first, second, normal, REST, STIFFNESS)
     change = np.cross(force[:1], second) + np.cross(first, force[1:])
     assert np.einsum("qi,qi->q", normal, change)[0] > 0.0
 
 
-def test_the_jacobians_bound_the_curvature_of_the_energy_in_the_area() -> None:
-    """-J of both diagonals together minus E''(A) g g^T has no negative eigenvalue, and J itself no positive one."""
+def test_the_jacobians_bound_the_second_derivative_of_the_energy() -> None:
+    """The matrix -J of both diagonals, and also -J minus E''(A) g g^T, have no negative eigenvalues."""
     part = RANDOM.uniform(0.1, 0.95, 20)
     first, second, normal = diagonals(part)
     _, jacobian = area_forces(first, second, normal, REST, STIFFNESS)
@@ -66,16 +66,16 @@ def test_the_jacobians_bound_the_curvature_of_the_energy_in_the_area() -> None:
     for quad in range(len(part)):
         bound = np.zeros((6, 6))
         bound[:3, :3], bound[3:, 3:] = -jacobian[quad], -jacobian[quad + len(part)]
-        scale = 1e-12 * np.abs(bound).max()  # rounding of eigenvalues
+        scale = 1e-12 * np.abs(bound).max()  # Rounding of eigenvalues.
         assert np.linalg.eigvalsh(bound).min() >= -scale
         exact = curvature[quad] * np.outer(gradient[quad], gradient[quad])
         assert np.linalg.eigvalsh(bound - exact).min() >= -scale
 
 
 def test_the_moment_about_the_normal_vanishes() -> None:
-    """Turned in the surface, a stitch keeps its area."""
+    """A rotation in the surface does not change the area of a stitch."""
     first, second, normal = diagonals(np.array([-0.5, 0.03, 0.4, 0.8]))
     force, _ = area_forces(first, second, normal, REST, STIFFNESS)
     moment = np.cross(first, force[:4]) + np.cross(second, force[4:])
     scale = np.abs(force).max() * max(np.abs(first).max(), np.abs(second).max())
-    np.testing.assert_allclose(np.einsum("qi,qi->q", normal, moment), 0.0, atol=1e-14 * scale)  # rounding
+    np.testing.assert_allclose(np.einsum("qi,qi->q", normal, moment), 0.0, atol=1e-14 * scale)  # Rounding.

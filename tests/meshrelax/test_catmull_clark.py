@@ -32,48 +32,47 @@ def euler_characteristic(mesh: Mesh) -> int:
     return len(mesh.vertices) - len(mesh.edge_side) + mesh.face_count
 
 
-def test_topology_is_kept(mesh: Mesh) -> None:
+def test_subdivision_preserves_the_topology(mesh: Mesh) -> None:
     fine = subdivide(subdivide(mesh))
     assert euler_characteristic(fine) == euler_characteristic(mesh)
     assert len(fine.boundary_loops) == len(mesh.boundary_loops)
     assert fine.face_count == 4 * mesh.side_count
 
 
-def test_twins_are_those_of_the_vertex_numbers(mesh: Mesh) -> None:
+def test_twins_agree_with_the_vertex_numbers(mesh: Mesh) -> None:
     fine = subdivide(mesh)
     np.testing.assert_array_equal(
         fine.twin, Mesh.from_polygons(fine.vertices, fine.face_vertex.reshape(-1, 4).tolist()).twin
     )
 
 
-def test_weights_are_affine(mesh: Mesh) -> None:
+def test_weights_add_up_to_one(mesh: Mesh) -> None:
     for rule in (smooth_rule(mesh), linear_rule(mesh)):
-        np.testing.assert_allclose(rule.sum(axis=1), 1.0, rtol=1e-14)  # a sum of some ten rounded weights
+        np.testing.assert_allclose(rule.sum(axis=1), 1.0, rtol=1e-14)  # Rounding of a sum of about ten weights.
     fine = subdivide(mesh)
     np.testing.assert_allclose(limit_rule(fine).sum(axis=1), 1.0, rtol=1e-14)
 
 
 def test_limit_points_do_not_depend_on_the_level(mesh: Mesh) -> None:
-    """The limit of a vertex is the same point whether taken before or after another step."""
+    """The limit point of a vertex is the same before and after another subdivision step."""
     fine = subdivide(mesh)
     finer = subdivide(fine)
     limit = limit_rule(fine) @ fine.vertices
-    np.testing.assert_allclose((limit_rule(finer) @ finer.vertices)[: len(limit)], limit, atol=1e-13)  # rounding
+    np.testing.assert_allclose((limit_rule(finer) @ finer.vertices)[: len(limit)], limit, atol=1e-13)  # Rounding.
 
 
-def test_the_corner_of_a_cube_goes_halfway_to_the_centre() -> None:
-    """(9 S + 4 sum e + sum f) / 24 with S = (1, 1, 1), sum e = S and sum f = -S is S / 2."""
+def test_the_limit_of_the_corner_of_a_cube_is_halfway_to_the_centre() -> None:
+    """For n = 3 the limit is (9 S + 4 sum e + sum f) / 24; with sum e = S and sum f = -S it is S / 2."""
     vertices = limit_rule(cube()) @ cube().vertices
     np.testing.assert_allclose(vertices, 0.5 * cube().vertices, atol=1e-15)
     _, limit, _ = refine_surface(cube(), 0.1, 10_000)
     np.testing.assert_allclose(limit[:8], 0.5 * cube().vertices, atol=1e-14)
 
 
-def test_a_flat_rectangle_stays_itself() -> None:
-    """Flat, with its corners in place and its border on the border; inside, an even grid is reproduced."""
+def test_a_flat_rectangle_keeps_its_shape() -> None:
+    """The limit is flat, its corners do not move, and its border is on the border of the rectangle."""
     fine, limit, flat = refine_surface(grid(4, 3), 0.3, 10_000)
     np.testing.assert_array_equal(limit[:, 2], 0.0)
-    # one step at the border: the row of vertices next to it moves by 1/8 - 1/8 of an even spacing, that is not at all
     for vertex in np.flatnonzero(corner_vertices(fine)):
         np.testing.assert_array_equal(limit[vertex], flat[vertex])
     border = limit[border_vertices(fine)]
@@ -81,8 +80,8 @@ def test_a_flat_rectangle_stays_itself() -> None:
     np.testing.assert_allclose(inside, 0.0, atol=1e-13)
 
 
-def test_an_even_grid_is_reproduced_away_from_its_border() -> None:
-    """Catmull-Clark on a regular grid is the bicubic B-spline, which reproduces linear functions."""
+def test_a_uniform_grid_is_reproduced_away_from_its_border() -> None:
+    """On a regular grid the limit is the bicubic B-spline, which reproduces linear functions."""
     skew = np.array([[1.0, 0.2, 0.5], [0.3, 1.0, -0.4], [0.0, 0.0, 1.0]])
     coarse = grid(8, 8)
     coarse = Mesh(coarse.vertices @ skew, coarse.face_start, coarse.face_vertex, coarse.twin)
@@ -92,7 +91,7 @@ def test_an_even_grid_is_reproduced_away_from_its_border() -> None:
     np.testing.assert_allclose(limit[deep], flat[deep], atol=1e-13)
 
 
-def test_the_border_follows_from_the_border_alone() -> None:
+def test_the_border_of_the_limit_depends_only_on_the_border_of_the_mesh() -> None:
     coarse = tube(6, 2)
     moved = coarse.vertices + np.where(border_vertices(coarse)[:, None], 0.0, 0.7)
     changed = Mesh(moved, coarse.face_start, coarse.face_vertex, coarse.twin)
@@ -114,7 +113,7 @@ def test_rigid_motions_commute_with_subdivision(mesh: Mesh) -> None:
     np.testing.assert_allclose(subdivide(moved).vertices, subdivide(mesh).vertices @ turn + shift, atol=1e-13)
 
 
-def test_the_number_of_faces_is_capped() -> None:
+def test_the_number_of_faces_is_limited() -> None:
     assert refine_surface(cube(), 1e-6, 1000)[0].face_count == 6 * 4**3
 
 

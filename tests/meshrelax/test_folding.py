@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Fabric with more stitches than its surface has room for must neither fold nor keep on moving."""
+"""A fabric with more stitches than fit on its surface must not fold, and its relaxation must converge."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ pytestmark = pytest.mark.decides
 MESHES = Path(__file__).parents[2] / "assets" / "meshes"
 
 
-def sides_between_faces_that_point_apart(fabric: StitchMesh) -> int:
+def folded_edges(fabric: StitchMesh) -> int:
+    """Number of edges between faces whose normals differ by more than a right angle."""
     inner = np.flatnonzero(fabric.twin >= 0)
     first, second = (fabric.face_vector_area[fabric.side_face[side]] for side in (inner, fabric.twin[inner]))
     return int((np.einsum("si,si->s", first, second) < 0.0).sum()) // 2
@@ -34,10 +35,11 @@ def test_lace_on_the_instep_of_a_sock_does_not_fold() -> None:
     fabric, surface = openwork("sock", 0.8)
     relaxed, report = relax_mesh_with_report(fabric, surface=surface)
     assert report.converged
-    assert sides_between_faces_that_point_apart(relaxed) == 0
-    assert generate_yarns(relaxed, quality="draft").yarn_count > 0  # refused where yarns of folded stitches touch
+    assert folded_edges(relaxed) == 0
+    # The generation of yarns raises an error if the yarns of folded stitches touch.
+    assert generate_yarns(relaxed, quality="draft").yarn_count > 0
 
 
-def test_a_glove_comes_to_rest_in_the_valleys_between_its_fingers() -> None:
+def test_a_glove_converges_in_the_valleys_between_its_fingers() -> None:
     fabric, surface = openwork("glove", 0.6)
     assert relax_mesh_with_report(fabric, surface=surface)[1].converged

@@ -11,7 +11,11 @@ from stitchmesh.meshrelax.preconditioner import patches, preconditioner
 
 
 def system(count: int, seed: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """A symmetric positive definite matrix and, by turns, a plane, a line and nothing to move in."""
+    """A symmetric positive definite system; the vertices may move, in turn, in a plane, along a line, or not at all.
+
+    Returns:
+        The matrix, the right-hand side, the projectors, and the normals and positions of the vertices.
+    """
     random = np.random.default_rng(seed)
     root = random.normal(size=(3 * count, 3 * count))
     normal = random.normal(size=(count, 3))
@@ -28,7 +32,7 @@ def system(count: int, seed: int) -> tuple[FloatArray, FloatArray, FloatArray, F
     )
 
 
-def solved(matrix: FloatArray, right: FloatArray, projector: FloatArray, normal: FloatArray, place: FloatArray):
+def solve(matrix: FloatArray, right: FloatArray, projector: FloatArray, normal: FloatArray, place: FloatArray):
     count = len(normal)
     sparse = bsr_array(matrix, blocksize=(3, 3))
     diagonal = np.stack([matrix[3 * v : 3 * v + 3, 3 * v : 3 * v + 3] for v in range(count)])
@@ -36,22 +40,22 @@ def solved(matrix: FloatArray, right: FloatArray, projector: FloatArray, normal:
     return modified_conjugate_gradients(sparse, right, filtered, tolerance=1e-12, max_iterations=500)
 
 
-def test_the_filtered_solution_is_that_of_the_dense_reduced_system() -> None:
+def test_the_filtered_solution_agrees_with_the_dense_reduced_system() -> None:
     matrix, right, projector, normal, place = system(12, 5)
-    solution, _ = solved(matrix, right, projector, normal, place)
+    solution, _ = solve(matrix, right, projector, normal, place)
     whole = np.zeros_like(matrix)
     for vertex, block in enumerate(projector):
         whole[3 * vertex : 3 * vertex + 3, 3 * vertex : 3 * vertex + 3] = block
     values, vectors = np.linalg.eigh(whole)
     allowed = vectors[:, values > 0.5]
     expected = allowed @ np.linalg.solve(allowed.T @ matrix @ allowed, allowed.T @ right)
-    # conjugate gradients stop at 1e-12 of the residual; the condition number is some 1e4
+    # Conjugate gradients stop at 1e-12 of the residual, and the condition number is about 1e4.
     np.testing.assert_allclose(solution, expected, atol=1e-8 * np.abs(expected).max())
     np.testing.assert_allclose(whole @ solution, solution, atol=1e-13)
 
 
-def test_no_force_needs_no_iteration() -> None:
+def test_a_system_without_force_needs_no_iteration() -> None:
     matrix, right, projector, normal, place = system(6, 1)
-    solution, iterations = solved(matrix, 0.0 * right, projector, normal, place)
+    solution, iterations = solve(matrix, 0.0 * right, projector, normal, place)
     assert iterations == 0
     np.testing.assert_array_equal(solution, 0.0)

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.decides
 
 
 def distorted_swatch() -> tuple[StitchMesh, Mesh]:
-    """12 x 15 stitches of rest size 1 x 0.8 on their flat rectangle, smoothly out of place."""
+    """12 x 15 stitches of rest size 1 x 0.8 on their flat rectangle, with smooth displacements."""
     points = rectangle_points(12, 15, 12.0, 12.0)
     x, y = points[..., 0] / 12.0, points[..., 1] / 12.0
     points[..., 0] += 1.5 * np.sin(np.pi * x) * np.cos(2.0 * np.pi * y)
@@ -25,26 +25,26 @@ def distorted_swatch() -> tuple[StitchMesh, Mesh]:
 
 
 def uneven_tube() -> tuple[StitchMesh, Mesh]:
-    """32 stitches around and 20 rows of uneven height on a tube of 16 sides."""
+    """A tube of 16 sides with 32 stitches around and 20 rows of different heights."""
     climb = np.linspace(0.0, 1.0, 21)
     fabric = grid_fabric(tube_chord_points(16, 2, 10.0 * (climb + 0.1 * np.sin(2 * np.pi * climb)), 4.0), wrap=True)
     return fabric, grid_fabric(tube_chord_points(16, 1, np.linspace(0.0, 10.0, 6), 4.0), wrap=True)
 
 
-def test_a_distorted_swatch_evens_out_to_its_rest_shape() -> None:
-    """The stitches fit the rectangle exactly, so every edge can reach its rest length."""
+def test_a_distorted_swatch_relaxes_to_its_rest_shape() -> None:
+    """The stitches fit the rectangle exactly, so that every edge can reach its rest length."""
     fabric, surface = distorted_swatch()
     relaxed, report = relax_mesh_with_report(fabric, surface=surface, aspect=0.8, alpha=1.0, tolerance=1e-6)
     assert report.converged
     assert relaxed.stretch is not None
-    # a force of 1e-6 spread over the longest wave of strain, 15 stitches, is a strain of some 1e-5
+    # A force of 1e-6, accumulated over the longest wave of strain (15 stitches), is a strain of about 1e-5.
     np.testing.assert_allclose(relaxed.stretch, 1.0, atol=1e-4)
     expected = rectangle_points(12, 15, 12.0, 12.0).reshape(-1, 3)
     np.testing.assert_allclose(relaxed.vertices, expected, atol=1e-3)
     assert report.rms_stretch == pytest.approx(1.0, abs=1e-4)
 
 
-def test_the_topology_and_the_input_are_kept() -> None:
+def test_relaxation_keeps_the_topology_and_does_not_change_its_input() -> None:
     fabric, surface = distorted_swatch()
     before = fabric.vertices.copy()
     relaxed = relax_mesh(fabric, surface=surface)
@@ -53,16 +53,16 @@ def test_the_topology_and_the_input_are_kept() -> None:
         np.testing.assert_array_equal(getattr(relaxed, name), getattr(fabric, name))
 
 
-def test_a_tube_ends_even_on_the_cylinder_with_its_borders_in_place() -> None:
+def test_a_tube_relaxes_to_equal_rows_on_the_cylinder_and_keeps_its_borders() -> None:
     fabric, surface = uneven_tube()
     relaxed, report = relax_mesh_with_report(fabric, surface=surface, aspect=1.0, tolerance=1e-5)
     assert report.converged
     radius = np.linalg.norm(relaxed.vertices[:, :2], axis=1)
-    # cubic B-spline through a regular 16-gon of radius 4: (4 + 2 cos(pi/8)) / 6 of it at its vertices
+    # The cubic B-spline of a regular 16-gon of radius 4 has the radius 4 (4 + 2 cos(pi/8)) / 6 at its vertices.
     np.testing.assert_allclose(radius, 4.0 * (4.0 + 2.0 * np.cos(np.pi / 8.0)) / 6.0, rtol=2e-3)
     height = relaxed.vertices[:, 2].reshape(21, 32)
     np.testing.assert_allclose(height[[0, -1]], [[0.0] * 32, [10.0] * 32], atol=1e-12)
-    np.testing.assert_allclose(np.diff(height, axis=0), 0.5, rtol=2e-3)  # the facets of the surface, as above
+    np.testing.assert_allclose(np.diff(height, axis=0), 0.5, rtol=2e-3)  # Facets of the surface, as above.
 
 
 def test_stretch_is_length_over_rest_length() -> None:
@@ -76,26 +76,26 @@ def test_stretch_is_length_over_rest_length() -> None:
     assert report.max_stretch == relaxed.stretch.max()
 
 
-def test_a_rigid_motion_moves_the_result_along() -> None:
-    """Up to the tolerance: patches of the preconditioner and triangles at ties depend on the axes."""
+def test_the_result_follows_a_rigid_motion_of_the_input() -> None:
+    """Results agree up to the tolerance, because patches of the preconditioner and ties of triangles depend on axes."""
     fabric, surface = uneven_tube()
     turn, shift = rotation(2), np.array([30.0, -10.0, 5.0])
     moved = replace(fabric, vertices=fabric.vertices @ turn + shift)
     moved_surface = replace(surface, vertices=surface.vertices @ turn + shift)
     first = relax_mesh(fabric, surface=surface, tolerance=1e-5)
     second = relax_mesh(moved, surface=moved_surface, tolerance=1e-5)
-    # a residual of 1e-5 leaves some 1e-4 of a stitch of 0.7 cm in the longest wave
+    # At a residual of 1e-5, the longest wave still has an error of about 1e-4 of a stitch of 0.7 cm.
     np.testing.assert_allclose(second.stretch, first.stretch, atol=1e-3)
     np.testing.assert_allclose(second.vertices[0] - shift, first.vertices[0] @ turn, atol=2e-3)
 
 
-def test_the_same_run_gives_the_same_bits() -> None:
+def test_repeated_runs_give_the_same_bits() -> None:
     fabric, surface = distorted_swatch()
     first, second = (relax_mesh(fabric, surface=surface) for _ in range(2))
     np.testing.assert_array_equal(first.vertices, second.vertices)
 
 
-def test_a_capped_relaxation_says_that_it_has_not_converged() -> None:
+def test_a_relaxation_that_reaches_its_limit_of_iterations_reports_no_convergence() -> None:
     fabric, surface = distorted_swatch()
     seen: list[tuple[int, float]] = []
     _, report = relax_mesh_with_report(
@@ -107,8 +107,8 @@ def test_a_capped_relaxation_says_that_it_has_not_converged() -> None:
     assert seen[-1][1] == report.residual
 
 
-def test_vertices_in_one_place_are_drawn_apart() -> None:
-    """A collapsed stitch must neither divide by zero nor stay."""
+def test_vertices_in_the_same_place_are_separated() -> None:
+    """A collapsed stitch must not cause a division by zero, and must expand again."""
     fabric, surface = distorted_swatch()
     points = rectangle_points(12, 15, 12.0, 12.0)
     points[7, 6] = points[7, 7] - [1e-9, 0.0, 0.0]
@@ -124,12 +124,12 @@ def test_vertices_in_one_place_are_drawn_apart() -> None:
     "wrong",
     [{"aspect": 0.0}, {"aspect": np.nan}, {"alpha": 0.0}, {"alpha": 1.5}, {"tolerance": 0.0}, {"max_iterations": -1}],
 )
-def test_numbers_out_of_range_are_named(wrong: dict[str, float]) -> None:
+def test_the_message_names_a_number_out_of_range(wrong: dict[str, float]) -> None:
     fabric, surface = distorted_swatch()
     with pytest.raises(ParameterError, match=next(iter(wrong))):
         relax_mesh(fabric, surface=surface, **wrong)  # type: ignore[arg-type]
 
 
-def test_a_fabric_with_a_border_needs_a_surface_with_one() -> None:
+def test_a_fabric_with_a_border_needs_a_surface_with_a_border() -> None:
     with pytest.raises(MeshError, match="border"):
         relax_mesh(distorted_swatch()[0], surface=cube())

@@ -25,37 +25,37 @@ def part_around(force: FloatArray, angle: float) -> float:
     return float(force[0] @ [-np.sin(angle), np.cos(angle), 0.0])
 
 
-def test_an_outward_force_on_a_cylinder_holds_a_vertex_back() -> None:
-    """The part of a constant force along the cylinder falls by the stiffness as the vertex moves around it."""
+def test_an_outward_force_on_a_cylinder_gives_a_positive_stiffness() -> None:
+    """The tangential part of a constant force decreases by the stiffness when the vertex moves around the cylinder."""
     force, step = np.array([[3.0, 0.5, 1.0]]), 1e-5
     change = (part_around(force, step) - part_around(force, -step)) / (2.0 * step * RADIUS)
     expected = np.diag([0.0, -change, 0.0])
-    # central differences: step^2 times third derivatives of order 1
+    # The error of central differences is step^2 times third derivatives of order 1.
     np.testing.assert_allclose(turning_stiffness(on_a_cylinder(0.0), force)[0], expected, atol=1e-8)
 
 
-def test_an_inward_force_on_a_cylinder_is_not_held_back() -> None:
+def test_an_inward_force_on_a_cylinder_gives_no_stiffness() -> None:
     np.testing.assert_array_equal(turning_stiffness(on_a_cylinder(0.3), np.array([[-3.0, 0.0, 0.0]])), 0.0)
 
 
-def test_a_border_that_bends_towards_the_force_does_not_hold_a_vertex_back() -> None:
-    """On the circle of radius 2 the tangent changes by n / 2 inwards."""
+def test_a_border_that_is_curved_towards_the_force_gives_no_stiffness() -> None:
+    """On a circle of radius 2 the curvature vector has the length 1/2 and points inwards."""
     upward, circle = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 1.0, 0.0]])
-    bend = np.array([[-1.0 / RADIUS, 0.0, 0.0]])
-    placement = Placement(np.array([[2.0, 0.0, 0.0]]), upward, np.zeros((1, 3, 3)), np.zeros(1), circle, bend)
+    curvature = np.array([[-1.0 / RADIUS, 0.0, 0.0]])
+    placement = Placement(np.array([[2.0, 0.0, 0.0]]), upward, np.zeros((1, 3, 3)), np.zeros(1), circle, curvature)
     inward = np.array([[-3.0, 0.0, 0.0]])
     np.testing.assert_array_equal(turning_stiffness(placement, inward), 0.0)
     np.testing.assert_allclose(turning_stiffness(placement, -inward)[0], np.diag([0.0, 1.5, 0.0]), atol=1e-15)
 
 
-def test_the_normals_of_a_tube_turn_once_around_it() -> None:
+def test_the_shape_operator_of_a_tube_is_that_of_a_cylinder() -> None:
     surface = limit_surface(grid_fabric(tube_chord_points(24, 1, np.linspace(0.0, 6.0, 7), RADIUS), wrap=True), 0.1)
     inner = np.flatnonzero(np.abs(surface.vertices[surface.triangles][:, :, 2].mean(axis=1) - 3.0) < 2.0)
     normal = surface.normals[surface.triangles[inner]].mean(axis=1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     shape = surface.shape_operator(inner, normal)
-    np.testing.assert_allclose(shape, shape.transpose(0, 2, 1), atol=1e-14)  # rounding
-    # B-spline through a regular 24-gon: a cylinder but for some 2 % of its curvature, and facets of 0.1 on it
+    np.testing.assert_allclose(shape, shape.transpose(0, 2, 1), atol=1e-14)  # Rounding.
+    # The B-spline of a regular 24-gon has the curvature of a cylinder within about 2 %, and facets of size 0.1.
     around = np.cross([0.0, 0.0, 1.0], normal)
     np.testing.assert_allclose(np.einsum("ni,nij,nj->n", around, shape, around), 1.0 / RADIUS, rtol=0.05)
     np.testing.assert_allclose(shape[:, :, 2], 0.0, atol=0.02 / RADIUS)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras hold what they must show."""
+"""Cameras and layouts show the whole object, from its front and in its part of the picture."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ def in_picture(camera: Camera, points: np.ndarray, aspect: float) -> np.ndarray:
 
 @pytest.mark.parametrize("size", [(30, 60, 20), (60, 30, 20), (100, 1, 1), (1, 100, 1), (5, 5, 0.01)])
 @pytest.mark.parametrize("aspect", [0.5, 1.6])
-def test_all_points_are_in_the_picture_and_fill_it(size, aspect):
+def test_all_points_are_inside_the_picture_and_fill_it(size, aspect):
     points = cloud(*size)
     towards, up = front_directions(points)
     place = np.abs(in_picture(camera_around(points, towards, up, aspect), points, aspect))
     assert place.max() <= 1.0
-    assert place.max() > 0.9  # the margin is 6%
+    assert place.max() > 0.9  # The margin is 6 %.
 
 
-def test_points_keep_to_their_part_of_the_picture_with_their_clearance():
+def test_points_with_their_clearance_stay_in_their_part_of_the_picture():
     points = cloud(30, 60, 20)
     towards, up = front_directions(points)
     camera = camera_around(points, towards, up, 1.6, part=(0.3, 0.5), clearance=5.0)
@@ -42,7 +42,7 @@ def test_points_keep_to_their_part_of_the_picture_with_their_clearance():
         assert (place.max(axis=0) <= [0.3, 0.5]).all()
 
 
-def test_wide_things_have_their_close_up_below_and_tiny_ones_have_none():
+def test_wide_objects_have_their_close_up_below_and_small_objects_have_none():
     towards, up = np.array([0, 0, 1.0]), np.array([0, 1.0, 0])
     assert layout_for(cloud(50, 60, 20), towards, up, 0.1) is BESIDE
     assert layout_for(cloud(90, 20, 1), towards, up, 0.1) is BELOW
@@ -57,14 +57,14 @@ def test_close_ups_show_the_same_area_and_leave_the_rest_free(layout):
     assert layout.part[0] <= left or layout.part[1] <= 1 - high
 
 
-def test_a_garment_is_seen_from_its_wide_side_and_upright():
+def test_a_garment_is_shown_upright_and_from_its_wide_side():
     towards, up = front_directions(cloud(50, 60, 20))
     assert towards[2] > 0.9 and towards[1] > 0
     assert up.tolist() == [0, 1, 0]
     assert front_directions(cloud(20, 60, 50))[0][0] > 0.9
 
 
-def test_a_flat_swatch_is_seen_squarely():
+def test_a_flat_swatch_is_shown_perpendicular_to_its_plane():
     np.testing.assert_array_equal(front_directions(cloud(30, 20, 0.5))[0], [0, 0, 1])
     towards, up = front_directions(cloud(30, 0.5, 20))
     np.testing.assert_array_equal(towards, [0, 1, 0])
@@ -75,12 +75,12 @@ def test_the_patch_lies_on_the_front_of_a_cylinder():
     turn, height = np.random.default_rng(2).random((2, 20_000)) * [[2 * np.pi], [40.0]]
     points = np.stack([10 * np.sin(turn), height, 10 * np.cos(turn)], axis=1)
     middle, normal = front_patch(points, np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), 4.0)
-    # a patch of half-width 2 on radius 10 sags by at most 0.2 and its random points scatter its middle
+    # The sagitta of a patch of half width 2 on radius 10 is at most 0.2, and random points shift the centre.
     np.testing.assert_allclose(middle, [0, 20, 10], atol=0.4)
     np.testing.assert_allclose(normal, [0, 0, 1], atol=0.05)
 
 
-def test_a_camera_at_a_place_shows_the_height_asked_for():
+def test_a_camera_at_a_place_shows_the_requested_height():
     camera = camera_at(np.array([1.0, 2, 3]), np.array([1.0, 1, 0]), np.array([0, 1.0, 0]), 6.0)
     edge = camera.focus + 3.0 * camera.up
     np.testing.assert_allclose(in_picture(camera, np.array([edge, camera.focus]), 1.0), [[0, 1], [0, 0]], atol=1e-12)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The history of a relaxation as a picture and as a table."""
+"""The history of a relaxation as a plot and as a table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.gallery import ROOT
 
 
 def history(count: int = 40, *, shape: bool = True) -> list[HistoryEntry]:
-    """A residual that falls by a factor a turn, and energies that settle."""
+    """A residual that decreases geometrically, and energies that converge."""
     entries: list[HistoryEntry] = []
     for k in range(count):
         energies = {"stretch": 300.0 * 0.9**k + 8.0, "bend": 900.0 - k / 3, "contact": 4000.0 * 0.8**k + 150.0}
@@ -36,8 +36,8 @@ def pixels(path: Path) -> np.ndarray:
 
 
 def has_colour(path: Path, colour: np.ndarray) -> bool:
-    """Whether enough of a picture is of a colour to be part of a curve."""
-    near = np.abs(pixels(path) - np.round(255 * colour)).max(axis=2) <= 2  # the colour's rounding
+    """Whether the number of pixels of a colour is large enough for a curve."""
+    near = np.abs(pixels(path) - np.round(255 * colour)).max(axis=2) <= 2  # Rounding of the colour.
     return int(near.sum()) > 200
 
 
@@ -48,24 +48,24 @@ def picture(tmp_path_factory) -> Path:
     return path
 
 
-def test_the_picture_is_drawn_and_nothing_else_is_left(picture):
+def test_the_plot_is_drawn_and_no_other_file_is_left(picture):
     assert [path.name for path in picture.parent.iterdir()] == ["convergence.png"]
     image = pixels(picture)
     assert image.shape == (900, 1200, 3)
-    assert (image == 255).all(axis=2).mean() > 0.5  # paper, not a blot
+    assert (image == 255).all(axis=2).mean() > 0.5  # Most of the plot is white.
 
 
-def test_the_same_history_makes_the_same_picture(picture, tmp_path):
+def test_the_same_history_gives_the_same_plot(picture, tmp_path):
     plot_convergence(history(), tmp_path / "again.png", tolerance=0.005)
     assert (tmp_path / "again.png").read_bytes() == picture.read_bytes()
 
 
-def test_the_tolerance_has_its_line(picture, tmp_path):
+def test_the_tolerance_is_drawn_as_a_line(picture, tmp_path):
     plot_convergence(history(), tmp_path / "without.png")
     assert (pixels(picture) != pixels(tmp_path / "without.png")).any()
 
 
-def test_each_term_has_its_curve(picture, tmp_path):
+def test_each_energy_term_is_drawn_as_a_curve(picture, tmp_path):
     plot_convergence(history(shape=False), tmp_path / "less.png")
     assert all(has_colour(picture, colour) for colour in DYES[:4])
     assert all(has_colour(tmp_path / "less.png", colour) for colour in DYES[:3])
@@ -82,7 +82,7 @@ def test_each_term_has_its_curve(picture, tmp_path):
     ],
 )
 @pytest.mark.filterwarnings("error")
-def test_awkward_histories_are_drawn_too(tmp_path, count, residual, energies):
+def test_histories_with_few_entries_or_special_values_are_drawn(tmp_path, count, residual, energies):
     entry: HistoryEntry = {"iteration": 0, "seconds": 0.0, "residual": residual, "energies": energies}
     plot_convergence([entry] * count, tmp_path / "plot.png", tolerance=0.01)
     assert (tmp_path / "plot.png").exists()
@@ -94,7 +94,7 @@ def test_an_empty_history_cannot_be_drawn(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_picture_that_cannot_be_written_is_refused(tmp_path):
+def test_a_plot_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "plot.png").mkdir()
     with pytest.raises(FileError, match="is a folder"):
         plot_convergence(history(), tmp_path / "plot.png")
@@ -106,7 +106,7 @@ def test_the_module_alone_loads_no_plotting():
     assert done.stdout.strip() == "False"
 
 
-def test_a_table_reads_back_the_same(tmp_path):
+def test_a_table_is_read_back_with_the_same_values(tmp_path):
     write_history(tmp_path / "run" / "convergence.csv", history())
     rows = list(csv.DictReader((tmp_path / "run" / "convergence.csv").open(newline="")))
     names = ["iteration", "seconds", "residual", "stretch_erg", "bend_erg", "contact_erg", "shape_erg"]
@@ -119,6 +119,6 @@ def test_a_table_reads_back_the_same(tmp_path):
             assert row[f"{term}_erg"] == str(entry["energies"].get(term, ""))
 
 
-def test_a_table_without_entries_has_its_heading(tmp_path):
+def test_a_table_without_entries_has_a_header(tmp_path):
     write_history(tmp_path / "convergence.csv", [])
     assert (tmp_path / "convergence.csv").read_text() == "iteration,seconds,residual\n"

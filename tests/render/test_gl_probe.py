@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The probe turns a crash of the graphics library into one line."""
+"""The probe turns a crash of the graphics library into an error message of one line."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def answer(monkeypatch, *, status: int = 0, stderr: str = "", error: Exception |
 @pytest.mark.parametrize(
     ("status", "stderr", "reason"),
     [
-        (-11, "", "VTK died of signal 11"),
+        (-11, "", "VTK was ended by signal 11"),
         (1, "Traceback\nModuleNotFoundError: No module named 'vtkmodules'\n", "No module named 'vtkmodules'"),
         (3, "", "VTK ended with status 3"),
     ],
@@ -73,7 +73,7 @@ def test_the_probe_runs_once(monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="EGL is the off-screen window of Linux")
-def test_egl_is_chosen_unless_the_user_chose(monkeypatch):
+def test_egl_is_selected_unless_the_user_selected_another_window(monkeypatch):
     answer(monkeypatch)
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
     check_display()

@@ -13,10 +13,10 @@ from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.render.palette import ODD_ROW, STITCH_COLOURS, stitch_colours
 
 
-def test_every_stitch_has_a_colour_of_its_own():
+def test_every_stitch_has_its_own_colour():
     assert set(STITCH_COLOURS) == set(Stitch)
     for (first, one), (second, other) in itertools.combinations(STITCH_COLOURS.items(), 2):
-        # five steps of 255 in one channel are the least that is seen side by side
+        # Five steps of 255 in one channel are the smallest visible difference of neighbouring colours.
         assert np.abs(np.subtract(one, other)).max() >= 5, f"{first.name} and {second.name}"
 
 

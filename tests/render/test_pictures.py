@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures are drawn whole: written, of the size asked for, with things in them, and nothing else left behind."""
+"""Pictures are written with the requested size and with content, and no other files are left."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SIZE = (320, 200)
 
 @pytest.fixture
 def display() -> None:
-    """A machine that can draw, or a skip that says what is missing."""
+    """Skip the test, with the reason, if this machine cannot draw pictures."""
     try:
         check_display()
     except DisplayError as error:
@@ -61,7 +61,7 @@ def pixels(path: Path) -> np.ndarray:
 
 
 def is_drawn(path: Path) -> bool:
-    """Whether the picture has the size asked for and a fair part of it is neither paper nor of one colour."""
+    """Whether the picture has the requested size and a sufficient part of it shows objects in many colours."""
     image = pixels(path)
     paper = image[0, 0]
     inked = (np.abs(image - paper) > 60).any(axis=2).mean()
@@ -85,16 +85,16 @@ def test_rows_of_yarn_show_their_colours(display, tmp_path):
     render_yarns(rings(), tmp_path / "a.png", size=SIZE)
     image = pixels(tmp_path / "a.png")
     red, blue = image[..., 0] - image[..., 2], image[..., 2] - image[..., 0]
-    assert red.max() > 50 and blue.max() > 10  # from madder to heather
+    assert red.max() > 50 and blue.max() > 10  # The colours change from madder (red) to heather (blue).
 
 
-def test_the_same_picture_twice(display, tmp_path):
+def test_the_same_fabric_gives_the_same_picture(display, tmp_path):
     for name in ("a.png", "b.png"):
         render_stitches(fabric(), tmp_path / name, size=SIZE)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def test_a_picture_that_fails_leaves_the_old_one(display, tmp_path, monkeypatch):
+def test_a_failed_picture_does_not_replace_the_old_one(display, tmp_path, monkeypatch):
     render_mesh(tube(12, 5), tmp_path / "a.png", size=SIZE)
     before = (tmp_path / "a.png").read_bytes()
 
@@ -114,7 +114,7 @@ def test_a_single_short_yarn_is_drawn(display, tmp_path):
     assert is_drawn(tmp_path / "a.png")
 
 
-def test_what_is_drawn_of_a_file_follows_from_its_content(tmp_path, monkeypatch):
+def test_the_content_of_a_file_determines_its_picture(tmp_path, monkeypatch):
     drawn: list[str] = []
     for name in ("render_mesh", "render_yarns"):
         monkeypatch.setattr(f"stitchmesh.render.file_picture.{name}", lambda *a, name=name, **k: drawn.append(name))
@@ -131,7 +131,7 @@ def test_what_is_drawn_of_a_file_follows_from_its_content(tmp_path, monkeypatch)
     assert drawn == ["render_mesh", "render_yarns", "render_yarns", "render_yarns", "stitches", "rows", "stretch"]
 
 
-def test_bad_requests_are_named(tmp_path):
+def test_messages_name_invalid_requests(tmp_path):
     io.write_stitches(tmp_path / "s.h5", fabric())
     io.write_mesh(tmp_path / "m.obj", tube(12, 5))
     with pytest.raises(ParameterError, match="got 'loops'; expected one of rows, stitches, stretch"):
@@ -146,13 +146,13 @@ def test_bad_requests_are_named(tmp_path):
         render_file(tmp_path / "none.h5", tmp_path / "a.png")
 
 
-def test_stretch_must_have_been_measured(tmp_path):
+def test_a_picture_of_stretch_needs_a_relaxed_mesh(tmp_path):
     mesh = fabric()
     bare = StitchMesh(
         mesh.vertices, mesh.face_start, mesh.face_vertex, mesh.twin, n_bottom=mesh.n_bottom, n_top=mesh.n_top,
         stitch=mesh.stitch, row=mesh.row,
     )  # fmt: skip
-    with pytest.raises(ParameterError, match="stretch: the stitch mesh carries none; relax the mesh first"):
+    with pytest.raises(ParameterError, match="stretch: the stitch mesh has none; relax the mesh first"):
         render_stretch(bare, tmp_path / "a.png")
 
 

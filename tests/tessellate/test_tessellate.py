@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tessellation gives exactly the stitches that the counts promise, joined without gaps."""
+"""Tessellation makes exactly the stitches of the given counts, joined without gaps."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def euler(mesh: StitchMesh) -> int:
 
 
 def assert_legal(fabric: StitchMesh) -> None:
-    """Each face has one to three loops on its wide side and at most one on the other, none on both never."""
+    """Check that each face has one to three loops on its wide side and at most one on its narrow side."""
     wide = np.maximum(fabric.n_bottom, fabric.n_top)
     narrow = np.minimum(fabric.n_bottom, fabric.n_top)
     assert wide.min() >= 1 and wide.max() <= 3 and narrow.max() <= 1
@@ -38,7 +38,7 @@ def assert_legal(fabric: StitchMesh) -> None:
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
 @pytest.mark.parametrize("width", [0.13, 0.4])
-def test_topology_survives_tessellation(name, width):
+def test_tessellation_preserves_the_topology(name, width):
     labeled = label(FLAT_AND_ROUND[name]())
     fabric = tessellate(labeled, stitch_width=width)
     assert euler(fabric) == euler(labeled)
@@ -48,16 +48,16 @@ def test_topology_survives_tessellation(name, width):
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
 def test_there_are_no_t_junctions(name):
-    """Every vertex that lies on a side is an end of that side: the border has the length of the input's."""
+    """A T-junction would be a gap with its own border; the borders must have the same lengths as those of the input."""
     labeled = label(FLAT_AND_ROUND[name]())
     fabric = tessellate(labeled, stitch_width=0.3)
     before = sorted(labeled.side_length[loop].sum() for loop in labeled.boundary_loops)
     after = sorted(fabric.side_length[loop].sum() for loop in fabric.boundary_loops)
-    np.testing.assert_allclose(after, before, rtol=1e-12)  # sums of the same straight pieces
+    np.testing.assert_allclose(after, before, rtol=1e-12)  # Sums of parts of the same straight sides.
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(1, 1), (7, 5), (20, 3)])
-def test_counts_give_exactly_their_faces(columns, rows):
+def test_given_counts_determine_the_number_of_faces(columns, rows):
     labeled = label(grid(1, 1))
     fabric = tessellate(labeled, stitch_width=0.5, counts={(0, 1): columns, (2, 3): columns, (0, 2): rows})
     assert fabric.face_count == columns * rows
@@ -65,15 +65,15 @@ def test_counts_give_exactly_their_faces(columns, rows):
     assert np.bincount(fabric.row).tolist() == [columns] * rows
 
 
-def test_stitches_have_the_size_asked_for():
+def test_stitches_have_the_requested_size():
     fabric = tessellate(label(grid(5, 4, width=4.0, height=3.85)), stitch_width=0.8)
     np.testing.assert_allclose(fabric.side_length[~fabric.is_wale], 0.8, rtol=1e-12)
-    # 3.85 / (0.77 * 0.8) = 6.25 courses, rounded to 6
+    # There are 3.85 / (0.77 * 0.8) = 6.25 courses, rounded to 6.
     np.testing.assert_allclose(fabric.side_length[fabric.is_wale], 3.85 / 6, rtol=1e-12)
 
 
 def test_the_two_wale_edges_of_a_face_have_one_count():
-    """A panel whose wale edges differ in length is divided alike on both, and so is its whole row."""
+    """If the wale edges of a panel differ in length, both are divided into the same number, as in the whole row."""
     labeled = label(tube(8, 3, radius=5.0, top_radius=2.0))
     fabric = tessellate(labeled, stitch_width=0.37)
     assert len(fabric.boundary_loops) == 2
@@ -92,7 +92,7 @@ def test_increases_and_decreases_add_up(bottom, top, courses):
     assert below[0] == bottom and above[-1] == top and below[1:] == above[:-1]
 
 
-def test_changes_stand_at_the_wale_edges_or_at_the_marked_one():
+def test_increases_are_placed_at_both_wale_edges_or_at_the_marked_one():
     labeled = label(grid(1, 1))
     counts = {(0, 1): 8, (2, 3): 12, (0, 2): 4}
     for marked, expected in [((), {0, 1}), (((0, 2),), {0}), (((1, 3),), {1})]:
@@ -146,12 +146,12 @@ def test_mean_value_weights_reproduce_linear_functions():
     on_sides = np.array([[0.25, 0.0], [1.75, 0.0], [1.75, 0.5], [1.0, 1.0], [0.0, 0.0]])
     for at in (points, on_sides):
         weights = mean_value_weights(polygon, at)
-        np.testing.assert_allclose(weights @ polygon, at, atol=1e-12)  # rounding of a few dozen operations
+        np.testing.assert_allclose(weights @ polygon, at, atol=1e-12)  # Rounding of a few dozen operations.
         np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-14)
         assert weights.min() > -1e-12
 
 
-def test_loops_change_by_at_most_three_a_course():
+def test_loops_change_by_at_most_a_factor_of_three_per_course():
     loops = loops_per_course(2, 54, 4, 0)
     assert loops[0] == 2 and loops[-1] == 54 and (loops[1:] <= 3 * loops[:-1]).all()
 
@@ -164,7 +164,7 @@ def test_stitch_widths_sum_to_the_wide_side():
                 assert widths.sum() == wide and widths.min() >= 1 and widths.max() <= 3
 
 
-def test_too_steep_a_change_names_the_face():
+def test_the_message_for_too_large_a_change_of_width_names_the_face():
     with pytest.raises(TessellationError, match="face 0: 1 stitches at the bottom and 20 at the top within 2"):
         tessellate(label(grid(1, 1)), stitch_width=0.5, counts={(0, 1): 1, (2, 3): 20, (0, 2): 2})
 
@@ -179,12 +179,12 @@ def test_two_counts_for_one_row_are_refused():
     [(0.0, "expected a positive number"), (-1.0, "expected a positive number"), (np.nan, "expected a positive"),
      (1e3, "the widest row is 4 cm around"), (np.inf, "expected a positive number")],
 )  # fmt: skip
-def test_a_stitch_has_a_sensible_size(width, message):
+def test_a_stitch_width_out_of_range_is_refused(width, message):
     with pytest.raises(ParameterError, match=message):
         tessellate(label(grid(4, 4)), stitch_width=width)
 
 
-def test_a_billion_stitches_are_refused_with_the_memory_they_need():
+def test_a_billion_stitches_are_refused_and_the_message_states_the_required_memory():
     with pytest.raises(TessellationError, match=r"needs about .* stitches and .* GB of memory"):
         tessellate(label(grid(4, 4)), stitch_width=1e-4)
 

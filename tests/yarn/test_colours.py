@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of rows tell neighbours apart."""
+"""Colours of rows distinguish neighbouring rows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from stitchmesh.yarn.colours import row_colours
 def test_neighbouring_rows_differ_clearly_in_brightness():
     for count in (2, 7, 300):
         brightness = row_colours(np.arange(count)) @ [0.299, 0.587, 0.114]
-        assert (np.abs(np.diff(brightness)) > 25).all()  # a tenth of the range is seen at once
+        # A difference of a tenth of the range, 25 of 255, is clearly visible.
+        assert (np.abs(np.diff(brightness)) > 25).all()
 
 
 def test_one_row_has_a_colour():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Curves of segments are the yarns they come from, and their points know where they come from."""
+"""Polylines of segments agree with the sampled yarns, and their points store the right segment and control point."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ def test_curves_of_all_segments_are_the_sampled_yarns():
     curves = polylines_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
     assert curves.closed == [True, False, True]
     for mine, sampled in zip(curves.points, yarns().sampled(3), strict=True):
-        np.testing.assert_allclose(mine, sampled, atol=1e-15)  # the same sums in another order
+        np.testing.assert_allclose(mine, sampled, atol=1e-15)  # The sums are the same, in another order.
     np.testing.assert_array_equal(yarns().row[curves.control_point], np.repeat([0, 1, 2], [21, 19, 15]))
-    # a segment starts beside its second control point, and ends beside its third
+    # A segment starts near its second control point and ends near its third.
     np.testing.assert_array_equal(curves.control_point[:5], [1, 1, 2, 2, 2])
 
 
-def test_points_know_their_segment_the_end_of_an_open_yarn_among_them():
+def test_points_store_their_segments_including_the_end_of_an_open_yarn():
     curves = polylines_of_segments(yarns(), np.arange(7 + 6 + 5), 3)
     expected = [*np.repeat(np.arange(13), 3), 12, *np.repeat(np.arange(13, 18), 3)]
     np.testing.assert_array_equal(curves.segment, expected)
 
 
-def test_a_run_of_segments_is_an_open_piece_of_its_yarn():
+def test_a_run_of_segments_becomes_an_open_curve():
     curves = polylines_of_segments(yarns(), np.array([1, 2, 6, 7, 8, 17]), 2)
     assert [len(points) for points in curves.points] == [5, 3, 5, 3]
     assert curves.closed == [False] * 4

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The radius of yarns is found again from their curves alone."""
+"""The radius of yarns is recovered from their curves alone."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def ring(centre: list[float], size: float = 1.0, count: int = 40) -> NDArray[np.
 
 
 def coil(points: int, pitch: float = 0.2) -> YarnSet:
-    """Ten turns, one above the other."""
+    """A helix of ten turns with radius 1 cm; the pitch is in cm."""
     turn = np.linspace(0, 20 * np.pi, points)
     curve = np.stack([np.cos(turn), np.sin(turn), pitch * turn / (2 * np.pi)], axis=1)
     return YarnSet.from_curves([curve], closed=[False], radius=1.0)
 
 
 def plain_weave(spacing: float, radius: float, count: int = 12) -> YarnSet:
-    """Sines over and under each other, which touch where they cross and nowhere else."""
+    """Sinusoidal yarns over and under each other, which touch only where they cross."""
     along = np.arange(0.5, count, 0.25)
     waves = [radius * np.cos(np.pi * (along + number)) for number in range(count)]
     warp = [np.stack([spacing * along, 0 * along + spacing * n, w], axis=1) for n, w in enumerate(waves)]
@@ -47,30 +47,32 @@ def hat() -> tuple[YarnSet, sm.StitchMesh]:
 
 def test_stacked_rings_touch_at_their_distance():
     yarns = YarnSet.from_curves([ring([0, 0, 0.3 * k]) for k in range(4)], closed=[True] * 4, radius=1.0)
-    assert estimate_radius(yarns) == pytest.approx(0.15, rel=1e-9)  # samples lie above one another, to rounding
+    # Samples of neighbouring rings lie exactly above one another, up to rounding.
+    assert estimate_radius(yarns) == pytest.approx(0.15, rel=1e-9)
 
 
 @pytest.mark.parametrize("points", [400, 2000, 8000])
-def test_a_coil_touches_at_its_pitch_however_finely_it_is_drawn(points):
+def test_a_coil_touches_at_its_pitch_for_any_number_of_control_points(points):
     slope = np.arctan(0.2 / (2 * np.pi))
-    # strands of that slope are nearest across it; chords of 160 samples a turn add a millionth
+    # The nearest point of the next turn lies perpendicular to the strand, at pitch * cos(slope). The chords of 160
+    # samples per turn add an error of about 1e-6.
     assert estimate_radius(coil(points)) == pytest.approx(0.1 * np.cos(slope), rel=1e-4)
 
 
 @pytest.mark.parametrize("spacing", [0.5, 2.0])
-def test_a_loose_weave_touches_where_it_crosses(spacing):
-    # a B-spline reaches (2 + cos h) / 3 of the height of control points on a cosine, h = 45 degrees apart; beside
-    # the crossing the curves are nearer by some 0.2 %
+def test_a_loose_weave_touches_at_its_crossings(spacing):
+    # The control points lie on a cosine, h = 45 degrees apart; the B-spline reaches (2 + cos h) / 3 of its amplitude.
+    # Beside the crossing the curves are closer by about 0.2 %.
     assert estimate_radius(plain_weave(spacing, 0.1)) == pytest.approx(0.1 * (2 + np.sqrt(0.5)) / 3, rel=5e-3)
 
 
-def test_the_estimate_grows_with_the_yarns_and_keeps_when_they_move():
+def test_the_estimate_scales_with_the_yarns_and_does_not_change_when_they_move():
     yarns = coil(400)
     moved = replace(yarns, points=7.0 * yarns.points[:, [1, 2, 0]] + 30.0)
-    assert estimate_radius(moved) == pytest.approx(7.0 * estimate_radius(yarns), rel=1e-9)  # rounding at 30 cm
+    assert estimate_radius(moved) == pytest.approx(7.0 * estimate_radius(yarns), rel=1e-9)  # Rounding at 30 cm.
 
 
-def test_the_radius_that_yarns_claim_does_not_matter():
+def test_the_stored_radius_of_yarns_is_not_used():
     yarns = coil(400)
     assert estimate_radius(yarns) == estimate_radius(replace(yarns, radius=np.array([0.01])))
 
@@ -78,43 +80,43 @@ def test_the_radius_that_yarns_claim_does_not_matter():
 def test_the_radius_of_a_garment_is_found_before_and_after_it_relaxes(hat):
     yarns, fabric = hat
     radius = yarns.radius[0]
-    # as generated, crossings of the templates are 0.82 diameters apart: nothing has pushed yet
+    # The strands of a crossing in a stitch template are 0.82 diameters apart, before contact forces separate them.
     assert 0.8 * radius < estimate_radius(yarns) < 0.9 * radius
     relaxed = sm.relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric).yarns
-    # at rest yarns press into each other by some percent, as the contact force needs depth
+    # Relaxed yarns press into each other by a few per cent, because the contact force requires penetration.
     assert 0.9 * radius < estimate_radius(relaxed) < 1.01 * radius
 
 
-def test_thick_and_thin_yarn_on_the_same_stitches_are_told_apart(hat):
+def test_thick_and_thin_yarn_on_the_same_stitches_are_distinguished(hat):
     _, fabric = hat
     for radius in (0.08, 0.16, 0.24):
         yarns = sm.generate_yarns(fabric, yarn_radius=radius)
-        assert 0.8 * radius < estimate_radius(yarns) < 0.9 * radius  # as above
+        assert 0.8 * radius < estimate_radius(yarns) < 0.9 * radius  # As in the test above.
 
 
 @pytest.mark.parametrize(("name", "loop_length"), [("glove.bcc", 2.63), ("knittube.bcc", 2.76)])
-def test_real_plain_knits_come_out_as_tight_as_plain_knits_are(name, loop_length):
-    # The files state no radius. Their loop lengths [cm] are length over courses' wave count (median of all yarns);
-    # plain knit holds 16.7 diameters in a loop where loops just touch, fewer where it is tight.
+def test_real_plain_knits_have_the_tightness_of_plain_knits(name, loop_length):
+    # The files store no radius. Their loop length [cm] is the length of a yarn divided by its number of loops (median
+    # of all yarns). A loop of plain knit is 16.7 diameters long where loops just touch, and shorter in a tight fabric.
     radius = estimate_radius(sm.read_yarns(shared("yarns") / name, radius=1.0))
     assert 13.0 < loop_length / (2 * radius) < 17.0
 
 
-def test_a_large_set_is_sampled_alike_each_time():
+def test_a_large_set_is_sampled_in_the_same_way_each_time():
     rings = [ring([3.0 * column, 0, 0.3 * k]) for column in range(60) for k in range(12)]
     yarns = YarnSet.from_curves(rings, closed=[True] * len(rings), radius=1.0)
     first = estimate_radius(yarns)
     assert first == estimate_radius(yarns)
-    assert first == pytest.approx(0.15, rel=1e-9)  # as for the few rings above
+    assert first == pytest.approx(0.15, rel=1e-9)  # As for the stacked rings above.
 
 
-def test_a_yarn_on_its_own_has_no_radius_to_be_found():
+def test_the_radius_of_a_single_ring_cannot_be_estimated():
     alone = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=1.0)
     with pytest.raises(ParameterError, match=r"never come close to each other.*give it \(--yarn-radius\)"):
         estimate_radius(alone)
 
 
-def test_yarns_in_one_place_have_no_radius_to_be_found():
+def test_the_radius_of_yarns_in_the_same_place_cannot_be_estimated():
     twice = YarnSet.from_curves([ring([0, 0, 0])] * 2, closed=[True] * 2, radius=1.0)
     with pytest.raises(ParameterError, match="never come close"):
         estimate_radius(twice)

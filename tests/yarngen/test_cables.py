@@ -269,7 +269,7 @@ def test_a_ring_of_crossings_must_leave_a_place():
     line = line_of(fabric, 2)
     shifts, layers = fabric.cable_shift.copy(), fabric.cable_layer.copy()
     shifts[line[0::2]], shifts[line[1::2]], layers[line[0::2]] = 2, -2, 1
-    with pytest.raises(LabelError, match="reach around the whole row; leave a place uncrossed"):
+    with pytest.raises(LabelError, match="cross all around the tube; leave two neighbouring stitches"):
         cable_groups(replace(fabric, cable_shift=shifts, cable_layer=layers))
 
 
@@ -279,7 +279,7 @@ def test_rows_that_meet_head_to_head_take_no_cable():
     line, _ = course_line(fabric, side)
     shifts, layers = fabric.cable_shift.copy(), fabric.cable_layer.copy()
     shifts[line[:2]], layers[line[:2]] = [1, -1], [1, 0]
-    with pytest.raises(LabelError, match="crosses where the row above runs the other way"):
+    with pytest.raises(LabelError, match="crosses others where the row above has the opposite wale direction"):
         cable_groups(replace(fabric, cable_shift=shifts, cable_layer=layers))
 
 
