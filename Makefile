@@ -3,8 +3,8 @@
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
-# OpenBLAS kernels other than those that it takes on this processor; `make test-kernels KERNELS="Haswell Prescott"`
-KERNELS ?= $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),Haswell,Prescott)
+# linear algebra kernels of OpenBLAS for `make test-kernels`: one with AVX2, and one with AVX-512 or without AVX
+KERNELS ?= Haswell $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),SkylakeX,Prescott)
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .PHONY: knit test test-kernels lint docs setup lock clean

@@ -36,7 +36,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
-from stitchmesh.yarngen import generate_yarns, in_heads
+from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.solver import refuse_pull_through
 
@@ -210,7 +210,7 @@ def even_rest_lengths(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
     alike = plain_stitches(fabric).all() and len(np.unique([fabric.stitch, fabric.yarn], axis=1).T) == 1
     head_of = below if alike else fabric.face_count + np.arange(fabric.face_count)
     face = segment_faces(yarns)
-    stitch = np.where(in_heads(yarns, fabric)[yarns.segment_points[:, 1]], head_of[face], face)
+    stitch = np.where(belongs_to_loop_below(yarns, fabric)[yarns.segment_points[:, 1]], head_of[face], face)
     _, run, count = np.unique(
         2 * fabric.face_count * yarns.segment_yarn + stitch, return_inverse=True, return_counts=True
     )

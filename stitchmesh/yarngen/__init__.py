@@ -14,20 +14,27 @@ if TYPE_CHECKING:
     from stitchmesh.yarngen.finish import YarnFinish
     from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
     from stitchmesh.yarngen.loop_check.loop_linking import check_loops
-    from stitchmesh.yarngen.loop_ownership import in_heads
+    from stitchmesh.yarngen.loop_ownership import belongs_to_loop_below
     from stitchmesh.yarngen.regenerate import regenerate_yarns
 
 _HOME = {
     "YarnFinish": "finish",
     "generate_yarns": "generate",
     "mean_stitch_width": "generate",
-    "in_heads": "loop_ownership",
+    "belongs_to_loop_below": "loop_ownership",
     "check_loops": "loop_check.loop_linking",
     "regenerate_yarns": "regenerate",
 }
 """Module of each public name."""
 
-__all__ = ["YarnFinish", "check_loops", "generate_yarns", "in_heads", "mean_stitch_width", "regenerate_yarns"]
+__all__ = [
+    "YarnFinish",
+    "belongs_to_loop_below",
+    "check_loops",
+    "generate_yarns",
+    "mean_stitch_width",
+    "regenerate_yarns",
+]
 
 
 def __getattr__(name: str) -> object:

@@ -28,7 +28,7 @@ def crossing_number(side: int, slot: int = 0) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class BridgePath:
     """Where a bridge leads."""
 
     to: int
@@ -50,7 +50,7 @@ class Way:
 class Bridges:
     """Bridges and tails by the crossings where they begin."""
 
-    ways: dict[int, Way] = field(default_factory=dict)
+    ways: dict[int, BridgePath] = field(default_factory=dict)
     """The bridge at each bridged crossing, both ways."""
     tails: dict[int, FloatArray] = field(default_factory=dict)
     """Points of the tail at each crossing where yarn ends [cm], away from it, shape (n, 3)."""
@@ -64,8 +64,8 @@ class Bridges:
         ``image`` is that of the part at the second crossing, seen from the first.
         """
         back = (-image[0], -image[1])
-        self.ways[first] = Way(second, points, is_return=False, ease=ease, image=image, floats=floats)
-        self.ways[second] = Way(first, points[::-1], is_return=True, ease=ease, image=back, floats=floats)
+        self.ways[first] = BridgePath(second, points, is_return=False, ease=ease, image=image, floats=floats)
+        self.ways[second] = BridgePath(first, points[::-1], is_return=True, ease=ease, image=back, floats=floats)
 
     def tie(self, crossing: int, tail: FloatArray) -> None:
         """End the yarn at a crossing in a tail [cm]."""

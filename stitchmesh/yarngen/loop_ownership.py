@@ -16,7 +16,7 @@ from stitchmesh.yarn import FLOATING, YarnSet
 from stitchmesh.yarngen.templates.table import template
 
 
-def in_heads(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool_]:
+def belongs_to_loop_below(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool_]:
     """Whether each control point is of a loop below its stitch (``Part.is_head``), shape (N,).
 
     Args:

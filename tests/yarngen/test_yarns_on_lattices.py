@@ -21,7 +21,7 @@ from stitchmesh.yarn import YarnSet, segment_points
 from stitchmesh.yarngen import embedding, generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
-from stitchmesh.yarngen.loop_check.supercell import covered
+from stitchmesh.yarngen.loop_check.supercell import supercell
 from stitchmesh.yarngen.splines import control_points_through
 
 pytestmark = pytest.mark.decides
@@ -193,7 +193,7 @@ def test_a_stitch_drawn_as_another_is_caught_on_a_lattice(monkeypatch: pytest.Mo
 @pytest.mark.parametrize("copies", [(1, 1), (3, 2)])
 def test_a_larger_cell_is_the_same_fabric(copies: tuple[int, int]) -> None:
     fabric = FABRICS["a cable"]
-    cover = covered(fabric, *copies)
+    cover = supercell(fabric, *copies)
     assert cover.face_count == copies[0] * copies[1] * fabric.face_count
     assert cover.lattice is not None
     np.testing.assert_allclose(cover.lattice.area, copies[0] * copies[1] * fabric.lattice.area, rtol=1e-12)

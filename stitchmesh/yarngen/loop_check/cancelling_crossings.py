@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.yarngen.loop_check.crossings_along_path import Journey, Pass
+from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath, YarnCrossing
 from stitchmesh.yarngen.loop_check.strands import Ends, Strands
 
 ROUND = 1e-6
@@ -59,7 +59,7 @@ class _Stretch:
         return np.arange(self.first, self.last, -1)
 
 
-def lasting_passes(journey: Journey) -> list[Pass]:
+def uncancelled(journey: SampledPath) -> list[YarnCrossing]:
     """Passes that no others undo, in the order of time."""
     passes = journey.passes
     if not passes:
@@ -69,7 +69,7 @@ def lasting_passes(journey: Journey) -> list[Pass]:
     alone = [rings.curl_cost(found) for found in passes]
     pairs = {
         (row, column): rings.pair_cost(passes[right[row]], passes[left[column]])
-        for row, column in near_passes(
+        for row, column in near_crossings(
             journey.strands, [passes[k] for k in right], [passes[k] for k in left], LONGEST_RING * rings.radius
         )
     }
@@ -78,7 +78,9 @@ def lasting_passes(journey: Journey) -> list[Pass]:
     return [passes[k] for k in sorted([right[k] for k in lasting[0]] + [left[k] for k in lasting[1]])]
 
 
-def near_passes(strands: Strands, one: list[Pass], two: list[Pass], reach: float) -> list[tuple[int, int]]:
+def near_crossings(
+    strands: Strands, one: list[YarnCrossing], two: list[YarnCrossing], reach: float
+) -> list[tuple[int, int]]:
     """Pairs of passes that lie near one another along their yarns, up to a reach [cm]."""
     others = np.array([(found.first, found.second) for found in two], dtype=np.int64).reshape(-1, 2)
     pairs = []
@@ -118,13 +120,13 @@ def _matched(pairs: dict[tuple[int, int], float], right: list[float], left: list
 class _Rings:
     """Rings of yarn on a journey, and what they cost: their length, or ``NEVER`` where yarn goes through them."""
 
-    def __init__(self, journey: Journey) -> None:
+    def __init__(self, journey: SampledPath) -> None:
         self.journey, self.strands = journey, journey.strands
         self.radius = journey.radius
         self.edge_at = np.full(self.strands.start[-1], -1)
         self.edge_at[self.strands.edges] = np.arange(len(self.strands.edges))
 
-    def curl_cost(self, one: Pass) -> float:
+    def curl_cost(self, one: YarnCrossing) -> float:
         """Of the curl of a yarn that passes through itself."""
         yarn = int(self.strands.yarn[one.first])
         first = self._place(one.first)
@@ -136,14 +138,14 @@ class _Rings:
         ]
         return min(costs, default=NEVER)
 
-    def pair_cost(self, right: Pass, left: Pass) -> float:
+    def pair_cost(self, right: YarnCrossing, left: YarnCrossing) -> float:
         """Of the ring between two passes of opposite sign."""
         turned = (-left.image[0], -left.image[1])
         ways = [(left.first, left.second, left.image), (left.second, left.first, turned)]
         times = [right.time + part * (left.time - right.time) for part in MOMENTS_BETWEEN]
         return min((self._cost(times, ring) for way in ways for ring in self._rings_of(right, *way)), default=NEVER)
 
-    def _rings_of(self, one: Pass, first: int, second: int, image: tuple[int, int]) -> list[list[_Stretch]]:
+    def _rings_of(self, one: YarnCrossing, first: int, second: int, image: tuple[int, int]) -> list[list[_Stretch]]:
         """Rings from a pass to another one, given by its edges, in whatever images it lies."""
         yarns = [int(self.strands.yarn[point]) for point in (one.first, one.second)]
         if yarns != [int(self.strands.yarn[point]) for point in (first, second)]:

@@ -43,7 +43,7 @@ Frame = tuple[int, int, int, int, int, int]
 
 
 @dataclass(frozen=True)
-class Corner:
+class ClosurePoint:
     """A corner of a closing: ``base + (base - inner) / 2 + lift front + rise up``."""
 
     base: int
@@ -56,7 +56,7 @@ class Corner:
 
 
 @dataclass(frozen=True, eq=False)
-class Probes:
+class TestCurves:
     """Closed curves as numbers of sampled points, and of corners after these."""
 
     loops: list[list[int]]
@@ -65,7 +65,7 @@ class Probes:
     """One for each link, empty where it has no loop to pass through."""
     legs: list[list[int]]
     """One for each leg of a slipped loop."""
-    corners: list[Corner]
+    corners: list[ClosurePoint]
     point_count: int
     """Number of sampled points."""
 
@@ -90,13 +90,13 @@ def as_polygons(points: FloatArray, curves: list[list[int]]) -> Polygons:
     return Polygons(points, start, np.array([corner for curve in curves for corner in curve], dtype=np.int64))
 
 
-def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> Probes:
+def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> TestCurves:
     """Close all loops, links and legs of slipped loops."""
     closer = _Closer(arcs, yarns)
     loops = [closer.points_of(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
     links = [closer.link(link) for link in arcs.links]
     legs = [closer.leg(piece) for piece in slipped.piece.tolist()]
-    return Probes(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES)
+    return TestCurves(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES)
 
 
 class _Closer:
@@ -106,7 +106,7 @@ class _Closer:
         self.arcs, self.pieces, self.whole = arcs, arcs.pieces, arcs.whole
         self.start = yarns.start.tolist()
         self.role = self.whole.side_role.tolist()
-        self.corners: list[Corner] = []
+        self.corners: list[ClosurePoint] = []
         self.point_count = len(yarns.points) * SAMPLES
         self.crossing_point = self._crossing_points()
         # arcs by the cut at which they start (-1) or end (1)
@@ -140,7 +140,7 @@ class _Closer:
         back = [(arc.last, self._side_below(arc, -1)) for arc in row[::-1]]
         back.append((row[0].first, self._side_below(row[0], 0)))
         points = [point for arc in row for point in self.points_of(arc)]
-        return [*points, *(self._corner(Corner(end, end, self._frame(side), rise=BEYOND)) for end, side in back)]
+        return [*points, *(self._corner(ClosurePoint(end, end, self._frame(side), rise=BEYOND)) for end, side in back)]
 
     def _side_below(self, link: Arc, place: int) -> int:
         """The top side on which the first (0) or last (-1) loop hangs that a link is drawn through."""
@@ -157,13 +157,13 @@ class _Closer:
         top = end if self.role[start] == 0 else start
         downwards = points if top == start else points[::-1]
         frame = self._frame(top)
-        behind = [self._corner(Corner(point, point, frame, -BEHIND)) for point in (downwards[-1], downwards[0])]
+        behind = [self._corner(ClosurePoint(point, point, frame, -BEHIND)) for point in (downwards[-1], downwards[0])]
         return [*downwards, *behind]
 
     def _needle(self, link: Arc, ways: list[tuple[int, int, int]]) -> list[int]:
         """Corners from the end of a link back to its start; ``ways`` are sides as the link passes them."""
         passing = [
-            self._corner(Corner(point, point, self._frame(side), IN_FRONT))
+            self._corner(ClosurePoint(point, point, self._frame(side), IN_FRONT))
             for side, near, far in reversed(ways)
             for point in (far, near)
         ]
@@ -175,7 +175,7 @@ class _Closer:
         else:
             side, far, near = ways[0] if ways else self._along(crossing // SLOTS, self._leaves_right(link, 0))
         lift = IN_FRONT if ways else 0.0
-        outer = self._corner(Corner(far, near, self._frame(side), lift))
+        outer = self._corner(ClosurePoint(far, near, self._frame(side), lift))
         return [outer, *passing] if link.hangs[0] else [*passing, outer]
 
     def _leaves_right(self, link: Arc, end: int) -> bool:
@@ -220,7 +220,7 @@ class _Closer:
     def _top_sides(self, face: int) -> list[int]:
         return list(range(int(self.whole.right_wale[face]) + 1, int(self.whole.left_wale[face])))
 
-    def _corner(self, corner: Corner) -> int:
+    def _corner(self, corner: ClosurePoint) -> int:
         self.corners.append(corner)
         return self.point_count + len(self.corners) - 1
 

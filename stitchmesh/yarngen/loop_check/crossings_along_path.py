@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check.deformation_path import Way
+from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, FEWEST_UNITS, WholeUnits, displacements
 from stitchmesh.yarngen.loop_check.moving_edges import EdgePairs, NotInGeneralPosition, edge_crossings
 from stitchmesh.yarngen.loop_check.strands import Ends, Strands, sampled_points
@@ -31,7 +31,7 @@ ATTEMPTS = 8
 
 
 @dataclass(frozen=True)
-class Pass:
+class YarnCrossing:
     """Two edges that pass through one another."""
 
     first: int
@@ -47,7 +47,7 @@ class Pass:
 
 
 @dataclass(frozen=True, eq=False)
-class Journey:
+class SampledPath:
     """Yarns at equal moments on a way, and what passes through what in between."""
 
     strands: Strands
@@ -58,11 +58,11 @@ class Journey:
     """Ends of their edges at each moment, the first and the last one included, in general position."""
     lattices: list[Lattice | None]
     """Their lattice at each moment."""
-    passes: list[Pass]
+    passes: list[YarnCrossing]
     """In the order of time."""
 
     @classmethod
-    def along(cls, way: Way) -> Journey:
+    def along(cls, way: DeformationPath) -> SampledPath:
         """Go that way.
 
         Raises:
@@ -78,7 +78,7 @@ class Journey:
         return cls._displaced(strands, states, ATTEMPTS - 1)
 
     @classmethod
-    def _displaced(cls, strands: Strands, states: list[YarnSet], seed: int) -> Journey:
+    def _displaced(cls, strands: Strands, states: list[YarnSet], seed: int) -> SampledPath:
         """With points moved by random displacements."""
         points = [sampled_points(state) for state in states]
         radius = float(states[-1].radius.mean())
@@ -87,7 +87,7 @@ class Journey:
         lattices = [units.rounded_lattice(state.lattice) for state in states]
         places = [units.rounded(place + moved) for place in points]
         ends = [Ends.at(strands, place, lattice) for place, lattice in zip(places, lattices, strict=True)]
-        passes: list[Pass] = []
+        passes: list[YarnCrossing] = []
         for moment in range(MOMENTS):
             (before, after), (begin, end) = lattices[moment : moment + 2], ends[moment : moment + 2]
             between = _Between(strands, units.unit, before, after, begin, end)
@@ -122,14 +122,14 @@ class _Between:
     begin: Ends
     end: Ends
 
-    def passes(self, begun: float, duration: float) -> list[Pass]:
+    def passes(self, begun: float, duration: float) -> list[YarnCrossing]:
         """Passes in the order of their time; the interval begins at one and lasts for another."""
         pairs = self._apart(self._meeting_boxes())
         found = edge_crossings(self._moving(pairs), self.unit)
         starts = self.strands.edges[pairs[found.pair, :2]].tolist()
         images, times, signs = pairs[found.pair, 2:].tolist(), found.time.tolist(), found.sign.tolist()
         passes = [
-            Pass(first, second, (image[0], image[1]), begun + duration * time, sign)
+            YarnCrossing(first, second, (image[0], image[1]), begun + duration * time, sign)
             for (first, second), image, time, sign in zip(starts, images, times, signs, strict=True)
         ]
         return sorted(passes, key=lambda each: (each.time, each.first, each.second, each.image))

@@ -45,7 +45,7 @@ AGREEING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class DeformationPath:
     """From yarns to the same yarns elsewhere."""
 
     begin: YarnSet

@@ -33,7 +33,7 @@ from stitchmesh.yarngen.loop_check.passes import expected_passes, is_drawn, slip
 from stitchmesh.yarngen.loop_check.pieces import drawing_radius, yarn_pieces
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.pulled_through import check_pulled_through
-from stitchmesh.yarngen.loop_check.unrolled import unrolled
+from stitchmesh.yarngen.loop_check.unrolled_loops import unroll_loops
 
 WHOLE = 1e-6
 """How far a linking number may be from a whole number."""
@@ -108,7 +108,7 @@ def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFA
     if fabric.lattice is None:
         _check_drawing(find_arcs(fabric, drawn, finish), drawn)
     else:
-        told = unrolled(fabric, radius, finish)
+        told = unroll_loops(fabric, radius, finish)
         _check_drawing(told.arcs, told.yarns, told.links, told.loops)
     check_pulled_through(drawn, yarns)
 

@@ -15,9 +15,9 @@ import numpy as np
 
 from stitchmesh.errors import YarnError
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.loop_check.cancelling_crossings import LONGEST_RING, lasting_passes, near_passes
-from stitchmesh.yarngen.loop_check.crossings_along_path import Journey, Pass
-from stitchmesh.yarngen.loop_check.deformation_path import Way
+from stitchmesh.yarngen.loop_check.cancelling_crossings import LONGEST_RING, near_crossings, uncancelled
+from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath, YarnCrossing
+from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.strands import SAMPLES, Strands
 
 WAYS = ((5, 64), (0, 32), (5, 32), (20, 32), (0, 16), (100, 64))
@@ -26,7 +26,7 @@ AT_HOME = 1e-3
 """Over the yarn radius: yarns that moved less have not moved."""
 
 
-def pulled_through(drawn: YarnSet, yarns: YarnSet) -> list[Pass]:
+def pulled_through(drawn: YarnSet, yarns: YarnSet) -> list[YarnCrossing]:
     """Passes of yarn through yarn, by sampled points of ``strands``, which no way can do without.
 
     Args:
@@ -36,11 +36,11 @@ def pulled_through(drawn: YarnSet, yarns: YarnSet) -> list[Pass]:
     if np.abs(drawn.points - yarns.points).max() < AT_HOME * yarns.radius.min():
         return []
     strands, reach = Strands(drawn), LONGEST_RING * float(yarns.radius.mean())
-    traces: list[Pass] | None = None
+    traces: list[YarnCrossing] | None = None
     for evening, neighbourhood in WAYS:
-        found = lasting_passes(Journey.along(Way(drawn, yarns, evening, neighbourhood)))
+        found = uncancelled(SampledPath.along(DeformationPath(drawn, yarns, evening, neighbourhood)))
         if traces is not None:
-            found = [traces[k] for k in sorted({k for k, _ in near_passes(strands, traces, found, reach)})]
+            found = [traces[k] for k in sorted({k for k, _ in near_crossings(strands, traces, found, reach)})]
         traces = found
         if not traces:
             break

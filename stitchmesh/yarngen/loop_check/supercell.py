@@ -12,7 +12,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 
 
-def covered(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
+def supercell(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
     """A stitch mesh on a lattice with so many copies of its cell, which are numbered along the courses and then up."""
     assert fabric.lattice is not None and fabric.corner_image is not None
     size = np.array([columns, rows])

@@ -13,9 +13,9 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.loop_check import crossings_along_path
-from stitchmesh.yarngen.loop_check.cancelling_crossings import _meets_fan, lasting_passes
-from stitchmesh.yarngen.loop_check.crossings_along_path import Journey
-from stitchmesh.yarngen.loop_check.deformation_path import Way
+from stitchmesh.yarngen.loop_check.cancelling_crossings import _meets_fan, uncancelled
+from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath
+from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.pulled_through import pulled_through
 from stitchmesh.yarngen.loop_check.strands import Ends, Strands, sampled_points
@@ -41,8 +41,8 @@ def ring(centre: tuple[float, ...], radius: float = 0.4, count: int = 24) -> Flo
     return np.array(centre) + radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
 
 
-def journey(begin: YarnSet, end: YarnSet, evening: int = 0) -> Journey:
-    return Journey.along(Way(begin, end, evening, 16))
+def journey(begin: YarnSet, end: YarnSet, evening: int = 0) -> SampledPath:
+    return SampledPath.along(DeformationPath(begin, end, evening, 16))
 
 
 def knotted(seed: int) -> YarnSet:
@@ -59,7 +59,7 @@ def linking(yarns: YarnSet) -> float:
 
 def test_a_way_leads_from_its_begin_to_its_end() -> None:
     begin, end = knotted(0), knotted(1)
-    way = Way(begin, end, 3, 16)
+    way = DeformationPath(begin, end, 3, 16)
     for time, there in ((0.0, begin), (1e-9, begin), (1.0 - 1e-9, end), (1.0, end)):
         # sums of some tens of numbers of size one, and a billionth of the way of length ten
         np.testing.assert_allclose(way.at(time).points, there.points, atol=1e-7)
@@ -70,7 +70,7 @@ def test_a_rigid_motion_is_rigid_all_the_way(evening: int) -> None:
     turn = rotation(4)
     turn *= np.linalg.det(turn)
     begin = knotted(2)
-    half = Way(begin, replace(begin, points=begin.points @ turn.T + 7.0), evening, 16).at(0.5).points
+    half = DeformationPath(begin, replace(begin, points=begin.points @ turn.T + 7.0), evening, 16).at(0.5).points
     first, there = (points - points.mean(axis=0) for points in (begin.points, half))
     # rounding of rotations near half a turn, and of a linear system
     np.testing.assert_allclose(there @ there.T, first @ first.T, atol=1e-6)
@@ -84,7 +84,7 @@ def test_a_strip_that_curls_up_by_a_turn_and_a_half_does_not_collapse() -> None:
     spiral = (6.0 / (3 * np.pi)) * np.stack([np.sin(angle), 0 * angle, 1.0 - np.cos(angle)], axis=1)
     spiral[:, 1] = begin.points[:, 1] + 0.2 * angle
     end = replace(begin, points=spiral)
-    way = Way(begin, end, 5, 16)
+    way = DeformationPath(begin, end, 5, 16)
     assert np.ptp(way._rotation[:, 1]) > 2.5 * np.pi  # three half turns, evened out at its ends
     lengths = way.at(0.5).lengths / begin.lengths
     # rotations of 16 points, evened out, are those of places up to a third of a radian away; straight lines leave 0.2
@@ -109,7 +109,7 @@ def test_a_yarn_that_goes_through_another_passes_once_and_lasts() -> None:
     found = journey(begin, end)
     assert len(found.passes) == 1
     assert found.passes[0].time == pytest.approx(0.5, abs=1e-6)  # half way of an even motion
-    assert lasting_passes(found) == found.passes
+    assert uncancelled(found) == found.passes
     assert not pulled_through(begin, begin)
 
 
@@ -135,7 +135,7 @@ def test_an_empty_curl_turns_over_and_one_around_a_yarn_does_not() -> None:
     through = line((0.013, 0.4, -2.0), (0.013, 0.4, 2.0))
     flipped = journey(yarns_of(curl(1.0)), yarns_of(curl(-1.0)))
     assert [abs(found.sign) for found in flipped.passes] == [1]
-    assert not lasting_passes(flipped)
+    assert not uncancelled(flipped)
     assert len(pulled_through(yarns_of(curl(1.0), through), yarns_of(curl(-1.0), through))) == 1
 
 
@@ -153,7 +153,7 @@ def test_a_bight_over_a_yarn_is_undone_unless_a_third_yarn_goes_through_it() -> 
     under, over = bight(1.2), bight(1.2) * [1.0, 1.0, -1.0]
     found = journey(yarns_of(axis, under), yarns_of(axis, over))
     assert sorted(each.sign for each in found.passes) == [-1, 1]
-    assert not lasting_passes(found)
+    assert not uncancelled(found)
     assert len(pulled_through(yarns_of(axis, under, through), yarns_of(axis, over, through))) == 2
 
 
@@ -169,7 +169,7 @@ def test_images_pass_like_any_other_yarn() -> None:
     points[:count, 2] -= 0.6
     found = journey(begin, replace(begin, points=points))
     assert len(found.passes) == 1
-    assert lasting_passes(found) == found.passes
+    assert uncancelled(found) == found.passes
     moved = replace(begin, points=begin.points + begin.points[0] * [10.0, 0.0, 0.0])
     assert not journey(begin, moved).passes
 
@@ -198,12 +198,12 @@ def test_shaken_yarns_pass_where_they_passed(name: str) -> None:
         axis, through = line((-3.0, 0.0, 0.0), (3.0, 0.0, 0.0), 121), line((0.013, 0.2, -2.0), (0.013, 0.2, 2.0), 61)
         begin, end = (yarns_of(axis, bight(1.2) * [1.0, 1.0, side], through) for side in (1.0, -1.0))
     expected = journey(begin, end)
-    lasting = [(found.first, found.second, found.sign) for found in lasting_passes(expected)]
+    lasting = [(found.first, found.second, found.sign) for found in uncancelled(expected)]
     assert lasting
     for seed in range(10):
         found = journey(around(begin, seed), around(end, seed + 1))
         assert [each.sign for each in found.passes] == [each.sign for each in expected.passes]
-        assert [(each.first, each.second, each.sign) for each in lasting_passes(found)] == lasting
+        assert [(each.first, each.second, each.sign) for each in uncancelled(found)] == lasting
 
 
 def test_another_displacement_is_tried_where_edges_touch(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -226,7 +226,7 @@ def test_a_half_turn_goes_the_same_way_however_it_is_shaken() -> None:
     rows = [line((0.0, y, 0.0), (3.0, y, 0.0), 31) for y in np.arange(8) / 10.0]
     begin = yarns_of(*rows, line((0.0, 3.0, 0.0), (3.0, 3.0, 0.0), 31))
     end = replace(begin, points=begin.points * [1.0, -1.0, -1.0])
-    half = [Way(around(begin, seed), around(end, seed + 7), 5, 16).at(0.5).points for seed in range(10)]
+    half = [DeformationPath(around(begin, seed), around(end, seed + 7), 5, 16).at(0.5).points for seed in range(10)]
     # angles of rotations near half a turn follow a last bit by its square root at most
     np.testing.assert_allclose(half, [half[0]] * 10, atol=1e-6)
 

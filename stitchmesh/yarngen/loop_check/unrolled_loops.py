@@ -23,14 +23,14 @@ from stitchmesh.yarngen.generate import drawn_yarns, images_of_points, yarn_cour
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.passes import expected_passes, spanned_sides
 from stitchmesh.yarngen.loop_check.strands import SAMPLES
-from stitchmesh.yarngen.loop_check.supercell import covered
+from stitchmesh.yarngen.loop_check.supercell import supercell
 
 MARGINS = (5, 10, 20, 40)
 """Stitches and rows around the cell: the first of them within which all arcs of the middle lie is taken."""
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class UnrolledLoops:
     """Arcs that can be told."""
 
     arcs: Arcs
@@ -45,7 +45,7 @@ class Told:
     """The image of the larger cell in which each control point's stitch was drawn, shape (N, 2)."""
 
 
-def unrolled(fabric: StitchMesh, radius: float, finish: YarnFinish) -> Told:
+def unroll_loops(fabric: StitchMesh, radius: float, finish: YarnFinish) -> UnrolledLoops:
     """The drawn yarns of a fabric on a lattice, unrolled, and the arcs of one cell."""
     for margin in MARGINS:
         found = _within(fabric, radius, finish, margin)
@@ -54,11 +54,11 @@ def unrolled(fabric: StitchMesh, radius: float, finish: YarnFinish) -> Told:
     raise YarnError(f"yarns: a loop or float is longer than {MARGINS[-1]} stitches or rows; expected shorter ones")
 
 
-def _within(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) -> Told:
+def _within(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) -> UnrolledLoops:
     size = np.array([np.bincount(fabric.row).min(), fabric.row.max() + 1])
     beside = -(-margin // size)
     columns, rows = (2 * beside + 1).tolist()
-    cover = covered(fabric, columns, rows)
+    cover = supercell(fabric, columns, rows)
     course = yarn_course(cover, radius, PRESETS["draft"].control_points_per_stitch, finish)
     drawn = drawn_yarns(course, radius)
     image = images_of_points(course)
@@ -67,7 +67,7 @@ def _within(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) 
     arcs = _named_by_cell(find_arcs(cover, flat, finish), fabric.face_count)
     middle = int(beside[0] + columns * beside[1])
     own = np.array([arcs.pieces.face[link.pieces[0]] // fabric.face_count == middle for link in arcs.links])
-    return Told(arcs, flat, own, np.array([_runs_on(flat, image, loop) for loop in arcs.loops]), image)
+    return UnrolledLoops(arcs, flat, own, np.array([_runs_on(flat, image, loop) for loop in arcs.loops]), image)
 
 
 def _named_by_cell(arcs: Arcs, face_count: int) -> Arcs:
@@ -85,7 +85,7 @@ def _runs_on(yarns: YarnSet, image: IntArray, arc: Arc) -> bool:
     return bool((images == images[0]).all())
 
 
-def _is_whole(told: Told) -> bool:
+def _is_whole(told: UnrolledLoops) -> bool:
     """Whether all loops that the links to be told name or pass beside, and these links, are in one image."""
     arcs = told.arcs
     named = np.flatnonzero(abs(expected_passes(arcs))[told.links].sum(axis=0))
