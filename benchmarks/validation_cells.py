@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import validation_rods
 
-from stitchmesh.io.pyp import read_pyp
+from stitchmesh.io.yarn_formats.pyp import read_pyp
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
@@ -79,7 +79,7 @@ def _read_with_periods(path: Path, periods: np.ndarray) -> YarnSet:
     """Yarns of a file as if it stated these periods [m]."""
     lines = path.read_text().splitlines()
     lines[1] = " ".join([*map(repr, periods.tolist()), *lines[1].split()[2:]])
-    says = logging.getLogger("stitchmesh.io.pyp")
+    says = logging.getLogger("stitchmesh.io.yarn_formats.pyp")
     level = says.level
     says.setLevel(logging.ERROR)  # that twists are dropped is known here
     try:

@@ -9,12 +9,12 @@ from os import fspath
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
 from stitchmesh.io.hdf5 import stored_format
+from stitchmesh.io.mesh_formats.vtp import holds_polygons
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import read_mesh
 from stitchmesh.io.stitches import FORMAT as STITCHES
 from stitchmesh.io.stitches import read_stitches
 from stitchmesh.io.units import DEFAULT_UNIT
-from stitchmesh.io.vtp_mesh import holds_polygons
 from stitchmesh.io.yarns import FORMATS as YARN_FORMATS
 from stitchmesh.io.yarns import read_yarns
 from stitchmesh.mesh import Mesh

@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.errors import MeshError
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.io.glb_mesh import read_glb_polygons, write_glb_polygons
-from stitchmesh.io.meshio_mesh import read_meshio_polygons, write_meshio_polygons
-from stitchmesh.io.obj_mesh import read_obj_polygons, write_obj_polygons
-from stitchmesh.io.off_mesh import read_off_polygons, write_off_polygons
-from stitchmesh.io.ply_mesh import read_ply_polygons, write_ply_polygons
-from stitchmesh.io.triangles import divided
+from stitchmesh.io.mesh_formats.by_meshio import read_meshio_polygons, write_meshio_polygons
+from stitchmesh.io.mesh_formats.glb import read_glb_polygons, write_glb_polygons
+from stitchmesh.io.mesh_formats.obj import read_obj_polygons, write_obj_polygons
+from stitchmesh.io.mesh_formats.off import read_off_polygons, write_off_polygons
+from stitchmesh.io.mesh_formats.ply import read_ply_polygons, write_ply_polygons
+from stitchmesh.io.mesh_formats.triangles import divided
+from stitchmesh.io.mesh_formats.vtp import read_vtp_polygons, write_vtp_polygons
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
-from stitchmesh.io.vtp_mesh import read_vtp_polygons, write_vtp_polygons
 from stitchmesh.mesh import FloatArray, Mesh
 
 

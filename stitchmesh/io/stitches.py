@@ -12,8 +12,8 @@ from os import fspath
 from stitchmesh.errors import FileError, LabelError
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_noun, write_noun
-from stitchmesh.io.knitout import write_knitout
-from stitchmesh.io.smobj import read_smobj, write_smobj
+from stitchmesh.io.stitch_formats.knitout import write_knitout
+from stitchmesh.io.stitch_formats.smobj import read_smobj, write_smobj
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 

@@ -25,16 +25,16 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.errors import FileError, ParameterError, YarnError
-from stitchmesh.io import bcc
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.io.gltf import holds_tubes, write_glb
 from stitchmesh.io.hdf5 import read_noun, write_noun
-from stitchmesh.io.obj_polylines import read_obj_polylines, write_obj_polylines
-from stitchmesh.io.pyp import check_pyp, read_pyp, write_pyp
-from stitchmesh.io.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
-from stitchmesh.io.usd import LABELS, read_usd, write_usd
-from stitchmesh.io.vtp import read_vtp, write_vtp
+from stitchmesh.io.yarn_formats import bcc
+from stitchmesh.io.yarn_formats.gltf import holds_tubes, write_glb
+from stitchmesh.io.yarn_formats.obj import read_obj_polylines, write_obj_polylines
+from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
+from stitchmesh.io.yarn_formats.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
+from stitchmesh.io.yarn_formats.usd import LABELS, read_usd, write_usd
+from stitchmesh.io.yarn_formats.vtp import read_vtp, write_vtp
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet

@@ -16,7 +16,7 @@ from stitchmesh.errors import FileError, MeshError, ParameterError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.meshes import FORMATS
-from stitchmesh.io.vtp import poly_data
+from stitchmesh.io.yarn_formats.vtp import poly_data
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh
 from tests.gallery import ROOT, tube

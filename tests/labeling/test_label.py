@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.errors import LabelError, ParameterError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import direction, label
-from stitchmesh.labeling.label import _grown
+from stitchmesh.labeling.label import _grow_rows
 from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, odd_corner, pentagon_row, shared, torus, tube
 from tests.shaking import shaken
@@ -147,7 +147,7 @@ def test_shaken_meshes_are_labeled_alike(name: str) -> None:
 def test_seams_that_match_as_far_as_they_mismatch_are_alike_however_shaken(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their balance is zero but for rounding, and the sign of what rounding leaves would turn rows over."""
     mesh = tube(8, 2)
-    growth, _ = _grown(mesh, ())
+    growth, _ = _grow_rows(mesh, ())
     seam = np.flatnonzero((mesh.twin > np.arange(mesh.side_count)) & (growth.edge_label[mesh.side_edge] == 0))
     top = np.zeros(mesh.side_count, dtype=bool)
     top[[*seam, *mesh.twin[seam[: len(seam) // 2]]]] = True

@@ -147,7 +147,7 @@ def _write(
 
 def _write_pyp(path: Path, cell: YarnSet) -> None:
     """Write the format of periodic patterns, where it can hold the yarns."""
-    from stitchmesh.io.pyp import check_pyp
+    from stitchmesh.io.yarn_formats.pyp import check_pyp
     from stitchmesh.io.yarns import write_yarns
 
     try:

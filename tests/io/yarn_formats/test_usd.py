@@ -14,7 +14,8 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 
 from stitchmesh.errors import FileError
-from stitchmesh.io import read_yarns, usd, write_yarns
+from stitchmesh.io import read_yarns, write_yarns
+from stitchmesh.io.yarn_formats import usd
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import instances, tile_yarns
 from tests.gallery import shared

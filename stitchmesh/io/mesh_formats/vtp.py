@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.vtp import poly_data, write_poly_data
+from stitchmesh.io.yarn_formats.vtp import poly_data, write_poly_data
 from stitchmesh.mesh import FloatArray
 
 

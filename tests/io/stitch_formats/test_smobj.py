@@ -14,7 +14,7 @@ from stitchmesh.cli import main as cli
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_mesh, read_stitches, write_stitches
 from stitchmesh.io.any_file import read_any
-from stitchmesh.io.smobj import FACE_NAMES
+from stitchmesh.io.stitch_formats.smobj import FACE_NAMES
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch

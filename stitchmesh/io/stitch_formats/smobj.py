@@ -21,7 +21,7 @@ import numpy as np
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.smobj_lines import FACE_NAMES, OWN, Contents, read_contents
+from stitchmesh.io.stitch_formats.smobj_lines import FACE_NAMES, OWN, Contents, read_contents
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides

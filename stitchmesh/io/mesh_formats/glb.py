@@ -17,8 +17,8 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.io.float32 import rounded
-from stitchmesh.io.gltf import TUBES, holds_tubes
-from stitchmesh.io.meshio_mesh import weld
+from stitchmesh.io.mesh_formats.by_meshio import weld
+from stitchmesh.io.yarn_formats.gltf import TUBES, holds_tubes
 from stitchmesh.mesh import FloatArray
 
 

@@ -13,8 +13,9 @@ import pytest
 import trimesh
 
 from stitchmesh.errors import FileError
-from stitchmesh.io import gltf, read_yarns, write_yarns
+from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.any_file import read_any
+from stitchmesh.io.yarn_formats import gltf
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import row_colours
 from tests.gallery import shared

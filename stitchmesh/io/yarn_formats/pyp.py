@@ -41,7 +41,7 @@ import numpy as np
 from stitchmesh.errors import FileError, first_few
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_lines
-from stitchmesh.io.splines import polyline_to_bspline
+from stitchmesh.io.yarn_formats.splines import polyline_to_bspline
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet, basis
