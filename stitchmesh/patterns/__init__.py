@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knitting patterns: rows of stitches, the text language and the colour charts they are written in, a library."""
+"""Knitting patterns: rows of stitches, the text language and the charts that describe them, and a library."""
 
 from stitchmesh.patterns.charts.colour_chart import chart_palette, read_colour_chart, write_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart, write_leaf_chart
