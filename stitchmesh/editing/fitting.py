@@ -28,19 +28,19 @@ def stitch_named(code: str) -> Stitch:
     return STITCHES_BY_NAME[code]
 
 
-def plain_stitch_named(code: str, what: str) -> Stitch:
+def plain_stitch_named(code: str, purpose: str) -> Stitch:
     """Return the stitch of a code if it has one loop below and one above.
 
     Args:
         code: code of the stitch.
-        what: the rows or columns that the stitch will form, for the message.
+        purpose: the rows or columns that the stitch will form, for the message.
 
     Raises:
         ParameterError: the code is unknown, or the stitch has another number of loops.
     """
     stitch = stitch_named(code)
     if SIDE_COUNTS.get(stitch) != (1, 1):
-        raise ParameterError(f"stitch {code}: does not make one loop on one; expected such a stitch for {what}")
+        raise ParameterError(f"stitch {code}: does not make one loop on one; expected such a stitch for {purpose}")
     return stitch
 
 

@@ -86,7 +86,7 @@ class History:
 _Step = tuple[Edit, tuple[Change, ...], tuple[Change, ...]]
 
 
-def _last(steps: list[_Step], what: str) -> _Step:
+def _last(steps: list[_Step], action: str) -> _Step:
     if not steps:
-        raise ParameterError(f"{what}: there is no edit to {what}")
+        raise ParameterError(f"{action}: there is no edit to {action}")
     return steps.pop()

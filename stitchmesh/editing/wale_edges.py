@@ -144,6 +144,6 @@ def _combined_code(left: SketchFace, right: SketchFace) -> str | None:
     return code if code in CODES and first.n_bottom + second.n_bottom == VOCABULARY[CODES[code]].n_bottom else None
 
 
-def _check_word(what: str, word: str, known: tuple[str, str]) -> None:
+def _check_word(name: str, word: str, known: tuple[str, str]) -> None:
     if word not in known:
-        raise ParameterError(f"{what}: got {word!r}; expected {known[0]} or {known[1]}")
+        raise ParameterError(f"{name}: got {word!r}; expected {known[0]} or {known[1]}")

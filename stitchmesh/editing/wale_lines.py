@@ -147,7 +147,7 @@ class _OpenedLine:
                 _replace(sketch.face(number), vertex, new)
 
     def _pair(self, vertex: int, lines: list[_Sector | None]) -> tuple[int, int]:
-        """Add two vertices on the course line, a third of the way to the next vertices; one stays on a border."""
+        """Add two vertices on the course line, a third of the distance to the next ones; one stays on a border."""
         sketch = self._sketch
         here = sketch.position(vertex)
         fraction = 1 / 3 if None not in lines else 1 / 2

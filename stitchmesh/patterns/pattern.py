@@ -38,7 +38,7 @@ class Cell:
 
     def __post_init__(self) -> None:
         if self.stitch not in VOCABULARY:
-            raise PatternError(f"stitch {self.stitch!r}: cannot stand in a pattern; expected one of stitch.VOCABULARY")
+            raise PatternError(f"stitch {self.stitch!r}: cannot occur in a pattern; expected one of stitch.VOCABULARY")
         if not self.twist:
             object.__setattr__(self, "twist", (0,) * self.n_top)
         if len(self.twist) != self.n_top or any(twist not in (-1, 0, 1) for twist in self.twist):

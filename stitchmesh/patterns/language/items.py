@@ -165,11 +165,11 @@ class ItemParser:
         self.take()
         return found
 
-    def parse_number(self, what: str, most: int, least: int = 0) -> int:
+    def parse_number(self, description: str, most: int, least: int = 0) -> int:
         """Read a number written in digits.
 
         Args:
-            what: the description of the number in the error message.
+            description: the name of the number in the error message.
             most: the largest number allowed.
             least: the smallest number allowed.
 
@@ -178,9 +178,9 @@ class ItemParser:
         """
         token = self.take()
         if not (token.text.isascii() and token.text.isdigit() and len(token.text) < 10):
-            raise token.unexpected(what)
+            raise token.unexpected(description)
         if not least <= int(token.text) <= most:
-            raise token.unexpected(f"{what}, {least} to {most}")
+            raise token.unexpected(f"{description}, {least} to {most}")
         return int(token.text)
 
     def _crossing(

@@ -43,8 +43,8 @@ def grid_around(fabric: StitchMesh, face: int) -> Grid:
     up, down = neighbours.reach(row, neighbours.above, closed), neighbours.reach(row, neighbours.below, closed)
     columns, rows_up, rows_down = _largest_rectangle(up, down, place, closed)
     faces = row[columns]
-    below = neighbours.climb(faces, neighbours.below, rows_down)[:0:-1]
-    above = neighbours.climb(faces, neighbours.above, rows_up)
+    below = neighbours.rows_beyond(faces, neighbours.below, rows_down)[:0:-1]
+    above = neighbours.rows_beyond(faces, neighbours.above, rows_up)
     return Grid(np.array([*below, *above]), closed and len(columns) == len(row))
 
 
@@ -118,7 +118,7 @@ class _Neighbours:
             paired += joined
 
     @staticmethod
-    def climb(faces: IntArray, step: IntArray, rows: int) -> list[IntArray]:
+    def rows_beyond(faces: IntArray, step: IntArray, rows: int) -> list[IntArray]:
         """Return a row and a number of rows beyond it."""
         result = [faces]
         for _ in range(rows):

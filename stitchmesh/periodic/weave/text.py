@@ -57,19 +57,19 @@ def format_weave(weave: Weave) -> str:
     """Write a weave with its whole matrix as text, so that ``parse_weave(format_weave(weave)) == weave``."""
     lines = [f'weave "{weave.name}"', f'source "{weave.source}"']
     for kind, threads in (("wefts", weave.wefts), ("warps", weave.warps)):
-        for what in PROPERTIES:
-            values = [getattr(thread, what) for thread in threads]
-            if any(value != getattr(Thread(), what) for value in values):
-                lines.append(f"{kind} {what}: {' '.join(_shortest_repeat(what, values))}")
+        for attribute in PROPERTIES:
+            values = [getattr(thread, attribute) for thread in threads]
+            if any(value != getattr(Thread(), attribute) for value in values):
+                lines.append(f"{kind} {attribute}: {' '.join(_shortest_repeat(attribute, values))}")
     lines += ["".join(str(sign) for sign in row) for row in weave.matrix]
     return "\n".join(lines) + "\n"
 
 
-def _shortest_repeat(what: str, values: list[float]) -> list[str]:
+def _shortest_repeat(attribute: str, values: list[float]) -> list[str]:
     """Return the shortest list of numbers whose repetition gives all values."""
     lengths = [count for count in range(1, len(values) + 1) if len(values) % count == 0]
     shortest = next(count for count in lengths if values == values[:count] * (len(values) // count))
-    if what == "layer":
+    if attribute == "layer":
         return [str(value + 1) for value in values[:shortest]]
     return [str(int(value)) if value == int(value) else repr(float(value)) for value in values[:shortest]]
 
@@ -147,28 +147,28 @@ class _WeaveParser:
         self.layers.append([])
 
     def _read_threads(self, kind: str, tokens: list[Token]) -> None:
-        what = tokens[1].text.lower()
-        if what not in PROPERTIES:
+        attribute = tokens[1].text.lower()
+        if attribute not in PROPERTIES:
             raise tokens[1].unexpected(", ".join(PROPERTIES))
-        if (kind, what) in self.threads:
-            raise tokens[1].unexpected(f"the {what} of {kind} only once")
+        if (kind, attribute) in self.threads:
+            raise tokens[1].unexpected(f"the {attribute} of {kind} only once")
         _expect(tokens, 2, ":", expected="':'")
         if tokens[3].text == END:
             raise tokens[3].unexpected(f"a number for each of the {kind}")
         for token in tokens[3:-1]:
-            _value(token, what)
-        self.threads[kind, what] = tokens[3:-1]
+            _value(token, attribute)
+        self.threads[kind, attribute] = tokens[3:-1]
 
     def _threads(self, kind: str, stack: Stack) -> tuple[Thread, ...]:
         threads = stack.threads(kind)
-        for (of, what), tokens in self.threads.items():
-            if of != kind:
+        for (owner, attribute), tokens in self.threads.items():
+            if owner != kind:
                 continue
             if len(threads) % len(tokens):
                 expected = f"as many as there are {kind}, or a divisor of that number"
                 raise tokens[0].place.error(f"got {len(tokens)} numbers for {len(threads)} {kind}; expected {expected}")
-            values = [_value(token, what) for token in tokens] * (len(threads) // len(tokens))
-            changes: list[dict[str, Any]] = [{what: value} for value in values]
+            values = [_value(token, attribute) for token in tokens] * (len(threads) // len(tokens))
+            changes: list[dict[str, Any]] = [{attribute: value} for value in values]
             threads = tuple(replace(thread, **change) for thread, change in zip(threads, changes, strict=True))
         return threads
 
@@ -222,14 +222,14 @@ def _expect(tokens: list[Token], index: int, *words: str, expected: str = "") ->
         raise token.unexpected(expected or " or ".join(words))
 
 
-def _value(token: Token, what: str) -> float:
-    if PROPERTIES[what] is int:
-        least = 1 if what == "layer" else 0
+def _value(token: Token, attribute: str) -> float:
+    if PROPERTIES[attribute] is int:
+        least = 1 if attribute == "layer" else 0
         if not _COUNT.fullmatch(token.text) or int(token.text) < least:
-            raise token.unexpected(f"the number of a {what}, from {least}")
+            raise token.unexpected(f"the number of a {attribute}, from {least}")
         return int(token.text) - least
     if not _NUMBER.fullmatch(token.text) or not 0.0 < float(token.text) < float("inf"):
-        raise token.unexpected(f"a positive factor of the {what}, such as 1.5")
+        raise token.unexpected(f"a positive factor of the {attribute}, such as 1.5")
     return float(token.text)
 
 

@@ -92,8 +92,8 @@ def _yarn_set(weave: Weave, curves: Sequence[FloatArray], lattice: Lattice, radi
     return replace(drawn, rest_length=drawn.lengths * np.repeat(_factors(threads, "length"), counts))
 
 
-def _factors(threads: Sequence[Thread], what: str) -> FloatArray:
-    return np.array([getattr(thread, what) for thread in threads], dtype=np.float64)
+def _factors(threads: Sequence[Thread], attribute: str) -> FloatArray:
+    return np.array([getattr(thread, attribute) for thread in threads], dtype=np.float64)
 
 
 def _places(threads: Sequence[Thread], spacing: float) -> tuple[FloatArray, float]:

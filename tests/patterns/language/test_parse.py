@@ -34,7 +34,7 @@ def test_the_examples_of_the_document_can_be_read():
 def test_counts_groups_and_commas_are_equivalent():
     assert picture("row 1 RS: [k2 p]*2") == picture("row 1 RS: k2, p, k k p1") == ["pkkpkk"]
     assert picture("row 1 RS: [[k p]*2 k]*2") == ["kpkpkkpkpk"]
-    assert picture("row 1 RS: k2,\n  p2  # the row goes on\n") == ["ppkk"]
+    assert picture("row 1 RS: k2,\n  p2  # the row continues\n") == ["ppkk"]
 
 
 def test_rows_can_be_written_together_and_repeated():
