@@ -207,16 +207,16 @@ def test_forces_of_rods_are_the_derivatives_of_their_energy(name: str) -> None:
     of = cell_of_rods(name).rods
     stiff, pairs, step = cell_of_rods(name).stiffness, rods.pairs_of(of), 1e-9
     rng = np.random.default_rng(0)
-    shift, turn, grow = rng.normal(size=of.places.shape), 1e3 * rng.normal(size=len(of.places)), rng.normal(size=2)
+    move, turn, grow = rng.normal(size=of.places.shape), 1e3 * rng.normal(size=len(of.places)), rng.normal(size=2)
     ends = [
         rods.slopes(
-            replace(of, places=of.places + side * shift, turns=of.turns + side * turn, periods=of.periods + side * grow),
+            replace(of, places=of.places + side * move, turns=of.turns + side * turn, periods=of.periods + side * grow),
             pairs, stiff,
         ).energy
         for side in (step, -step)
     ]  # fmt: skip
     slope = rods.slopes(of, pairs, stiff)
-    expected = (slope.places * shift).sum() + slope.turns @ turn + slope.periods @ grow
+    expected = (slope.places * move).sum() + slope.turns @ turn + slope.periods @ grow
     # with steps of 1e-6 radii the truncation error is 1e-8; energies round to 1e-16, and a step changes them by 1e-5
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(expected, rel=1e-5)
 
