@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Editing: from one stitch mesh to another."""
+"""Edits of a stitch mesh: each edit is data (a name and arguments) and has an exact inverse."""

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Set and clear cables: loops of one course line that change places (Yuksel et al. 2012, sections 4.5 and 5.3)."""
+"""Edits that set and clear cables: loops of one course line that exchange places.
+
+Source: Yuksel et al. 2012, sections 4.5 and 5.3.
+"""
 
 from __future__ import annotations
 
@@ -16,20 +19,21 @@ from stitchmesh.mesh.change import Change, Marks
 
 
 def cross_cable(fabric: StitchMesh, side: int, left: int, right: int, front: str) -> list[Change]:
-    """Cross neighbouring loops: some on the left with some on their right.
+    """Cross adjacent loops: a group on the left with a group on its right.
 
-    A knitter's ``c4f``, the cable needle held in front, is 2 and 2 with the right ones in front, ``c4b`` the left ones.
+    The cable ``c4f`` (the cable needle is held in front) crosses 2 loops with 2 loops, the right ones in front. In
+    ``c4b`` the left ones lie in front.
 
     Args:
-        fabric: stitch faces.
+        fabric: a mesh of stitches.
         side: top side of the leftmost loop.
-        left: how many loops go right.
-        right: how many loops go left.
-        front: ``"left"`` or ``"right"``, those that lie in front.
+        left: number of loops that move to the right.
+        right: number of loops that move to the left.
+        front: ``"left"`` or ``"right"``, the group that lies in front.
 
     Raises:
-        ParameterError: the side is no top side, the row is too short, a loop is part of another cable, or a part has
-            no loop.
+        ParameterError: the side is not a top side, the row is too short, a loop is part of another cable, or a group
+            has no loops.
     """
     if left < 1 or right < 1:
         raise ParameterError(f"cable: got {left} loops on the left and {right} on the right; expected at least 1 each")
@@ -41,18 +45,18 @@ def cross_cable(fabric: StitchMesh, side: int, left: int, right: int, front: str
 
 
 def set_cable(fabric: StitchMesh, side: int, destinations: Sequence[int], layers: Sequence[int]) -> list[Change]:
-    """Move neighbouring loops to any places among themselves.
+    """Permute adjacent loops.
 
     Args:
-        fabric: stitch faces.
+        fabric: a mesh of stitches.
         side: top side of the leftmost loop.
-        destinations: place that each loop moves to, from left to right, a permutation of 0 to n - 1.
-        layers: of two loops that cross, the one of the higher number lies in front.
+        destinations: the place to which each loop moves, counted from the left: a permutation of 0 to n - 1.
+        layers: the layer of each loop; of two loops that cross, the loop with the higher layer lies in front.
 
     Raises:
-        ParameterError: the side is no top side, the row is too short, a loop is part of another cable, or the numbers
-            are no permutation with a layer each.
-        LabelError: crossing loops share a layer, or the row above runs the other way.
+        ParameterError: the side is not a top side, the row is too short, a loop is part of another cable, the
+            destinations are not a permutation, or the number of layers is wrong.
+        LabelError: loops that cross have the same layer, or the row above runs in the opposite direction.
     """
     count = len(destinations)
     if sorted(destinations) != list(range(count)) or count < 2:
@@ -65,33 +69,33 @@ def set_cable(fabric: StitchMesh, side: int, destinations: Sequence[int], layers
 
 
 def clear_cable(fabric: StitchMesh, side: int) -> list[Change]:
-    """Leave the loops of a cable in their places.
+    """Remove a cable; its loops stay in their places.
 
     Args:
-        fabric: stitch faces.
-        side: top side of any of its loops.
+        fabric: a mesh of stitches.
+        side: top side of any loop of the cable.
 
     Raises:
-        ParameterError: the side is no top side, or its loop is in no cable.
+        ParameterError: the side is not a top side, or its loop is not part of a cable.
     """
     check_side(fabric, side, "top")
     sides = next((group.sides for group in cable_groups(fabric, np.array([side])) if side in group.sides), None)
     if sides is None:
-        raise ParameterError(f"{fabric.side_name(side)}: its loop is in no cable")
-    nothing = np.zeros(len(sides), dtype=np.int64)
-    return _marks(sides, nothing, nothing)
+        raise ParameterError(f"{fabric.side_name(side)}: its loop is not part of a cable")
+    zero = np.zeros(len(sides), dtype=np.int64)
+    return _marks(sides, zero, zero)
 
 
 def _loops(fabric: StitchMesh, side: int, count: int) -> IntArray:
-    """Top sides from this one to the right, none of them part of a cable."""
+    """Return the top sides of ``count`` loops from a side to the right; none of them may be part of a cable."""
     check_side(fabric, side, "top")
     line, is_ring = course_line(fabric, side)
     first = int(np.flatnonzero(line == side)[0])
-    room = len(line) - first
-    if room < count or (is_ring and room == count):
-        kind = "around the row" if is_ring else "to the right end of its row"
+    available = len(line) - first
+    if available < count or (is_ring and available == count):
+        where = "around the row" if is_ring else "to the right end of its row"
         raise ParameterError(
-            f"{fabric.side_name(side)}: a cable of {count} loops does not fit; there are {room} {kind}"
+            f"{fabric.side_name(side)}: a cable of {count} loops does not fit; there are {available} {where}"
         )
     sides = line[first : first + count]
     for group in cable_groups(fabric, np.array([side])):

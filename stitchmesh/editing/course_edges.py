@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Split and collapse course edges (Yuksel et al. 2012, section 5.3 and figure 13).
+"""Edits that split and collapse course edges (Yuksel et al. 2012, section 5.3 and figure 13).
 
-A course edge is a loop: splitting it gives the face below one loop more to make and the face above one more to
-hold. At a border only one face changes.
+A course edge is a loop. A split adds one loop to the face below, which makes the loop, and to the face above, which
+works the loop. At a border only one face changes.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from stitchmesh.mesh.change import Change
 def split_course_edge(
     fabric: StitchMesh, side: int, stitch_below: str | None = None, stitch_above: str | None = None
 ) -> list[Change]:
-    """Make two edges of a course edge, with a new vertex in its middle.
+    """Split a course edge into two edges, with a new vertex in its middle.
 
     Args:
-        fabric: stitch faces.
+        fabric: a mesh of stitches.
         side: either side of the edge.
-        stitch_below: code for the face that has the edge on top; one like its own where not given.
-        stitch_above: code for the face that has the edge at its bottom.
+        stitch_below: code of the new stitch of the face below the edge; by default a stitch like the old one.
+        stitch_above: code of the new stitch of the face above the edge; by default a stitch like the old one.
 
     Raises:
-        ParameterError: the side is no course side, is part of a cable, or no stitch fits a face.
+        ParameterError: the side is not a course side or is part of a cable, or no stitch fits a face.
     """
     check_side(fabric, side, "course")
     sketch = Sketch(fabric)
@@ -39,23 +39,23 @@ def split_course_edge(
         _check_uncrossed(face, on_top, place)
         left, right = face.chain(on_top)[0][place : place + 2]
         face.insert(on_top, place, middle, (("half", left), ("half", right)))
-        sketch.settle(face, stitch_below if on_top else stitch_above)
+        sketch.fit_stitch(face, stitch_below if on_top else stitch_above)
     return [sketch.patch()]
 
 
 def collapse_course_edge(
     fabric: StitchMesh, side: int, stitch_below: str | None = None, stitch_above: str | None = None
 ) -> list[Change]:
-    """Make one vertex of a course edge: undoes a split.
+    """Collapse a course edge to one vertex; this reverses a split.
 
     Args:
-        fabric: stitch faces.
+        fabric: a mesh of stitches.
         side: either side of the edge.
-        stitch_below: code for the face that has the edge on top; one like its own where not given.
-        stitch_above: code for the face that has the edge at its bottom.
+        stitch_below: code of the new stitch of the face below the edge; by default a stitch like the old one.
+        stitch_above: code of the new stitch of the face above the edge; by default a stitch like the old one.
 
     Raises:
-        ParameterError: the side is no course side, is part of a cable, or no stitch fits a face.
+        ParameterError: the side is not a course side or is part of a cable, or no stitch fits a face.
         MeshError: the edge joins two borders, or a face would touch itself.
     """
     check_side(fabric, side, "course")
@@ -65,7 +65,7 @@ def collapse_course_edge(
     first, second = face.chain(on_top)[0][place : place + 2]
     for face, on_top, place in places:
         _check_uncrossed(face, on_top, place)
-        sketch.settle(face, stitch_below if on_top else stitch_above)
+        sketch.fit_stitch(face, stitch_below if on_top else stitch_above)
     sketch.merge(first, second)
     for face, on_top, place in places:
         face.close(on_top, place)
@@ -73,7 +73,7 @@ def collapse_course_edge(
 
 
 def _places(sketch: Sketch, side: int) -> list[tuple[SketchFace, bool, int]]:
-    """The faces of a course edge, with its place in each."""
+    """Return the faces of a course edge, whether the edge is on top of each face, and its place there from the left."""
     sides = [side, int(sketch.fabric.twin[side])]
     return [sketch.course_side(side) for side in sides if side != BORDER]
 

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Graft two lines of loops together, and take a seam apart.
+"""Edits that graft two borders together, and that separate two rows along a seam.
 
-Grafted are the loops of two borders with as many loops each. Where both are top borders the wale directions meet head
-on, and every two neighbouring stitches are linked by a closed ring of yarn across the seam, as in Kitchener stitch
-(Yuksel et al. 2012, section 4.4). A top border also takes the bottom sides of stitches that hold loops.
+Grafting joins the loops of two borders that have equally many loops. If both borders are top borders, the wale
+directions of the rows are opposite at the seam; every two adjacent stitches are then linked by a closed ring of yarn
+across the seam, as in Kitchener stitch (Yuksel et al. 2012, section 4.4). A top border can also be grafted to the
+bottom sides of stitches that work loops.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from stitchmesh.editing.reconnect import corner_fans, reconnected
+from stitchmesh.editing.reconnect import corner_fans, reconnect
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.courses import chain_through
@@ -21,47 +22,47 @@ from stitchmesh.mesh.stitch import Stitch
 
 
 def graft(fabric: StitchMesh, first_side: int, second_side: int) -> StitchMesh:
-    """Join two lines of border loops. Vertices that meet move to the middle between them.
+    """Graft two border lines together. Vertices that become one vertex move to their mean position.
 
     Args:
-        fabric: a stitch mesh with both borders; they may be of two pieces that lie apart.
-        first_side: a course side on one border; its line goes on up to the next wale sides of the border, or around.
-        second_side: a course side on the other. Around a tube, the two sides themselves come to lie on one another.
+        fabric: a stitch mesh that has both borders; the borders may belong to separate pieces.
+        first_side: a course side on one border. The line extends to the next wale sides of the border, or around.
+        second_side: a course side on the other border. On a tube, the two given sides are joined to one another.
 
     Raises:
-        ParameterError: a side is no course side on a border, has no loop to graft, both lines are the same, or their
-            loops differ in number.
+        ParameterError: a side is not a course side on a border or has no loop to graft, both sides lie on one line, or
+            the numbers of loops of the two lines differ.
     """
-    _check(fabric, first_side, second_side)
+    _check_border_sides(fabric, first_side, second_side)
     first, second = _border_line(fabric, first_side), _border_line(fabric, second_side)
     if second_side in first:
         raise ParameterError(f"graft: sides {first_side} and {second_side} lie on one line; choose two borders")
     if len(first) != len(second):
         raise ParameterError(
-            f"graft: got {len(first)} loops at side {first_side} and {len(second)} at side {second_side}; expected as "
-            "many: increase or decrease in the row before"
+            f"graft: got {len(first)} loops at side {first_side} and {len(second)} at side {second_side}; expected "
+            "equal numbers: increase or decrease in the row before"
         )
     if _is_ring(fabric, first) != _is_ring(fabric, second):
         raise ParameterError(f"graft: one of sides {first_side} and {second_side} lies on a ring; expected both")
     across = [second[0], *second[:0:-1]] if _is_ring(fabric, first) else second[::-1]
     twin = fabric.twin.copy()
     twin[first], twin[across] = across, first
-    return _merged(fabric, twin)
+    return _merge_vertices(fabric, twin)
 
 
 def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
-    """Take two rows apart along the course line through a side: the inverse of ``graft``, exact in the twins of sides.
+    """Separate two rows along the course line through a side; the inverse of ``graft``, exact in the twins of sides.
 
     Args:
-        fabric: the stitch mesh.
-        side: a course side inside the fabric; the line goes on up to borders, or around.
+        fabric: a mesh of stitches.
+        side: a course side inside the fabric. The line extends to the borders, or around.
 
     Raises:
-        ParameterError: the side is no course side between two faces.
+        ParameterError: the side is not a course side between two faces.
     """
     if not 0 <= side < fabric.side_count or fabric.is_wale[side] or fabric.twin[side] == BORDER:
         raise ParameterError(f"ungraft: got side {side}; expected a course side between two faces")
-    after, before = (partial(_beyond, fabric, step=step) for step in (fabric.side_next, fabric.side_previous))
+    after, before = (partial(_next_course_side, fabric, step=step) for step in (fabric.side_next, fabric.side_previous))
     line = np.array(chain_through(side, after, before)[0])
     twin = fabric.twin.copy()
     twin[fabric.twin[line]], twin[line] = BORDER, BORDER
@@ -69,13 +70,13 @@ def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
     vertex = np.zeros(fan.max() + 1, dtype=np.int64)
     vertex[fan] = fabric.face_vertex
     first = np.unique(vertex, return_index=True)[1]
-    again = np.setdiff1d(np.arange(len(vertex)), first)
-    vertices = np.concatenate([fabric.vertices, fabric.vertices[vertex[again]]])
-    vertex[again] = len(fabric.vertices) + np.arange(len(again))
-    return reconnected(fabric, vertices, vertex[fan], twin)
+    duplicates = np.setdiff1d(np.arange(len(vertex)), first)
+    vertices = np.concatenate([fabric.vertices, fabric.vertices[vertex[duplicates]]])
+    vertex[duplicates] = len(fabric.vertices) + np.arange(len(duplicates))
+    return reconnect(fabric, vertices, vertex[fan], twin)
 
 
-def _check(fabric: StitchMesh, *sides: int) -> None:
+def _check_border_sides(fabric: StitchMesh, *sides: int) -> None:
     for side in sides:
         if not 0 <= side < fabric.side_count or fabric.is_wale[side] or fabric.twin[side] != BORDER:
             raise ParameterError(f"graft: got side {side}; expected a course side on a border")
@@ -86,7 +87,7 @@ def _check(fabric: StitchMesh, *sides: int) -> None:
 
 
 def _border_line(fabric: StitchMesh, side: int) -> list[int]:
-    """Border sides of the same role on either side of one, in walking order; a ring starts at the side itself."""
+    """Return the adjacent border sides with the same role as a side, in border order; a ring starts at the side."""
     role = fabric.side_role[side]
     loop = next(loop for loop in fabric.boundary_loops if side in loop)
     loop = np.roll(loop, -int(np.flatnonzero(loop == side)[0]))
@@ -100,8 +101,8 @@ def _is_ring(fabric: StitchMesh, line: list[int]) -> bool:
     return fabric.next_border_side(line[-1]) == line[0]
 
 
-def _beyond(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
-    """The next course side of the line, in the same face or in the one across a wale side; ``BORDER`` at its end."""
+def _next_course_side(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
+    """Return the next course side of a line, in the same face or across a wale side; ``BORDER`` at the end."""
     following = int(step[side])
     if fabric.is_wale[following]:
         across = int(fabric.twin[following])
@@ -110,8 +111,8 @@ def _beyond(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
     return BORDER if ends else following
 
 
-def _merged(fabric: StitchMesh, twin: IntArray) -> StitchMesh:
-    """The fabric with other twins; vertices that become one keep the lowest number and lie in their middle."""
+def _merge_vertices(fabric: StitchMesh, twin: IntArray) -> StitchMesh:
+    """Return the fabric with other twins; merged vertices keep the lowest number and take their mean position."""
     fan = corner_fans(fabric, twin)
     pairs = np.unique(np.stack([fan, fabric.face_vertex], axis=1), axis=0)
     count = np.bincount(pairs[:, 0])
@@ -120,4 +121,4 @@ def _merged(fabric: StitchMesh, twin: IntArray) -> StitchMesh:
     order = np.argsort(lowest, kind="stable")
     number = np.empty(len(count), dtype=np.int64)
     number[order] = np.arange(len(count))
-    return reconnected(fabric, middle[order], number[fan], twin)
+    return reconnect(fabric, middle[order], number[fan], twin)

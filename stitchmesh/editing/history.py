@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits made so far, with undo and redo exact to the last bit.
+"""A history of edits with undo and redo that are exact to the last bit.
 
-Only what each edit changed is kept, so a long history of a large garment stays small.
+The history stores only the changes of each edit, so that the history of a large garment needs little memory.
 """
 
 from __future__ import annotations
@@ -16,69 +16,69 @@ from stitchmesh.mesh.change import Change
 
 
 class History:
-    """A stitch mesh while it is edited."""
+    """A stitch mesh with the edits that were applied to it."""
 
     def __init__(self, fabric: StitchMesh) -> None:
-        """Start from a stitch mesh, which stays as it is."""
+        """Start with a stitch mesh; the given mesh is never modified."""
         self._fabric = fabric
         self._done: list[_Step] = []
         self._undone: list[_Step] = []
 
     @property
     def fabric(self) -> StitchMesh:
-        """The stitch mesh as it is now."""
+        """The current stitch mesh."""
         return self._fabric
 
     @property
     def edits(self) -> tuple[Edit, ...]:
-        """The edits that made it, undone ones left out."""
+        """The edits that lead to the current mesh; edits that were undone are not included."""
         return tuple(edit for edit, _, _ in self._done)
 
     @property
     def undone(self) -> tuple[Edit, ...]:
-        """Edits that ``redo`` would do, the next one first."""
+        """The edits that ``redo`` can apply, the next one first."""
         return tuple(edit for edit, _, _ in reversed(self._undone))
 
     def apply(self, edit: Edit) -> StitchMesh:
-        """Apply an edit; a refused one changes nothing. What was undone can no longer be redone.
+        """Apply an edit and return the new mesh; edits that were undone can then no longer be redone.
 
         Raises:
-            StitchMeshError: as for ``apply_edit``.
+            StitchMeshError: as for ``apply_edit``; the mesh stays unchanged.
         """
         edited = apply_edit(self._fabric, edit)
         self._done.append((edit, edited.changes, edited.inverse))
         self._undone.clear()
-        return self._take(edited)
+        return self._set_fabric(edited)
 
     def undo(self) -> StitchMesh:
-        """Undo the last edit.
+        """Undo the last edit and return the mesh.
 
         Raises:
-            ParameterError: there is none.
+            ParameterError: there is no edit to undo.
         """
         step = _last(self._done, "undo")
         self._undone.append(step)
-        return self._take(apply_changes(self._fabric, step[2]))
+        return self._set_fabric(apply_changes(self._fabric, step[2]))
 
     def redo(self) -> StitchMesh:
-        """Do the edit that was undone last again.
+        """Apply again the edit that was undone last, and return the mesh.
 
         Raises:
-            ParameterError: there is none.
+            ParameterError: there is no edit to redo.
         """
         step = _last(self._undone, "redo")
         self._done.append(step)
-        return self._take(apply_changes(self._fabric, step[1]))
+        return self._set_fabric(apply_changes(self._fabric, step[1]))
 
     def save(self, path: FilePath) -> None:
-        """Write the edits as a log that ``replay_edits`` reads.
+        """Write the edits as a log for ``replay_edits``.
 
         Raises:
             FileError: the file cannot be written.
         """
         write_log(path, self.edits)
 
-    def _take(self, edited: Edited) -> StitchMesh:
+    def _set_fabric(self, edited: Edited) -> StitchMesh:
         self._fabric = edited.fabric
         return self._fabric
 
@@ -86,7 +86,7 @@ class History:
 _Step = tuple[Edit, tuple[Change, ...], tuple[Change, ...]]
 
 
-def _last(steps: list[_Step], what: str) -> _Step:
+def _last(steps: list[_Step], action: str) -> _Step:
     if not steps:
-        raise ParameterError(f"{what}: there is no edit to {what}")
+        raise ParameterError(f"{action}: there is no edit to {action}")
     return steps.pop()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Paste a pattern as an edit."""
+"""The edit that applies a pattern to a stitch mesh."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remai
 def paste_pattern(
     fabric: StitchMesh, pattern: str, face: int | None = None, remainder: str = DEFAULT_REMAINDER
 ) -> list[Change]:
-    """Knit a fabric in a pattern, as ``apply_pattern`` does.
+    """Replace the stitches of a fabric by those of a pattern, as ``apply_pattern`` does.
 
     Args:
-        fabric: stitch faces.
-        pattern: a name in the library, the path of a file, or the text of a pattern, which has more than one line.
-        face: a plain stitch of the grid to fill; the whole fabric where not given.
-        remainder: as for ``apply_pattern``.
+        fabric: a mesh of stitches.
+        pattern: a name in the library, the path of a file, or the text of a pattern, which has at least two lines.
+        face: a plain stitch of the grid to fill; by default the pattern covers the whole fabric.
+        remainder: what happens to loops that whole tiles do not cover, as for ``apply_pattern``.
 
     Raises:
         ParameterError: as for ``apply_pattern``, or the library has no such pattern.
         FileError: the file cannot be read.
-        PatternError: the text says no pattern, or as for ``apply_pattern``.
+        PatternError: the text does not describe a valid pattern, or as for ``apply_pattern``.
     """
     read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
     return pattern_changes(fabric, read, face=face, remainder=check_remainder(remainder))

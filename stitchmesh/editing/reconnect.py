@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A stitch mesh whose sides get other twins: the corners that then meet in one vertex, and the mesh so connected."""
+"""New connections of the faces of a stitch mesh: the corners that share a vertex, and the mesh with new twins."""
 
 from __future__ import annotations
 
@@ -13,17 +13,24 @@ from stitchmesh.mesh.connectivity import find_fans
 
 
 def corner_fans(fabric: StitchMesh, twin: IntArray) -> IntArray:
-    """Number of the fan of faces that each corner belongs to, shape (C,).
+    """Return the number of the fan of faces to which each corner belongs, shape (C,).
 
     Args:
-        fabric: the stitch mesh.
-        twin: the side that is to lie across each side, shape (C,).
+        fabric: a mesh of stitches.
+        twin: the new opposite side of each side, ``BORDER`` at borders, shape (C,).
     """
     return find_fans(np.where(twin == BORDER, BORDER, fabric.side_next[twin]))
 
 
-def reconnected(fabric: StitchMesh, vertices: FloatArray, corner: IntArray, twin: IntArray) -> StitchMesh:
-    """The fabric connected otherwise; an edge keeps the stretch of its first side."""
+def reconnect(fabric: StitchMesh, vertices: FloatArray, corner: IntArray, twin: IntArray) -> StitchMesh:
+    """Return the fabric with new vertices and twins; an edge keeps the stretch of its first side.
+
+    Args:
+        fabric: a mesh of stitches.
+        vertices: positions of the vertices [cm], shape (V, 3).
+        corner: vertex of each corner, shape (C,).
+        twin: opposite side of each side, ``BORDER`` at borders, shape (C,).
+    """
     changed = replace(fabric, vertices=vertices, face_vertex=corner, twin=twin, stretch=None)
     if fabric.stretch is None:
         return changed

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows that run around a tube, stacks of them, and stacks cut along a wale."""
+"""Rows that run around a tube (rings), stacks of rings, and stacks that are cut along a wale."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, sides_ac
 
 @dataclass(frozen=True)
 class Turns:
-    """A stack of rings cut along a seam: each ring from its first face right of the seam to its last, left of it."""
+    """A stack of rings that is cut along a seam."""
 
     rings: list[list[int]]
+    """Faces of each ring, from the face to the right of the seam around to the face on its left."""
 
     @property
     def firsts(self) -> list[int]:
-        """Faces right of the seam, upwards."""
+        """Faces to the right of the seam, from below."""
         return [ring[0] for ring in self.rings]
 
     @property
     def lasts(self) -> list[int]:
-        """Faces left of the seam, upwards."""
+        """Faces to the left of the seam, from below."""
         return [ring[-1] for ring in self.rings]
 
 
 def ring_stacks(fabric: StitchMesh) -> list[list[Course]]:
-    """Maximal stacks of rings, each from below: the whole top of one is the whole bottom of the next."""
+    """Return the maximal stacks of rings, each from below; the top of a ring is exactly the bottom of the next ring."""
     rings = [ring for ring in find_courses(fabric, climbing=True) if ring.closed]
     ring_of = np.full(fabric.face_count, BORDER)
     for number, ring in enumerate(rings):
@@ -54,7 +55,7 @@ def ring_stacks(fabric: StitchMesh) -> list[list[Course]]:
 
 
 def _only_neighbour(fabric: StitchMesh, ring: Course, ring_of: IntArray, role: int) -> int:
-    """The ring that lies across all top or all bottom sides of a ring the same way up, else ``BORDER``."""
+    """Return the ring across all top or bottom sides of a ring with the same wale direction, or ``BORDER``."""
     sides = top_sides(fabric, ring.faces) if role == TOP else bottom_sides(fabric, ring.faces)
     across = sides_across(fabric, np.array(sides, dtype=np.int64), BOTTOM if role == TOP else TOP)
     if len(sides) == 0 or (across == BORDER).any():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Single faces and sides by their numbers: checks, places and neighbours, without looking at the whole mesh."""
+"""Single faces and sides by number: checks, places and neighbours, without a search through the whole mesh."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ def check_face(fabric: StitchMesh, face: int) -> None:
     """Check that a face exists.
 
     Raises:
-        ParameterError: it does not.
+        ParameterError: the face does not exist.
     """
     if not 0 <= face < fabric.face_count:
-        raise ParameterError(f"face {face}: is gone; the mesh has faces 0 to {fabric.face_count - 1}")
+        raise ParameterError(f"face {face}: does not exist; the mesh has faces 0 to {fabric.face_count - 1}")
 
 
 def check_side(fabric: StitchMesh, side: int, kind: str) -> None:
     """Check that a side exists and is a ``"course"``, ``"wale"`` or ``"top"`` side.
 
     Raises:
-        ParameterError: it does not, or is of another kind.
+        ParameterError: the side does not exist, or is of another kind.
     """
     if not 0 <= side < fabric.side_count:
-        raise ParameterError(f"side {side}: is gone; the mesh has sides 0 to {fabric.side_count - 1}")
+        raise ParameterError(f"side {side}: does not exist; the mesh has sides 0 to {fabric.side_count - 1}")
     role = fabric.role_of(side)
     if role not in {"course": (BOTTOM, TOP), "wale": (RIGHT, LEFT), "top": (TOP,)}[kind]:
         found = ("bottom", "right wale", "top", "left wale")[role]
@@ -33,7 +33,7 @@ def check_side(fabric: StitchMesh, side: int, kind: str) -> None:
 
 
 def course_place(fabric: StitchMesh, side: int) -> tuple[bool, int]:
-    """Whether a course side is on top of its face, and its place there from the left."""
+    """Whether a course side is on top of its face, and the place of the side there from the left."""
     face = int(fabric.side_face[side])
     place = side - int(fabric.face_start[face])
     n_bottom, n_top = int(fabric.n_bottom[face]), int(fabric.n_top[face])
@@ -41,14 +41,19 @@ def course_place(fabric: StitchMesh, side: int) -> tuple[bool, int]:
 
 
 def faces_beside(fabric: StitchMesh, side: int) -> tuple[int, int]:
-    """The faces left and right of a wale edge, given by either of its sides; ``BORDER`` where there is none.
+    """Return the faces to the left and right of a wale edge; ``BORDER`` where there is none.
+
+    Args:
+        fabric: a mesh of stitches.
+        side: either side of the edge.
 
     Raises:
-        ParameterError: they run opposite ways, or are one face.
+        ParameterError: the two faces have opposite wale directions, or are one face.
     """
     across, role = int(fabric.twin[side]), fabric.role_of(side)
     if across != BORDER and fabric.role_of(across) == role:
-        raise ParameterError(f"{fabric.side_name(side)}: its two faces run opposite ways; flip one of the rows first")
+        name = fabric.side_name(side)
+        raise ParameterError(f"{name}: its two faces run in opposite directions; flip one of the rows first")
     face = int(fabric.side_face[side])
     other = BORDER if across == BORDER else int(fabric.side_face[across])
     if face == other:

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Faces as an edit redraws them: chains of vertices and edges from left to right.
+"""Faces during an edit, as chains of vertices and edges from left to right.
 
-A ``Sketch`` takes a face out of the mesh when it is first asked for, so that it can be put back changed. Faces that
-were taken out come back in the order of their numbers, so that where none is dropped all keep their numbers.
+A ``Sketch`` removes a face from the mesh when the edit first asks for the face, so that a changed face can be added in
+its place. Removed faces are added again in the order of their numbers; if no face is dropped, all faces keep their
+numbers.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from stitchmesh.mesh.stitch import Stitch
 
 @dataclass(frozen=True)
 class Loop:
-    """Marks of the loop on a top side."""
+    """Marks of the loop at a top side, as in ``StitchMesh``."""
 
     twist: int = 0
     cable_shift: int = 0
@@ -37,14 +38,14 @@ class Loop:
 
 @dataclass(eq=False)
 class SketchFace:
-    """A stitch face while it is redrawn; all lists run from left to right."""
+    """A stitch face that an edit changes; all lists run from left to right."""
 
     name: str
-    """How messages name it."""
+    """Name of the face in messages."""
     low: list[int]
     """Vertices along the bottom, one more than bottom sides."""
     high: list[int]
-    """Vertices along the top."""
+    """Vertices along the top, one more than top sides."""
     below: list[Hashable]
     """Names of the bottom edges."""
     above: list[Hashable]
@@ -52,21 +53,22 @@ class SketchFace:
     left: Hashable
     """Name of the left wale edge."""
     right: Hashable
+    """Name of the right wale edge."""
     stitch: Stitch
     row: int
     yarn: int
     loops: list[Loop] = field(default_factory=list)
-    """Marks of the top sides."""
+    """Marks of the loops at the top sides; no marks by default."""
 
     def __post_init__(self) -> None:
         self.loops = self.loops or [Loop() for _ in self.above]
 
     def chain(self, on_top: bool) -> tuple[list[int], list[Hashable]]:
-        """Vertices and edges of its top or of its bottom."""
+        """Return the vertices and edges of the top or of the bottom."""
         return (self.high, self.above) if on_top else (self.low, self.below)
 
     def insert(self, on_top: bool, side: int, vertex: int, edges: tuple[Hashable, Hashable]) -> None:
-        """Divide a course side at a vertex into two edges; the loop on a top side gives both its twist."""
+        """Divide a course side at a vertex into two edges; at the top, both new loops take the twist of the old one."""
         vertices, names = self.chain(on_top)
         vertices.insert(side + 1, vertex)
         names[side : side + 1] = edges
@@ -74,7 +76,7 @@ class SketchFace:
             self.loops[side : side + 1] = [Loop(self.loops[side].twist)] * 2
 
     def widen(self, on_top: bool, place: int, vertices: tuple[int, int], edge: Hashable) -> None:
-        """Make two vertices of one on its top or its bottom, with a new course side between them."""
+        """Replace one vertex of the top or bottom by two vertices, with a new course side between them."""
         line, names = self.chain(on_top)
         line[place : place + 1] = vertices
         names.insert(place, edge)
@@ -82,27 +84,27 @@ class SketchFace:
             self.loops.insert(place, Loop())
 
     def close(self, on_top: bool, side: int) -> None:
-        """Take out a course side whose two ends are one vertex."""
+        """Remove a course side whose two ends are the same vertex."""
         vertices, names = self.chain(on_top)
         del vertices[side + 1], names[side]
         if on_top:
             del self.loops[side]
 
     def rename_edge(self, old: Hashable, new: Hashable) -> None:
-        """Give an edge another name wherever the face has it."""
+        """Rename an edge wherever it occurs in the face."""
         for names in (self.below, self.above):
             names[:] = [new if name == old else name for name in names]
         self.left, self.right = (new if name == old else name for name in (self.left, self.right))
 
     def turn(self) -> None:
-        """Turn its frame by half a turn; the marks of its loops are lost."""
+        """Turn the face by half a turn, so that its bottom becomes its top; the marks of its loops are lost."""
         self.low, self.high = self.high[::-1], self.low[::-1]
         self.below, self.above = self.above[::-1], self.below[::-1]
         self.left, self.right = self.right, self.left
         self.loops = [Loop() for _ in self.above]
 
-    def drawn(self) -> NewFace:
-        """The face to be put in."""
+    def new_face(self) -> NewFace:
+        """Return the face in the form that the patch adds."""
         return NewFace(
             corners=[*self.low, *self.high[::-1]],
             edges=[*self.below, self.right, *self.above[::-1], self.left],
@@ -112,17 +114,17 @@ class SketchFace:
 
 
 class Sketch:
-    """A patch in the making from faces that are redrawn, dropped and added."""
+    """A patch that is built from changed, dropped and added faces."""
 
     def __init__(self, fabric: StitchMesh) -> None:
-        """Start with a stitch mesh that stays as it is."""
+        """Start with a stitch mesh; the mesh is never modified."""
         self.fabric = fabric
-        self._draft = PatchBuilder(fabric)
+        self._builder = PatchBuilder(fabric)
         self._positions: list[FloatArray] = []
-        self._redrawn: dict[int, SketchFace] = {}
+        self._changed: dict[int, SketchFace] = {}
         self._dropped: set[int] = set()
         self._added: list[SketchFace] = []
-        self._unsettled: list[tuple[SketchFace, str | None]] = []
+        self._stitches_to_fit: list[tuple[SketchFace, str | None]] = []
 
     @cached_property
     def corners(self) -> VertexCorners:
@@ -130,48 +132,54 @@ class Sketch:
         return VertexCorners(self.fabric)
 
     def face(self, number: int) -> SketchFace:
-        """A face of the mesh, to be redrawn.
+        """Return a face of the mesh, to be changed.
 
         Raises:
-            ParameterError: there is no such face.
+            ParameterError: the face does not exist.
         """
-        if number not in self._redrawn:
-            self._redrawn[number] = face_of(self.fabric, number)
-            self._draft.remove(number)
-        return self._redrawn[number]
+        if number not in self._changed:
+            self._changed[number] = face_of(self.fabric, number)
+            self._builder.remove(number)
+        return self._changed[number]
 
     def drop(self, number: int) -> SketchFace:
-        """Take a face out for good; returns what it was."""
+        """Remove a face for good, and return the face."""
         self._dropped.add(number)
         return self.face(number)
 
     def add(self, face: SketchFace) -> None:
-        """Put a new face in."""
+        """Add a new face."""
         self._added.append(face)
 
     def vertex(self, position: ArrayLike) -> int:
-        """Put a vertex in [cm]; returns its number."""
+        """Add a vertex at a position [cm], shape (3,); return its number."""
         self._positions.append(np.asarray(position, dtype=np.float64))
-        return self._draft.vertex(self._positions[-1])
+        return self._builder.vertex(self._positions[-1])
 
     def position(self, vertex: int) -> FloatArray:
-        """Where a vertex lies, old or new [cm]."""
+        """Return the position of an old or new vertex [cm], shape (3,)."""
         count = len(self.fabric.vertices)
         place: FloatArray = self.fabric.vertices[vertex] if vertex < count else self._positions[vertex - count]
         return place
 
     def faces_around(self, vertices: Sequence[int]) -> list[int]:
-        """Faces of the mesh, those dropped not counted, that have one of some vertices."""
+        """Return the faces of the mesh at some vertices, without dropped faces."""
         corners = [corner for vertex in vertices for corner in self.corners.around(vertex)]
         return sorted({int(face) for face in self.fabric.side_face[corners]} - self._dropped)
 
     def merge(self, first: int, second: int, prefer: int | None = None) -> int:
-        """Make one vertex of the two ends of an edge, in all faces around them; returns its number.
+        """Merge the two ends of an edge to one vertex in all faces around them; return the number of that vertex.
 
-        The one on the border stays if only one of them lies there, else the one preferred, else the one at which
-        wale edges end if they do so only at one, else a vertex half way.
+        If only one end lies on a border, that end stays. Otherwise the preferred end stays. Without a preferred end,
+        the end at which wale edges meet stays if there are wale edges at one end only; otherwise a new vertex is added
+        half way between the two ends.
+
+        Args:
+            first: one end of the edge.
+            second: the other end of the edge.
+            prefer: the preferred end.
         """
-        keep = self._meeting_place(first, second, prefer)
+        keep = self._merged_vertex(first, second, prefer)
         old = {first, second} - {keep}
         for number in self.faces_around(sorted(old)):
             face = self.face(number)
@@ -179,7 +187,7 @@ class Sketch:
                 vertices[:] = [keep if vertex in old else vertex for vertex in vertices]
         return keep
 
-    def _meeting_place(self, first: int, second: int, prefer: int | None) -> int:
+    def _merged_vertex(self, first: int, second: int, prefer: int | None) -> int:
         ends = (first, second)
         on_border = [self.corners.is_on_border(vertex) for vertex in ends]
         if on_border[0] != on_border[1]:
@@ -191,49 +199,52 @@ class Sketch:
             return ends[bare.index(False)]
         return self.vertex(0.5 * (self.position(first) + self.position(second)))
 
-    def settle(self, face: SketchFace, code: str | None = None) -> None:
-        """Have a face take the stitch of a code, or the one like its own that fits its sides, when all is drawn."""
-        self._unsettled.append((face, code))
+    def fit_stitch(self, face: SketchFace, code: str | None = None) -> None:
+        """Choose the stitch of a face when the patch is made: the stitch of a code, or the one most like the old one.
+
+        The choice waits for the patch because it depends on the final sides of the face.
+        """
+        self._stitches_to_fit.append((face, code))
 
     def patch(self) -> Patch:
-        """What the sketch changes.
+        """Return the patch.
 
         Raises:
-            ParameterError: no stitch, or not the one named, fits a face.
-            MeshError: a face would visit a vertex twice.
+            ParameterError: no stitch fits a face, or the stitch that was asked for does not fit.
+            MeshError: a face would contain a vertex twice.
         """
-        redrawn = [self._redrawn[number] for number in sorted(self._redrawn) if number not in self._dropped]
-        faces = [*redrawn, *self._added]
+        changed = [self._changed[number] for number in sorted(self._changed) if number not in self._dropped]
+        faces = [*changed, *self._added]
         uses = self._edge_uses(faces)
-        for face, code in self._unsettled:
-            face.stitch = _settled(face, code, sum(uses[edge] == 1 for edge in face.below))
+        for face, code in self._stitches_to_fit:
+            face.stitch = _fitted_stitch(face, code, sum(uses[edge] == 1 for edge in face.below))
         for face in faces:
             corners = [*face.low, *face.high]
             if len(set(corners)) < len(corners):
-                raise MeshError(f"{face.name}: would touch itself in a vertex; there is no room for this edit")
-            self._draft.put(face.drawn())
-        return self._draft.patch()
+                raise MeshError(f"{face.name}: would touch itself in a vertex; there is no space for this edit")
+            self._builder.put(face.new_face())
+        return self._builder.patch()
 
     def _edge_uses(self, faces: list[SketchFace]) -> Counter[Hashable]:
-        """How many faces each edge will have."""
+        """Return the number of faces that will have each edge."""
         uses = Counter(edge for face in faces for edge in (*face.below, *face.above, face.left, face.right))
         for edge in list(uses):
             if isinstance(edge, int):
                 sides = {edge, int(self.fabric.twin[edge])} - {BORDER}
-                uses[edge] += sum(int(self.fabric.side_face[side]) not in self._redrawn for side in sides)
+                uses[edge] += sum(int(self.fabric.side_face[side]) not in self._changed for side in sides)
         return uses
 
     def course_side(self, side: int) -> tuple[SketchFace, bool, int]:
-        """The face of a course side, whether the side is on its top, and its place there from the left."""
+        """Return the face of a course side, whether the side is on its top, and the place there from the left."""
         face = self.face(int(self.fabric.side_face[side]))
         return face, *course_place(self.fabric, side)
 
 
 def face_of(fabric: StitchMesh, number: int) -> SketchFace:
-    """A face of a stitch mesh as it is.
+    """Return an unchanged face of a stitch mesh.
 
     Raises:
-        ParameterError: there is no such face.
+        ParameterError: the face does not exist.
     """
     check_face(fabric, number)
     start, n_bottom = int(fabric.face_start[number]), int(fabric.n_bottom[number])
@@ -251,17 +262,17 @@ def face_of(fabric: StitchMesh, number: int) -> SketchFace:
     )  # fmt: skip
 
 
-def like(face: SketchFace, **changes: object) -> SketchFace:
-    """A new face of the same row and yarn."""
+def face_like(face: SketchFace, **changes: object) -> SketchFace:
+    """Return a new face that equals another except for the given fields, and without marks of loops."""
     return replace(face, name=f"the face beside {face.name}", loops=[], **changes)  # type: ignore[arg-type]
 
 
-def _settled(face: SketchFace, code: str | None, free: int) -> Stitch:
-    """The stitch that a face takes."""
+def _fitted_stitch(face: SketchFace, code: str | None, free: int) -> Stitch:
+    """Return the new stitch of a face; ``free`` is the number of its bottom edges on the border."""
     n_bottom, n_top = len(face.below), len(face.above)
     stitch = fitting_stitch(face.stitch, n_bottom, n_top, free) if code is None else stitch_named(code)
     if stitch is None:
         sides = f"{n_bottom} bottom and {n_top} top sides"
-        raise ParameterError(f"{face.name}: would have {sides}; no stitch has them, make the edit elsewhere")
+        raise ParameterError(f"{face.name}: would have {sides}; no stitch has these, make the edit elsewhere")
     check_fit(face.name, stitch, n_bottom, n_top, free)
     return stitch

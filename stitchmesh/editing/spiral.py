@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ring rows into a spiral, as they are knitted, and back (Yuksel et al. 2012, section 4.3, figure 7).
+"""Conversion of ring rows to a spiral, as tubes are knit by hand, and back (Yuksel et al. 2012, section 4.3, figure 7).
 
-Let s_0 .. s_R be the vertices of a wale, the seam, upwards through R rings. The last face of ring r, left of the seam,
-takes s_(r+1) and s_(r+2) for the corners of its right wale side in place of s_r and s_(r+1): it becomes the neighbour
-of the first face of ring r + 1. Above the top ring that takes one new vertex. Which course sides lie across one
-another does not change. Every other vertex climbs along its wale (``climb``).
+Let s_0 .. s_R be the vertices of a wale, the seam, upwards through R rings. The last face of ring r lies to the left of
+the seam. The ends of its right wale side change from s_r and s_(r+1) to s_(r+1) and s_(r+2), so that this face becomes
+the neighbour of the first face of ring r + 1. The top ring needs one new vertex above the seam. The twins of course
+sides stay unchanged. Every other vertex moves along its wale (``climb``).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from stitchmesh.editing.climb import climb
-from stitchmesh.editing.reconnect import corner_fans, reconnected
+from stitchmesh.editing.reconnect import corner_fans, reconnect
 from stitchmesh.editing.ring_rows import Turns, ring_stacks
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
@@ -24,81 +24,92 @@ from stitchmesh.mesh.courses import Course, find_courses
 
 
 def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
-    """Turn stacked rings into one row that climbs around the tube, so that it is one yarn with two ends.
+    """Convert stacked rings to one row that rises around the tube, so that a single yarn with two ends knits the tube.
 
-    Every stack of two or more rings is turned, or the one that a given face lies in. A row drawn together at its top
-    stays a ring that the spiral leads into. Where no wale runs through a whole stack, it is turned in pieces, each as
-    tall as its tallest wale. Rows keep their numbers, one to each turn. Relax the mesh of stitches first: a border
-    that climbs does not lie on the border of the surface.
+    All stacks of two or more rings are converted, or only the stack that contains a given face. A row that is drawn
+    together at its top stays a ring; the spiral leads into this ring. If no wale runs through a whole stack, the stack
+    is divided into parts, each as tall as its longest wale. The row numbers stay the same; each turn of the spiral has
+    one number. The mesh of stitches should be relaxed first, because the border of a spiral rises and does not follow
+    the border of the surface.
 
     Args:
-        fabric: stitch faces.
-        seam: a face; the seam runs along its left wale side. Where None, one is chosen in every stack.
+        fabric: a mesh of stitches.
+        seam: a face; the seam runs along the left wale side of this face. By default a seam is chosen in every stack.
 
     Returns:
-        The same faces; one vertex more for each stack turned.
+        The same faces, with one more vertex for each converted part.
 
     Raises:
-        ParameterError: the seam is no face of two stacked rings.
+        ParameterError: the face of the seam does not exist or does not lie in two stacked rings, or the mesh repeats on
+            a lattice.
     """
     if fabric.lattice is not None:
-        raise ParameterError("spiral: got a patch that repeats on a lattice; its rows are no rings of a tube")
-    turned: list[Turns] = []
-    for stack in _stacks_to_turn(fabric, seam):
-        turned += _cut(fabric, stack, seam, {end for turns in turned for end in _ends(fabric, turns)})
-    if not turned and seam is not None:
+        raise ParameterError("spiral: got a patch that repeats on a lattice; its rows are not rings of a tube")
+    parts: list[Turns] = []
+    for stack in _stacks_to_convert(fabric, seam):
+        parts += _cut_stack(fabric, stack, seam, {end for turns in parts for end in _ends(fabric, turns)})
+    if not parts and seam is not None:
         raise ParameterError(f"seam: the wale left of face {seam} does not run through two rings; choose another face")
-    for turns in turned:
-        fabric = _turned(fabric, turns)
+    for turns in parts:
+        fabric = _to_spiral(fabric, turns)
     return fabric
 
 
 def unspiral(fabric: StitchMesh) -> StitchMesh:
-    """Turn every spiral back into rings: the inverse of ``make_spiral``, exact in how faces are connected.
+    """Convert every spiral back to rings: the inverse of ``make_spiral``, exact in the connections of the faces.
 
-    Vertices come down their wales by the share that they climbed, exactly where wales are straight and even. A spiral
-    is a row whose faces change their row number on the way, upwards by turns.
+    Vertices move down their wales by the fraction by which they moved up; the result is exact where wales are straight
+    and evenly divided. A spiral is a row whose row number increases from turn to turn.
     """
     for turns in _spirals(fabric):
-        fabric = _unturned(fabric, turns)
+        fabric = _to_rings(fabric, turns)
     return fabric
 
 
-def _stacks_to_turn(fabric: StitchMesh, seam: int | None) -> list[list[Course]]:
+def _stacks_to_convert(fabric: StitchMesh, seam: int | None) -> list[list[Course]]:
     if seam is not None and not 0 <= seam < fabric.face_count:
         raise ParameterError(f"seam: got face {seam}; the mesh has faces 0 to {fabric.face_count - 1}")
     return [stack for stack in ring_stacks(fabric) if seam is None or any(seam in ring.faces for ring in stack)]
 
 
 def _is_closing(fabric: StitchMesh, ring: Course) -> bool:
-    """Whether a ring's wales all begin, or all end, in one vertex."""
+    """Whether all wales of a ring begin in one vertex, or all end in one vertex."""
     faces = list(ring.faces)
     return not fabric.n_top[faces].any() or not fabric.n_bottom[faces].any()
 
 
-def _cut(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[Turns]:
-    """The stack in pieces of two rings and more, each with a seam through all of it that ends in free vertices."""
+def _cut_stack(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[Turns]:
+    """Divide a stack into parts of at least two rings.
+
+    A seam runs through the whole of each part, and the vertices at its ends are not used by another seam.
+
+    Args:
+        fabric: a mesh of stitches.
+        stack: rings from below.
+        seam: a face beside the seam, or None to choose the longest seam.
+        taken: vertices at the ends of other seams.
+    """
     own = {face for ring in stack for face in ring.faces}
     stack = [ring for ring in stack if not _is_closing(fabric, ring)]
     level = {face: number for number, ring in enumerate(stack) for face in ring.faces}
     starts = {int(fabric.face_vertex[fabric.face_start[face]]): face for face in level}
-    pieces, lowest = [], 0
+    parts, lowest = [], 0
     while lowest < len(stack):
         columns = [_column(fabric, face, starts) for face in stack[lowest].faces]
         if seam is not None:
             columns = [column for column in columns if seam in column]
-        possible = [Turns([_from(stack[level[face]].faces, face) for face in column]) for column in columns]
+        possible = [Turns([_start_at(stack[level[face]].faces, face) for face in column]) for column in columns]
         possible = [_with_free_ends(fabric, turns, own) for turns in possible]
         possible = [turns for turns in possible if turns.rings and not taken & _ends(fabric, turns)]
         turns = max(possible, key=lambda each: len(each.rings), default=Turns([]))
         if len(turns.rings) > 1:
-            pieces.append(turns)
+            parts.append(turns)
         lowest = level[turns.firsts[-1]] + 1 if turns.rings else lowest + 1
-    return pieces
+    return parts
 
 
 def _column(fabric: StitchMesh, face: int, starts: dict[int, int]) -> list[int]:
-    """Faces right of the wale that runs up from the left wale side of a face, as far as it runs through the rings."""
+    """Return the faces to the right of the wale that rises from the left wale side of a face, through all rings."""
     column = [face]
     while (above := starts.get(int(fabric.face_vertex[fabric.left_wale[column[-1]]]), BORDER)) not in (BORDER, face):
         column.append(above)
@@ -106,7 +117,7 @@ def _column(fabric: StitchMesh, face: int, starts: dict[int, int]) -> list[int]:
 
 
 def _ends(fabric: StitchMesh, turns: Turns) -> set[int]:
-    """The vertices at both ends of a seam, and those that the wales opened beyond them reach."""
+    """Return the vertices at both ends of a seam, and the far ends of the wales that are opened beyond the seam."""
     lowest, highest = int(fabric.face_start[turns.firsts[0]]), _top_right(fabric, turns.rings[-1])
     ends = {int(fabric.face_vertex[side]) for side in (lowest, highest)}
     opened = [fabric.side_next[fabric.twin[side]] for side in (lowest, highest) if fabric.twin[side] != BORDER]
@@ -114,7 +125,7 @@ def _ends(fabric: StitchMesh, turns: Turns) -> set[int]:
 
 
 def _with_free_ends(fabric: StitchMesh, turns: Turns, own: set[int]) -> Turns:
-    """The turns without those that no spiral can start or end with."""
+    """Return the turns without the rings at which no spiral can start or end."""
     rings = turns.rings
     while rings and not _may_end(fabric, _top_right(fabric, rings[-1]), _top_left(fabric, rings[-1]), own):
         rings = rings[:-1]
@@ -124,25 +135,25 @@ def _with_free_ends(fabric: StitchMesh, turns: Turns, own: set[int]) -> Turns:
 
 
 def _top_right(fabric: StitchMesh, ring: Sequence[int]) -> int:
-    """The top side left of the seam, which begins there."""
+    """Return the top side to the left of the seam, which begins at the seam."""
     return int(fabric.side_next[fabric.right_wale[ring[-1]]])
 
 
 def _top_left(fabric: StitchMesh, ring: Sequence[int]) -> int:
-    """The top side right of the seam, which ends there."""
+    """Return the top side to the right of the seam, which ends at the seam."""
     return int(fabric.side_previous[fabric.left_wale[ring[0]]])
 
 
 def _bottom_right(fabric: StitchMesh, ring: Sequence[int]) -> int:
-    """The bottom side left of the seam, which ends there."""
+    """Return the bottom side to the left of the seam, which ends at the seam."""
     return int(fabric.side_previous[fabric.right_wale[ring[-1]]])
 
 
 def _may_end(fabric: StitchMesh, begins: int, ends: int, own: set[int]) -> bool:
     """Whether a spiral may end between two course sides that begin and end at the seam.
 
-    Across from both is a border, or a ring of this stack whose two stitches there share the wale to open; that must
-    not reach another border.
+    Both sides must lie on a border, or face a ring of the same stack. In the second case the two stitches of that ring
+    share a wale edge, which is opened; the far end of this edge must not lie on another border.
     """
     if fabric.is_wale[[begins, ends]].any():
         return False
@@ -156,13 +167,13 @@ def _may_end(fabric: StitchMesh, begins: int, ends: int, own: set[int]) -> bool:
     return bool(shared and is_inside) and int(fabric.side_face[across]) in own
 
 
-def _from(faces: tuple[int, ...], first: int) -> list[int]:
+def _start_at(faces: tuple[int, ...], first: int) -> list[int]:
     place = faces.index(first)
     return [*faces[place:], *faces[:place]]
 
 
-def _turned(fabric: StitchMesh, turns: Turns) -> StitchMesh:
-    """Connect each ring to the next along the seam and let the vertices climb."""
+def _to_spiral(fabric: StitchMesh, turns: Turns) -> StitchMesh:
+    """Connect each ring to the next ring along the seam, and move the vertices up along their wales."""
     twin = fabric.twin.copy()
     top = _top_right(fabric, turns.rings[-1])
     for side in (top, int(fabric.face_start[turns.firsts[0]])):
@@ -172,24 +183,24 @@ def _turned(fabric: StitchMesh, turns: Turns) -> StitchMesh:
     for last, first in zip(turns.lasts[:-1], turns.firsts[1:], strict=True):
         _join(twin, int(fabric.right_wale[last]), int(fabric.left_wale[first]))
     corner = _corners(fabric, twin, turns, {top: len(fabric.vertices)})
-    return reconnected(fabric, climb(fabric, turns, up=True), corner, twin)
+    return reconnect(fabric, climb(fabric, turns, up=True), corner, twin)
 
 
-def _unturned(fabric: StitchMesh, turns: Turns) -> StitchMesh:
-    """Connect the turns of a spiral to rings and let the vertices come down."""
+def _to_rings(fabric: StitchMesh, turns: Turns) -> StitchMesh:
+    """Connect each turn of a spiral to a ring, and move the vertices down along their wales."""
     twin = fabric.twin.copy()
     for side in (int(fabric.right_wale[turns.lasts[-1]]), int(fabric.left_wale[turns.firsts[0]])):
         _close_outside(fabric, twin, side)
     for last, first in zip(turns.lasts, turns.firsts, strict=True):
         _join(twin, int(fabric.right_wale[last]), int(fabric.left_wale[first]))
     corner = _corners(fabric, twin, turns, {})
-    spare = int(np.flatnonzero(np.bincount(corner, minlength=len(fabric.vertices)) == 0)[0])
-    rings = reconnected(fabric, np.delete(fabric.vertices, spare, axis=0), corner - (corner > spare), twin)
+    unused = int(np.flatnonzero(np.bincount(corner, minlength=len(fabric.vertices)) == 0)[0])
+    rings = reconnect(fabric, np.delete(fabric.vertices, unused, axis=0), corner - (corner > unused), twin)
     return replace(rings, vertices=climb(rings, turns, up=False)[:-1])
 
 
 def _open_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
-    """Open the wale that goes on from the seam across a course side which begins there."""
+    """Open the wale edge that continues the seam across a course side that begins at the seam."""
     if fabric.twin[side] == BORDER:
         return
     wale = int(fabric.side_next[fabric.twin[side]])
@@ -199,7 +210,7 @@ def _open_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
 
 
 def _close_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
-    """Close the wale that the end of a spiral opened: with the side it makes a hole of three."""
+    """Close the wale edge that was opened at the end of a spiral: together with a side it bounds a hole of three."""
     first = fabric.next_border_side(side)
     second = fabric.next_border_side(first)
     if fabric.next_border_side(second) == side and fabric.is_wale[[first, second]].all():
@@ -207,7 +218,16 @@ def _close_outside(fabric: StitchMesh, twin: IntArray, side: int) -> None:
 
 
 def _corners(fabric: StitchMesh, twin: IntArray, turns: Turns, named: dict[int, int]) -> IntArray:
-    """Vertex of each corner once sides have other twins: one to each fan, named by its corners right of the seam."""
+    """Return the vertex of each corner for new twins, shape (C,).
+
+    Each fan of corners has one vertex: the one that its corners to the right of the seam had before.
+
+    Args:
+        fabric: a mesh of stitches.
+        twin: the new twins, shape (C,).
+        turns: the rings or turns along the seam.
+        named: vertices of further corners, by corner.
+    """
     fan = corner_fans(fabric, twin)
     low, firsts = fabric.right_wale[turns.lasts], np.array(turns.firsts)
     right_of_seam = np.concatenate([fabric.face_start[:-1][firsts], fabric.left_wale[firsts]])
@@ -225,7 +245,7 @@ def _join(twin: IntArray, first: int, second: int) -> None:
 
 
 def _spirals(fabric: StitchMesh) -> list[Turns]:
-    """Rows that climb, by turns."""
+    """Return all rows whose row number increases along the row, divided into turns."""
     found = []
     for course in find_courses(fabric, climbing=True):
         faces = np.array(course.faces)

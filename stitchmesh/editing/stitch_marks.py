@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits that leave all sides as they are: stitches, twists of loops, yarns."""
+"""Edits that change only marks of faces and sides: stitches, twists of loops, yarns."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from stitchmesh.mesh.change import Change, Marks
 
 
 def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list[Change]:
-    """Knit some faces with another stitch, one for as many loops below and above.
+    """Replace the stitch of some faces by another stitch with as many loops below and above.
 
     Args:
-        fabric: stitch faces.
-        faces: which of them.
+        fabric: a mesh of stitches.
+        faces: numbers of the faces.
         stitch: code of the stitch, ``cast-on`` or ``draw-through``.
 
     Raises:
-        ParameterError: a face is gone or has other sides, the stitch is unknown, or takes loops where the border is.
+        ParameterError: a face does not exist or has other sides, the stitch is unknown, or the stitch works loops at a
+            border.
     """
     wanted, places = stitch_named(stitch), _faces(fabric, faces)
     for face in places.tolist():
@@ -35,15 +36,15 @@ def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list
 
 
 def twist_loop(fabric: StitchMesh, side: int, twist: int) -> list[Change]:
-    """Give the loop on a top side half a turn, or none.
+    """Set the half turn of the loop at a top side.
 
     Args:
-        fabric: stitch faces.
+        fabric: a mesh of stitches.
         side: the top side.
-        twist: 1 where the leg from the left is in front, -1 where it is behind, 0 for no twist.
+        twist: 1 if the leg that comes from the left lies in front, -1 if it lies behind, 0 for no twist.
 
     Raises:
-        ParameterError: the side is no top side, or the twist is another number.
+        ParameterError: the side is not a top side, or the twist is not -1, 0 or 1.
     """
     check_side(fabric, side, "top")
     if twist not in (-1, 0, 1):
@@ -54,23 +55,23 @@ def twist_loop(fabric: StitchMesh, side: int, twist: int) -> list[Change]:
 def stripe(
     fabric: StitchMesh, yarn: int, rows: Sequence[int] | None = None, faces: Sequence[int] | None = None
 ) -> list[Change]:
-    """Knit rows or faces with another yarn.
+    """Change the yarn of rows or faces.
 
     Args:
-        fabric: stitch faces.
+        fabric: a mesh of stitches.
         yarn: number of the yarn, from 0.
         rows: numbers of whole rows.
-        faces: single faces.
+        faces: numbers of single faces.
 
     Raises:
-        ParameterError: a row or a face is gone, neither is given, or the yarn's number is negative.
+        ParameterError: a row or a face does not exist, neither is given, or the number of the yarn is negative.
     """
     if yarn < 0:
         raise ParameterError(f"yarn: got {yarn}; yarns are numbered from 0")
     numbers = np.unique(np.asarray(rows or [], dtype=np.int64))
     missing = numbers[~np.isin(numbers, fabric.row)]
     if len(missing):
-        raise ParameterError(f"row {missing[0]}: is gone; the mesh has rows 0 to {fabric.row.max()}")
+        raise ParameterError(f"row {missing[0]}: does not exist; the mesh has rows 0 to {fabric.row.max()}")
     places = np.flatnonzero(np.isin(fabric.row, numbers))
     if faces or not rows:
         places = np.union1d(places, _faces(fabric, faces or []))
@@ -78,7 +79,7 @@ def stripe(
 
 
 def _faces(fabric: StitchMesh, faces: Sequence[int]) -> IntArray:
-    """Some faces, each once, ascending."""
+    """Check some faces; return each face once, in ascending order."""
     if not faces:
         raise ParameterError("faces: got none; expected at least one")
     for face in faces:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The corners around each vertex of a stitch mesh, found by walking from face to face."""
+"""The corners around each vertex of a stitch mesh, found by steps from face to face."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from stitchmesh.mesh import BORDER, BOTTOM, TOP, StitchMesh
 
 
 class VertexCorners:
-    """One corner of each vertex, from which the others are found."""
+    """A table of one corner of each vertex, from which the other corners are found."""
 
     def __init__(self, fabric: StitchMesh) -> None:
-        """Look one corner of each vertex up."""
+        """Find one corner of each vertex."""
         self._fabric = fabric
         self._corner = np.empty(len(fabric.vertices), dtype=np.int64)
         self._corner[fabric.face_vertex] = np.arange(fabric.side_count)
 
     def around(self, vertex: int) -> list[int]:
-        """The corners at a vertex; none where it is not of the stitch mesh."""
+        """Return the corners at a vertex; an empty list for a vertex that is not part of the mesh."""
         if vertex >= len(self._corner):
             return []
         fabric, first = self._fabric, int(self._corner[vertex])
@@ -34,7 +34,7 @@ class VertexCorners:
         return corners
 
     def sides(self, vertex: int) -> list[int]:
-        """All sides that start or end at a vertex."""
+        """Return all sides that start or end at a vertex."""
         corners = self.around(vertex)
         return [*corners, *(int(self._fabric.side_previous[corner]) for corner in corners)]
 

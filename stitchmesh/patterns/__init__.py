@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knitting patterns: rows of stitches, the text language and the colour charts they are written in, a library.
+"""Knitting patterns: rows of stitches, the text language and the charts that describe them, and a library.
 
 Names are loaded when first used, so that the command line starts without the languages of patterns.
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The library of patterns that comes with the package, and patterns from files."""
+"""The library of patterns that comes with the package, and the reading of patterns from files."""
 
 from __future__ import annotations
 
@@ -20,28 +20,33 @@ from stitchmesh.patterns.pattern import Pattern
 
 SUFFIX = ".knit"
 _PACKAGE = Path(__file__).resolve().parent.parent
-_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
-"""Where the library lies: in an installed package, or beside it in the repository."""
+_PATTERN_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
+"""Folders that may hold the library: inside an installed package, or beside the package in the repository."""
+
+
+def pattern_folder() -> Path:
+    """Return the folder that holds the patterns and the weaves of the library."""
+    return next((folder for folder in _PATTERN_FOLDERS if folder.is_dir()), _PATTERN_FOLDERS[0])
 
 
 def pattern_names() -> tuple[str, ...]:
-    """The names of the library's patterns, sorted."""
-    return tuple(sorted(path.stem for path in _folder().glob(f"*{SUFFIX}")))
+    """Return the names of the library's patterns, sorted."""
+    return tuple(sorted(path.stem for path in pattern_folder().glob(f"*{SUFFIX}")))
 
 
 def read_pattern(name_or_path: FilePath) -> Pattern:
-    """A pattern of the library, or of a file.
+    """Read a pattern from the library or from a file.
 
     Args:
-        name_or_path: a name of ``pattern_names``, such as ``rib2x2``; else the path of a text file in the language of
-            ``docs/patterns.md``, of tile codes alone (``.leaf``, or ``.txt`` that does not begin with a statement), of
-            tile codes painted (``.leaf.png``), or of a colour chart (``.png``). What has neither folder nor suffix is
-            a name.
+        name_or_path: a name of ``pattern_names``, such as ``rib2x2``, or the path of a file. The file is a text in the
+            language of ``docs/patterns.md``, a text of tile codes alone (``.leaf``, or ``.txt`` that does not begin
+            with a statement), an image of tile codes (``.leaf.png``), or an image of yarn colours (``.png``). A
+            string with neither a folder nor a suffix is taken as a name.
 
     Raises:
         ParameterError: the library has no pattern of that name.
         FileError: the file cannot be read, is empty or holds binary data.
-        PatternError: the text says no pattern; with line and column.
+        PatternError: the file does not describe a valid pattern; the message gives the line and the column.
     """
     path = Path(name_or_path)
     if path.name == fspath(name_or_path) and not path.suffix:
@@ -59,13 +64,9 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
 
 @cache
 def _from_library(name: str) -> Pattern:
-    path = _folder() / f"{name}{SUFFIX}"
+    path = pattern_folder() / f"{name}{SUFFIX}"
     if name not in pattern_names():
         near = difflib.get_close_matches(name.lower(), pattern_names(), n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else "a file needs its suffix"
+        hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
         raise ParameterError(f"pattern {name!r}: is not in the library of {len(pattern_names())} patterns; {hint}")
     return parse_pattern("\n".join(read_lines(path)), path.name)
-
-
-def _folder() -> Path:
-    return next((folder for folder in _FOLDERS if folder.is_dir()), _FOLDERS[0])

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knitting patterns: rows of stitches that repeat to the right, and upwards where they close.
+"""Knitting patterns: rows of stitches that repeat to the right, and upwards if the pattern closes.
 
-A pattern describes fabric, not the way to it: everything in it is seen from the right side, left to right, and rows
-run from the bottom up, whatever side they were written from. Each row has three sections: a left border, the tile
-that repeats, and a right border; borders stand once, at the edges of a panel.
+A pattern describes the fabric, not the instructions that make it: all stitches are seen from the right side and listed
+from left to right, and the rows are listed from the bottom up, whichever side the instructions were written for. Each
+row has three sections: a left border, a tile, and a right border. The tile repeats across the row. Each border occurs
+once, at the edge of a panel.
 """
 
 from __future__ import annotations
@@ -25,19 +26,19 @@ class Cell:
     """One stitch of a chart.
 
     Raises:
-        PatternError: the stitch cannot stand in a chart, or it has a wrong number of twists, or a yarn below 0.
+        PatternError: the stitch is not one of ``VOCABULARY``, the number of twists is wrong, or the yarn is negative.
     """
 
     stitch: Stitch
-    """What is worked; a stitch of ``VOCABULARY``."""
+    """Type of the stitch, one of ``VOCABULARY``."""
     twist: tuple[int, ...] = ()
-    """Half turn of each loop on top, left to right: -1, 0 or 1 as in ``StitchMesh.twist``; all 0 where not given."""
+    """Half turn of each top loop, left to right: -1, 0 or 1 as in ``StitchMesh.twist``; all 0 by default."""
     yarn: int = 0
-    """Which yarn it is worked with, numbered like colours."""
+    """Number of the yarn of the stitch, from 0."""
 
     def __post_init__(self) -> None:
         if self.stitch not in VOCABULARY:
-            raise PatternError(f"stitch {self.stitch!r}: cannot stand in a pattern; expected one of stitch.VOCABULARY")
+            raise PatternError(f"stitch {self.stitch!r}: cannot occur in a pattern; expected one of stitch.VOCABULARY")
         if not self.twist:
             object.__setattr__(self, "twist", (0,) * self.n_top)
         if len(self.twist) != self.n_top or any(twist not in (-1, 0, 1) for twist in self.twist):
@@ -48,25 +49,26 @@ class Cell:
 
     @property
     def n_bottom(self) -> int:
-        """Number of loops it is worked on."""
+        """Number of loops the stitch is worked on."""
         return SIDE_COUNTS[self.stitch][0]
 
     @property
     def n_top(self) -> int:
-        """Number of loops it leaves."""
+        """Number of loops the stitch makes."""
         return SIDE_COUNTS[self.stitch][1]
 
 
 @dataclass(frozen=True)
 class Loop:
-    """How a loop of the row below is held when it is worked: moved by a cable, or entered through its back leg."""
+    """How a stitch holds a loop of the row below: the loop may be moved by a cable or worked through its back leg."""
 
     shift: int = 0
-    """How many loops to the right it is moved before it is worked, as ``StitchMesh.cable_shift``."""
+    """Number of places the loop is moved to the right before it is worked, as in ``StitchMesh.cable_shift``."""
     layer: int = 0
-    """Of loops that cross, the one of the higher number lies in front, as ``StitchMesh.cable_layer``; else 0."""
+    """Layer of a loop that crosses others, as in ``StitchMesh.cable_layer``: the loop with the higher layer lies in
+    front. A loop that crosses no other has layer 0."""
     twist: int = 0
-    """Half turn that the stitch above gives it: -1 where it is worked through the back leg."""
+    """Half turn that the stitch above gives to the loop: -1 if the stitch is worked through the back leg."""
 
 
 @dataclass(frozen=True)
@@ -74,18 +76,18 @@ class Row:
     """One row of a pattern.
 
     Raises:
-        PatternError: the tile has no loop below or on top, the borders are wider than the row, there are not as many
-            loops as the stitches are worked on, or a cable does not stay within its section.
+        PatternError: the tile has no loops at its bottom or top, the borders are wider than the row, the number of
+            loops differs from what the stitches are worked on, or a cable crosses the limits of its section.
     """
 
     cells: tuple[Cell, ...]
-    """Its stitches, left to right as seen from the right side."""
+    """Stitches of the row, left to right as seen from the right side."""
     loops: tuple[Loop, ...] = ()
-    """How each loop of the row below is held, left to right as they come; all plain where not given."""
+    """How each loop of the row below is held, left to right before any crossing; all plain by default."""
     left: int = 0
-    """How many cells at the left are the left border."""
+    """Number of cells in the left border."""
     right: int = 0
-    """How many cells at the right are the right border."""
+    """Number of cells in the right border."""
 
     def __post_init__(self) -> None:
         if self.left < 0 or self.right < 0 or self.left + self.right > len(self.cells):
@@ -115,42 +117,42 @@ class Row:
 
     @cached_property
     def bottoms(self) -> tuple[int, int, int]:
-        """How many loops each section is worked on."""
+        """Number of loops each section is worked on."""
         left, tile, right = (sum(cell.n_bottom for cell in section) for section in self.sections)
         return left, tile, right
 
     @cached_property
     def tops(self) -> tuple[int, int, int]:
-        """How many loops each section leaves."""
+        """Number of loops each section makes."""
         left, tile, right = (sum(cell.n_top for cell in section) for section in self.sections)
         return left, tile, right
 
     @property
     def n_bottom(self) -> int:
-        """How many loops the row is worked on, with the tile once."""
+        """Number of loops the row is worked on, with the tile counted once."""
         return sum(self.bottoms)
 
     @property
     def n_top(self) -> int:
-        """How many loops the row leaves, with the tile once."""
+        """Number of loops the row makes, with the tile counted once."""
         return sum(self.tops)
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """A pattern: rows from the bottom up.
+    """A knitting pattern: its rows from the bottom up.
 
     Raises:
-        PatternError: there are no rows, a name cannot be written down, the loops of a section do not carry over from
-            one row to the next, or a loop is twisted twice.
+        PatternError: there are no rows, the name or source holds quotes or line ends, the number of loops in a section
+            differs between the top of a row and the bottom of the next row, or a loop is twisted twice.
     """
 
     name: str
-    """What knitters call it."""
+    """The name knitters use for the pattern."""
     source: str
-    """Where it comes from."""
+    """The publication or tradition from which the pattern comes."""
     rows: tuple[Row, ...]
-    """Rows from the bottom up."""
+    """Rows of the pattern, from the bottom up."""
 
     def __post_init__(self) -> None:
         for text in (self.name, self.source):
@@ -164,7 +166,7 @@ class Pattern:
 
     @property
     def width(self) -> int:
-        """Loops of the tile at the bottom."""
+        """Number of loops at the bottom of the tile."""
         return self.rows[0].bottoms[1]
 
     @property
@@ -174,19 +176,24 @@ class Pattern:
 
     @cached_property
     def closes(self) -> bool:
-        """Whether the last row leaves as many loops in each section as the first is worked on: it repeats upwards."""
+        """Whether the pattern repeats upwards: in each section the last row makes the loops the first row needs."""
         return self.rows[-1].tops == self.rows[0].bottoms
 
     @property
     def yarn_count(self) -> int:
-        """How many yarns it takes: one more than the highest number."""
+        """Number of yarns in the pattern: one more than the highest yarn number."""
         return 1 + max(cell.yarn for row in self.rows for cell in row.cells)
 
     def loops_above(self, row: int) -> tuple[Loop, ...]:
-        """The marks of the loops on top of a row: its own twists and how the next row holds them.
+        """Return the marks of the loops on top of a row.
 
-        These are ``twist``, ``cable_shift`` and ``cable_layer`` of the top sides of a stitch mesh, left to right, the
-        tile once. The row after the last is the first where the pattern closes; else the last loops are held plainly.
+        A mark combines the twist from the stitches of this row with the way the next row holds the loop. The marks are
+        ``twist``, ``cable_shift`` and ``cable_layer`` of the top sides of a stitch mesh, left to right, with the tile
+        counted once. If the pattern closes, the first row follows the last row; otherwise the top loops of the last
+        row are held plainly.
+
+        Args:
+            row: index of the row, from 0.
         """
         twists = [twist for cell in self.rows[row].cells for twist in cell.twist]
         last = row + 1 == self.height
@@ -197,50 +204,56 @@ class Pattern:
 
 
 def check_closes(pattern: Pattern) -> None:
-    """Check that a pattern repeats upwards: its last row leaves the loops that its first is worked on.
+    """Check that a pattern repeats upwards: the last row makes the loops that the first row is worked on.
 
     Raises:
-        PatternError: it does not; with the section, both counts, and the rows that change counts.
+        PatternError: the numbers of loops differ. The message gives the section, both numbers and the rows that change
+            the number of loops.
     """
     last, first = pattern.rows[-1], pattern.rows[0]
-    for index, (left, worked) in enumerate(zip(last.tops, first.bottoms, strict=True)):
-        if left == worked:
+    for index, (made, worked) in enumerate(zip(last.tops, first.bottoms, strict=True)):
+        if made == worked:
             continue
         changes = [(number, row.tops[index] - row.bottoms[index]) for number, row in enumerate(pattern.rows, start=1)]
         by_rows = first_few([f"row {number} by {change:+d}" for number, change in changes if change])
         where = f"pattern {pattern.name!r}, row {pattern.height}"
-        found = f"its {SECTIONS[index]} leaves {left} loops, but row 1 is worked on {worked}"
-        raise PatternError(f"{where}: {found}; to repeat upwards, mend what changes the count: {by_rows}")
+        found = f"its {SECTIONS[index]} leaves {made} loops, but row 1 is worked on {worked}"
+        raise PatternError(f"{where}: {found}; to repeat upwards, correct the rows that change the count: {by_rows}")
 
 
 def first_fault(rows: Sequence[Row]) -> tuple[int, str] | None:
-    """The first row, numbered from 0, that does not fit on the row below, and why."""
+    """Return the first row, numbered from 0, that does not fit the row below it, and the reason; None if all fit."""
     pairs = [(index, rows[index - 1], rows[index]) for index in range(1, len(rows))]
     if rows[-1].tops == rows[0].bottoms:
         pairs.append((0, rows[-1], rows[0]))
     for index, below, row in pairs:
-        fault = _misfit(below, row)
+        fault = _mismatch(below, row)
         if fault:
             return index, fault
     return None
 
 
-def _misfit(below: Row, row: Row) -> str | None:
+def _mismatch(below: Row, row: Row) -> str | None:
     for section, made, worked in zip(SECTIONS, below.tops, row.bottoms, strict=True):
         if made != worked:
-            return f"its {section} is worked on {worked} loops, but the row below leaves {made}; counts must carry over"
+            found = f"its {section} is worked on {worked} loops, but the row below leaves {made}"
+            return f"{found}; expected equal numbers"
     twists = [twist for cell in below.cells for twist in cell.twist]
     for place, (twist, loop) in enumerate(zip(twists, row.loops, strict=True)):
         if abs(twist + loop.twist) > 1:
-            return f"loop {place + 1} from the left is twisted twice the same way; expected one half turn at most"
+            return f"loop {place + 1} from the left is twisted twice in one direction; expected one half turn at most"
     return None
 
 
 def check_cables(loops: Sequence[Loop], widths: Sequence[int]) -> None:
-    """Check that the loops of each section are reordered among themselves and never collide.
+    """Check that cables permute the loops of each section among themselves.
+
+    Args:
+        loops: the loops of all sections, left to right.
+        widths: the number of loops of each section.
 
     Raises:
-        PatternError: a loop leaves its section, two go to one place, or two that cross are in one layer.
+        PatternError: a loop leaves its section, two loops move to one place, or two loops that cross have one layer.
     """
     start = 0
     for section, width in zip(SECTIONS, widths, strict=True):
@@ -274,7 +287,7 @@ def _check_layers(loops: Sequence[Loop], cable: range, section: str) -> None:
 
 
 def _without_idle_layers(loops: tuple[Loop, ...]) -> tuple[Loop, ...]:
-    """The loops, at layer 0 where they cross no other: what means the same is the same."""
+    """Return the loops with layer 0 where they cross no other loop, so that equal fabrics compare as equal."""
     if not any(loop.layer for loop in loops):
         return loops
     crossed = {place for cable in crossings(loops) for place in cable}
@@ -282,7 +295,7 @@ def _without_idle_layers(loops: tuple[Loop, ...]) -> tuple[Loop, ...]:
 
 
 def crossings(loops: Sequence[Loop]) -> list[range]:
-    """The cables among loops that are reordered: the smallest intervals that keep their own loops."""
+    """Return the cables of a row: the smallest intervals of loops that are permuted among themselves."""
     found, start, reach = [], 0, -1
     for place, loop in enumerate(loops):
         reach = max(reach, place + loop.shift)

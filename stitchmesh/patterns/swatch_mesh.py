@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A pattern as a flat piece of fabric: a cast-on row, and tiles beside and above one another between the borders."""
+"""A pattern as a flat stitch mesh: a cast-on row, then tiles side by side and repeats one above another."""
 
 from __future__ import annotations
 
@@ -17,13 +17,15 @@ from stitchmesh.patterns.placement.apply import apply_pattern
 def pattern_mesh(
     pattern: Pattern, columns: int = 1, rows: int = 1, *, stitch_width: float, stitch_height: float
 ) -> StitchMesh:
-    """A flat piece in a pattern, in the plane z = 0 with its right side up, the lower left corner at the origin.
+    """Make a flat stitch mesh of a pattern.
+
+    The mesh lies in the plane z = 0 with its right side up and its lower left corner at the origin.
 
     Args:
-        pattern: what ``read_pattern`` returned.
-        columns: tiles beside one another, between the borders.
-        rows: repeats above one another, on a cast-on row.
-        stitch_width: wale spacing of the cast-on row [cm]; rows of more or fewer loops have the same width.
+        pattern: the pattern, for example from ``read_pattern``.
+        columns: number of tiles side by side, between the borders of the pattern.
+        rows: number of vertical repeats above the cast-on row.
+        stitch_width: wale spacing of the cast-on row [cm]; rows with more or fewer loops keep the same total width.
         stitch_height: course spacing [cm].
 
     Raises:
@@ -42,7 +44,7 @@ def pattern_mesh(
 
 
 def plain_piece(columns: int, rows: int, stitch_width: float, stitch_height: float) -> StitchMesh:
-    """A flat rectangle of knit stitches on a cast-on row, which is the first of its rows [cm]."""
+    """Return a flat rectangle of knit stitches; its first row is the cast-on row. Widths and heights are in cm."""
     x, y = np.meshgrid(stitch_width * np.arange(columns + 1), stitch_height * np.arange(rows + 1))
     row, column = (index.ravel() for index in np.indices((rows, columns)))
     lower = row * (columns + 1) + column

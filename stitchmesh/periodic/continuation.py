@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarn that grows thicker or longer and cells drawn to another size, in steps between which the yarns give way.
+"""Changes of radius, rest length and period in steps, with some iterations of relaxation between the steps.
 
-Contact parts yarns that overlap by some tenths of a radius and no more (``step_limit``), and a cell that is pulled in
-one go carries yarns through one another. So each step changes lengths by a part, and some iterations follow it.
+Contact forces separate yarns that overlap by a few tenths of a radius, but not more (``step_limit``). A large change in
+one step would therefore carry yarns through one another. Each step changes a length by a limited factor, and the yarns
+are relaxed for a few iterations before the next step.
 """
 
 from __future__ import annotations
@@ -24,50 +25,60 @@ from stitchmesh.yarnrelax.cell import RelaxCell, lattice_frame
 from stitchmesh.yarnrelax.solver import settled_yarns
 
 GROWTH = 1.2
-"""Largest factor of a radius in one step."""
+"""Largest factor of the radius in one step."""
 LENGTHENING = 1.2
-"""Largest factor of a rest length in one step, or one over it."""
+"""Largest factor of a rest length in one step; the smallest factor is its inverse."""
 STRETCH = 1.1
-"""Largest factor of a period in one step, or one over it."""
+"""Largest factor of a period in one step; the smallest factor is its inverse."""
 ITERATIONS = 40
-"""Iterations between two steps."""
-TOO_THICK = "there is no room for yarn so thick; take thinner or longer yarn, or a smaller gamma"
-TOO_SHORT = "yarns of these rest lengths cannot be parted; change them less, or let the cell relax"
-TOO_STRETCHED = "yarns cannot be parted in a repeat of this size; give a size nearer to its own, or other rest lengths"
+"""Iterations of relaxation between two steps."""
+TOO_THICK = "yarn of this radius does not fit; take thinner or longer yarn, or a smaller gamma"
+TOO_SHORT = "yarns of these rest lengths cannot be separated; change them less, or let the cell relax"
+TOO_STRETCHED = (
+    "yarns cannot be separated in a repeat of this size; give a size closer to that of the free repeat, or other rest "
+    "lengths"
+)
 
 
 def change_radius(
     yarns: YarnSet, factor: float, material: YarnMaterial, quality: Quality, device: str | None = None
 ) -> YarnSet:
-    """Yarns of so many times the radius; they shrink in one step, and grow in several.
+    """Multiply the radius of yarns by a factor: in one step if the radius becomes smaller, otherwise in several steps.
+
+    Args:
+        yarns: the yarns.
+        factor: factor of the radius.
+        material: material of the yarns.
+        quality: resolution of the relaxation between the steps.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``.
 
     Raises:
-        SolverError: there is no room for yarn so thick.
+        SolverError: yarn of this radius does not fit.
     """
     steps = _steps(factor, GROWTH) if factor > 1.0 else [factor]
     for step in steps:
         if len(steps) > 1:
-            yarns = _settled(yarns, material, quality, device, TOO_THICK)
+            yarns = _relax_between_steps(yarns, material, quality, device, TOO_THICK)
         yarns = replace(yarns, radius=yarns.radius * step)
-    return yarns if len(steps) == 1 else _settled(yarns, material, quality, device, TOO_THICK)
+    return yarns if len(steps) == 1 else _relax_between_steps(yarns, material, quality, device, TOO_THICK)
 
 
 def change_rest_length(
     yarns: YarnSet, rest_length: FloatArray, material: YarnMaterial, quality: Quality, device: str | None = None,
     cell: RelaxCell | None = None,
 ) -> YarnSet:  # fmt: skip
-    """Yarns of other rest lengths, settled.
+    """Change the rest lengths of yarns in steps.
 
     Args:
-        yarns: on a lattice or not.
-        rest_length: of each segment [cm], shape (S,).
-        material: of the yarn.
-        quality: how finely it is sampled on the way.
-        device: where the kernels run.
-        cell: what the periods are free to do on the way.
+        yarns: the yarns, on a lattice or not.
+        rest_length: the new rest length of each segment [cm], shape (S,).
+        material: material of the yarns.
+        quality: resolution of the relaxation between the steps.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``.
+        cell: degrees of freedom of the periods between the steps; None keeps the periods fixed.
 
     Raises:
-        SolverError: yarns cannot be parted on the way.
+        SolverError: the yarns cannot be separated at a step.
     """
     ratio = rest_length / yarns.rest_length
     if (ratio == 1.0).all():
@@ -76,24 +87,24 @@ def change_rest_length(
     count = max(len(_steps(factor, LENGTHENING)) for factor in (float(ratio.min()), float(ratio.max())))
     for number in range(count + 1):
         yarns = replace(yarns, rest_length=first * ratio ** (number / count))
-        yarns = _settled(yarns, material, quality, device, TOO_SHORT, cell)
+        yarns = _relax_between_steps(yarns, material, quality, device, TOO_SHORT, cell)
     return replace(yarns, rest_length=rest_length)
 
 
 def change_period(
     yarns: YarnSet, size: Sequence[float | None], material: YarnMaterial, quality: Quality, device: str | None = None
 ) -> YarnSet:
-    """Yarns on a lattice of another size.
+    """Change the periods of yarns on a lattice in steps.
 
     Args:
-        yarns: on a lattice.
-        size: length of the first period and how far the second reaches across it [cm]; None leaves it.
-        material: of the yarn.
-        quality: how finely it is sampled on the way.
-        device: where the kernels run.
+        yarns: the yarns, on a lattice.
+        size: length of the first period, and height of the cell at right angles to it [cm]; None keeps a size.
+        material: material of the yarns.
+        quality: resolution of the relaxation between the steps.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``.
 
     Raises:
-        SolverError: yarns cannot be parted on the way.
+        SolverError: the yarns cannot be separated at a step.
     """
     assert yarns.lattice is not None
     factors = [1.0 if new is None else new / old for new, old in zip(size, size_of(yarns.lattice), strict=True)]
@@ -101,13 +112,13 @@ def change_period(
     step = [factor ** (1.0 / count) for factor in factors]
     for number in range(count if factors != [1.0, 1.0] else 0):
         if number:
-            yarns = _settled(yarns, material, quality, device, TOO_STRETCHED)
+            yarns = _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
         yarns = stretch_cell(yarns, *step)
-    return yarns if count == 1 else _settled(yarns, material, quality, device, TOO_STRETCHED)
+    return yarns if count == 1 else _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
 
 
 def stretch_cell(yarns: YarnSet, along: float, across: float) -> YarnSet:
-    """Yarns and their lattice scaled along the courses and across them, in the plane of the lattice."""
+    """Scale yarns and their lattice by one factor along the courses and another across them, in the lattice plane."""
     assert yarns.lattice is not None
     first, second, _normal = lattice_frame(yarns.lattice.periods)
     matrix = np.eye(3) + (along - 1.0) * np.outer(first, first) + (across - 1.0) * np.outer(second, second)
@@ -115,28 +126,29 @@ def stretch_cell(yarns: YarnSet, along: float, across: float) -> YarnSet:
 
 
 def size_of(lattice: Lattice) -> tuple[float, float]:
-    """Length of the first period and how far the second reaches across it [cm]."""
+    """Return the length of the first period, and the height of the cell at right angles to this period [cm]."""
     width = float(np.linalg.norm(lattice.periods[0]))
     return width, lattice.area / width
 
 
 def _steps(factor: float, largest: float) -> list[float]:
-    """Equal factors, each at most ``largest`` or at least one over it, whose product is ``factor``."""
+    """Return equal factors between 1 / ``largest`` and ``largest`` whose product is ``factor``."""
     count = max(math.ceil(abs(math.log(factor)) / math.log(largest) - 1e-9), 1)
     return [factor ** (1.0 / count)] * count
 
 
-def _settled(
-    yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None, refusal: str,
+def _relax_between_steps(
+    yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None, reason: str,
     cell: RelaxCell | None = None,
 ) -> YarnSet:  # fmt: skip
-    """Yarns after the iterations between two steps.
+    """Relax yarns for the iterations between two steps.
 
-    Where they cannot be parted the step is to blame, and not the start, which was given no further than by its steps.
+    If the yarns cannot be separated, the error gives ``reason``: the change of this step is too large, because the
+    yarns were separated before it.
     """
     try:
         return settled_yarns(
             yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell
         )
     except SolverError as error:
-        raise SolverError(f"{str(error).partition(':')[0]}: {refusal}") from error
+        raise SolverError(f"{str(error).partition(':')[0]}: {reason}") from error

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is measured on a relaxed swatch: spacings, yarn, thickness, weight, stress and the tendency to curl."""
+"""Measurements of a relaxed swatch: spacings, yarn length, thickness, areal density, stress and moments of curling."""
 
 from __future__ import annotations
 
@@ -17,29 +17,33 @@ from stitchmesh.yarnrelax.cell import lattice_frame
 from stitchmesh.yarnrelax.stress import cell_stress
 
 SAMPLES = 8
-"""Points a segment at which the thickness is measured."""
+"""Points of each segment at which the thickness is measured."""
 
 
 def swatch_report(
     yarns: YarnSet, fabric: StitchMesh | None, material: YarnMaterial, quality: Quality, energy: float,
     device: str | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Measures of a swatch, plain numbers.
+    """Measure a swatch; all values are plain numbers.
 
     Args:
-        yarns: at rest, on their lattice.
-        fabric: the stitches that they were drawn from; None for a weave.
-        material: of the yarn.
-        quality: how finely it was sampled when it came to rest.
-        energy: of the repeat at rest [erg].
-        device: where the kernels run.
+        yarns: the relaxed yarns, on their lattice.
+        fabric: the stitch mesh from which the yarns were generated; None for a weave.
+        material: material of the yarns.
+        quality: resolution that was used for the relaxation.
+        energy: energy of the relaxed repeat [erg].
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``.
 
     Returns:
-        width, height and shear of the repeat [cm, cm, 1]; wales, courses, stitches; wale_spacing and course_spacing
-        [cm] (of a weave, of its warps and of its wefts); loop_length, the yarn of a stitch or of a crossing as it lies
-        [cm]; thickness [cm]; areal_density [g/cm^2]; course_tension, wale_tension and shear_stress [dyn/cm] that the
-        repeat needs to stay as it is; course_moment and wale_moment, which would curl the courses and the wales towards
-        the right side [dyn]; energy_per_stitch [erg]; warp_crimp and weft_crimp of a weave.
+        - width, height [cm] and shear [1] of the repeat;
+        - wales, courses and stitches (of a weave: warps, wefts and crossings), and control_points;
+        - wale_spacing and course_spacing [cm], of a weave the spacings of the warps and of the wefts;
+        - loop_length [cm], the actual length of the yarn in one stitch or at one crossing;
+        - thickness [cm] and areal_density [g/cm^2];
+        - course_tension, wale_tension and shear_stress [dyn/cm] that keep the repeat at its size;
+        - course_moment and wale_moment [dyn], positive if they curl the courses and the wales towards the right side;
+        - energy_per_stitch [erg];
+        - warp_crimp and weft_crimp [1] of a weave.
     """
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)
@@ -76,7 +80,7 @@ def swatch_report(
 
 
 def counts_of(yarns: YarnSet, fabric: StitchMesh | None) -> tuple[int, int, int]:
-    """Wales, courses and stitches of a repeat; warps, wefts and crossings of a weave."""
+    """Return the numbers of wales, courses and stitches of a repeat, or of warps, wefts and crossings of a weave."""
     if fabric is None:
         assert yarns.lattice_step is not None
         wefts, warps = (int((yarns.lattice_step[:, axis] != 0).sum()) for axis in (0, 1))
@@ -86,7 +90,7 @@ def counts_of(yarns: YarnSet, fabric: StitchMesh | None) -> tuple[int, int, int]
 
 
 def _crimp(yarns: YarnSet) -> dict[str, float]:
-    """Length over straight length less one, of the warps and of the wefts."""
+    """Return the crimp of the warps and of the wefts: length over straight length, minus one."""
     assert yarns.lattice is not None and yarns.lattice_step is not None
     length = np.add.reduceat(yarns.lengths, yarns.segment_start[:-1])
     straight: FloatArray = np.linalg.norm(yarns.lattice.shift(yarns.lattice_step), axis=1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a swatch is a repeat of: a knitting pattern or a weave, by name, from a file or as a value."""
+"""The pattern of a swatch: a knitting pattern or a weave, given by name, by file or as an object."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ Source = Pattern | Weave
 
 
 def resolve_pattern(given: FilePath | Source) -> Source:
-    """A pattern or a weave.
+    """Return a pattern or a weave.
 
     Args:
-        given: either; the name of one of the library; or the path of a file: ``.weave`` or a text of 0 and 1 for a
-            weave, an image of two colours whose name ends in ``.weave.png``, all else for a pattern.
+        given: a pattern or a weave, the name of one in the library, or the path of a file. A weave is read from a
+            ``.weave`` file, from a text of 0 and 1 (``.txt``), or from an image of two colours (``.weave.png``); a
+            pattern is read from any other file.
 
     Raises:
         FileError: the file cannot be read.
-        ParameterError: the library has neither a pattern nor a weave of that name.
-        PatternError: the file says neither.
+        ParameterError: the library has no pattern or weave of that name.
+        PatternError: the file does not describe a valid pattern or weave.
     """
     if isinstance(given, Pattern | Weave):
         return given
@@ -45,10 +46,10 @@ def _from_library(name: str) -> Source:
         return read_pattern(name)
     if name in weave_names():
         return read_weave(name)
-    every = (*pattern_names(), *weave_names())
-    near = difflib.get_close_matches(name.lower(), every, n=3, cutoff=0.4)
-    hint = f"did you mean {' or '.join(near)}?" if near else "a file needs its suffix"
-    raise ParameterError(f"pattern {name!r}: is not in the library of {len(every)} patterns and weaves; {hint}")
+    names = (*pattern_names(), *weave_names())
+    near = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
+    raise ParameterError(f"pattern {name!r}: is not in the library of {len(names)} patterns and weaves; {hint}")
 
 
 def _is_matrix(path: Path) -> bool:

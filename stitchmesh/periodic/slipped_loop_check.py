@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A loop that every row of a repeat slips has neither beginning nor end, and no yarn can be drawn for it."""
+"""Check for loops that every row of a repeat slips: such a loop never begins, and no yarn can be generated for it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from stitchmesh.mesh.stitch import VOCABULARY
 
 
 def check_loops_begin(fabric: StitchMesh) -> None:
-    """Check that each loop that is slipped was made in some row below.
+    """Check that each slipped loop is made by a stitch in some row below.
 
     Raises:
-        PatternError: a loop is slipped all the way around; it names the row and the stitch.
+        PatternError: a loop is slipped in every row; the message gives the row and the stitch.
     """
     below = _slipped_from(fabric)
     side = np.flatnonzero(below != BORDER)
@@ -31,7 +31,7 @@ def check_loops_begin(fabric: StitchMesh) -> None:
 
 
 def _slipped_from(fabric: StitchMesh) -> IntArray:
-    """For the top side of each slipped loop the bottom side that it comes from, else ``BORDER``, shape (C,)."""
+    """Return the bottom side from which the slipped loop at each top side comes, else ``BORDER``, shape (C,)."""
     result = np.full(fabric.side_count, BORDER)
     for stitch, making in VOCABULARY.items():
         first = fabric.face_start[:-1][fabric.stitch == stitch]

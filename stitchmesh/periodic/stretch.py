@@ -1,20 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a fabric resists being stretched: a free swatch drawn along its courses or its wales, step by step.
+"""Stretch tests: a free swatch is stretched along its courses or its wales, and its tension is measured at each strain.
 
-The cell relaxes without stress first, at right angles. Then one of its sizes, L0 at rest, is set to (1 + strain) L0 for
-one strain after the other, each state started from the last, and the yarns and, unless it is held, the other size come
-to rest. Tension is the force on a border over that border's length in the free cell, "engineering" or nominal:
+The cell is first relaxed without stress and with its periods at right angles. One of its sizes, with the free value L0,
+is then set to (1 + strain) L0 for each strain in turn. Each state starts from the previous one: the yarns are relaxed,
+and so is the other size unless it is held. The tension is nominal ("engineering"): the force on a border over the
+length of that border in the free cell,
 
     T_course = s_course height / height0        T_wale = s_wale width / width0      [dyn/cm]
 
-s the stress of the cell as it lies (``stress``). With the energy e of the cell over its free area the work is
+where s is the stress of the deformed cell (``yarnrelax/stress``). Let e be the energy of the cell over the area of the
+free cell. The work is
 
     de = T_course d(width) / width0 + T_wale d(height) / height0
 
-so that the slope of e by the strain is the tension, whether the other size is free (no tension) or held (no change).
-Divided by a thousand, dyn/cm are N/m. Yarns have no friction: the curve is the same up and down, unless the fabric
-snaps from one shape to another on the way, which shows as energy that no tension between two states accounts for.
+so the slope of e over the strain equals the tension, both if the other size is free (its tension is zero) and if it is
+held (its change is zero). 1000 dyn/cm are 1 N/m. Yarns have no friction, so the curve is the same for loading and
+unloading, unless the fabric snaps from one shape to another. A snap is a change of energy that no tension between the
+two states can explain.
 """
 
 from __future__ import annotations
@@ -44,82 +47,85 @@ Direction = Literal["course", "wale"]
 Other = Literal["free", "held"]
 
 TOLERANCE = 1e-3
-"""Residual of each state, if the quality asks for no less: ribs hardly resist, and need it."""
+"""Largest residual of each state; ribs have a small resistance and need this value."""
 CONTROL_POINTS = 24
-"""Of a plain stitch, if the quality has no more, those of reference: loops of 12 resist by up to 80 % too much. Yarn
-of fewer is softer along itself, for a material states that by segments (``stretch``), which counts in weaves."""
+"""Smallest number of control points of a plain stitch, as in the quality ``reference``. With 12 control points loops
+resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
+stretch stiffness for each segment (``energies/stretch``); this matters for weaves."""
 CONTACT_SAMPLES = 5
-"""Of a segment, if the quality has no more: three catch on one another, and tension wavers by some dyn/cm."""
+"""Smallest number of contact samples of a segment. With three samples, samples of touching yarns interlock, and the
+tension varies by some dyn/cm."""
 SMALLEST_SNAP = 1e-3
-"""Change of energy over the energy that counts; states come to rest to a tenth of ``TOLERANCE``."""
+"""Smallest unexplained change of energy that counts as a snap, relative to the largest energy; states are relaxed to a
+tenth of ``TOLERANCE``."""
 LEAST_STRAIN, MOST_STRAIN = -0.9, 9.0
-"""Bounds of strains."""
+"""Smallest and largest strain."""
 NEWTONS_PER_METRE = 1e-3
-"""In a dyn/cm."""
+"""1 dyn/cm in N/m."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class StretchPoint:
-    """A state of rest."""
+    """One relaxed state of a stretch test."""
 
     strain: float
-    """Size along the direction that is drawn, over that of the free cell, less one."""
+    """Size in the stretch direction over that of the free cell, minus one."""
     width: float
-    """Of the cell [cm]."""
+    """Width of the cell [cm]."""
     height: float
-    """Of the cell [cm]."""
+    """Height of the cell [cm]."""
     course_tension: float
     """Force along the courses over the height of the free cell [dyn/cm]."""
     wale_tension: float
     """Force along the wales over the width of the free cell [dyn/cm]."""
     energy: float
-    """Over the area of the free cell [erg/cm^2]."""
+    """Energy over the area of the free cell [erg/cm^2]."""
     yarn_strain: float
-    """Length of all yarn over its length at rest, less one."""
+    """Length of all yarn over its rest length, minus one."""
     residual: float
     """Relative force residual."""
     converged: bool
-    """Whether it came to rest."""
+    """Whether the relaxation converged."""
 
 
 @dataclass(frozen=True, eq=False)
 class StretchCurve:
-    """A fabric drawn in one direction."""
+    """The result of a stretch test in one direction."""
 
     direction: Direction
-    """The direction that is drawn."""
+    """The stretch direction."""
     other: Other
-    """Whether the other size is free or held."""
+    """Whether the size across the stretch direction is free or held."""
     free: Swatch
     """The cell without stress."""
     points: tuple[StretchPoint, ...]
-    """What is measured at each strain."""
+    """Measurements at each strain."""
     states: tuple[YarnSet, ...]
-    """The yarns at each strain."""
+    """Relaxed yarns at each strain."""
 
     def column(self, name: str) -> FloatArray:
-        """One measure of all points, shape (steps,)."""
+        """Return one measurement of all points, shape (steps,)."""
         return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
 
     @property
     def tension(self) -> FloatArray:
-        """Tension along the direction that is drawn [dyn/cm], shape (steps,)."""
+        """Tension in the stretch direction [dyn/cm], shape (steps,)."""
         return self.column(f"{self.direction}_tension")
 
     @property
     def snaps(self) -> list[int]:
-        """Points before which the fabric snapped to another shape.
+        """Indices of the points before which the fabric snapped to another shape.
 
-        Between two points whose tension goes from one to the other the energy changes by their mean to within half of
-        the larger; what lies further off was not stretching.
+        If the tension between two points lies between the two measured tensions, the change of energy differs from the
+        work of the mean tension by at most half of the work of the larger tension. A larger difference is a snap.
         """
         strain, energy = self.column("strain"), self.column("energy")
         work = (self.tension[1:] + self.tension[:-1]) / 2 * np.diff(strain)
-        room = np.maximum(np.abs(self.tension[1:]), np.abs(self.tension[:-1])) * np.abs(np.diff(strain)) / 2
+        largest = np.maximum(np.abs(self.tension[1:]), np.abs(self.tension[:-1])) * np.abs(np.diff(strain)) / 2
         noise = SMALLEST_SNAP * energy.max()
-        return [int(k) + 1 for k in np.flatnonzero(np.abs(np.diff(energy) - work) > room + noise)]
+        return [int(k) + 1 for k in np.flatnonzero(np.abs(np.diff(energy) - work) > largest + noise)]
 
 
 def stretch_test(
@@ -136,31 +142,32 @@ def stretch_test(
     on_entry: Callable[[HistoryEntry], None] | None = None,
     **options: Any,
 ) -> StretchCurve:
-    """Draw a swatch in one direction.
+    """Stretch a swatch in one direction and measure its tension.
 
     Args:
         pattern: as for ``swatch``.
-        course: first and last strain along the courses, 0.4 for 40 %.
-        wale: the same along the wales; one of the two is given.
-        other: whether the size across the direction is free to follow, or held as it is in the free cell.
-        steps: how many strains, the first and the last among them.
+        course: first and last strain along the courses, for example 0.4 for 40 %.
+        wale: first and last strain along the wales. Either ``course`` or ``wale`` must be given.
+        other: ``free`` relaxes the size across the stretch direction; ``held`` keeps its value in the free cell.
+        steps: number of strains, including the first and the last.
         material: as for ``swatch``.
-        quality: a preset or a ``Quality``, made as fine as tension needs (``fine_enough``).
+        quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
         device: as for ``swatch``.
-        progress: called with each point.
-        on_entry: called every half second or so while a state comes to rest.
-        options: fields of ``SwatchOptions``, without the period.
+        progress: function that is called with each point.
+        on_entry: function that is called about every half second during the relaxation of a state.
+        options: fields of ``SwatchOptions``, except the period.
 
     Raises:
-        ParameterError: not one direction, a strain out of bounds, no range, too few steps, or a period.
+        ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
+            fewer than two steps, or a period is given.
         FileError, PatternError, SolverError: as for ``swatch``.
     """
-    direction, strains = chosen_strains(course, wale, steps)
+    direction, strains = choose_strains(course, wale, steps)
     if other not in get_args(Other):
         raise ParameterError(f"other: got {other!r}; expected free or held")
     if "period" in options:
-        raise ParameterError("period: got one for a stretch, which begins at the free cell; leave it out")
-    quality = fine_enough(quality_named(quality))
+        raise ParameterError("period: got one for a stretch test, which begins at the free cell; leave it out")
+    quality = refine_for_tension(quality_named(quality))
     free = swatch(
         pattern, material=material, quality=quality, device=device, relax_cell=RelaxCell(shear=False),
         progress=on_entry, **options,
@@ -174,30 +181,31 @@ def stretch_test(
         yarns = change_period(yarns, size_at(free, direction, other, strain), material, quality, device)
         rest = relax_yarns(yarns, material=material, quality=quality, device=device, cell=cell, progress=on_entry)
         yarns = rest.yarns
-        points.append(measured(free, strain, yarns, rest.report, material, quality, device))
+        points.append(measure_point(free, strain, yarns, rest.report, material, quality, device))
         states.append(yarns)
         if progress is not None:
             progress(points[-1])
     refuse_pull_through(free.yarns, yarns, device)
     curve = StretchCurve(direction, other, free, tuple(points), tuple(states))
-    _tell_snaps(curve)
+    _warn_of_snaps(curve)
     return curve
 
 
-def _tell_snaps(curve: StretchCurve) -> None:
+def _warn_of_snaps(curve: StretchCurve) -> None:
     strain = 100 * curve.column("strain")
     for point in curve.snaps:
         between = f"{strain[point - 1]:g} % and {strain[point]:g} %"
-        logger.warning("stretch: between %s the fabric snapped to another shape; yarns without friction may", between)
+        logger.warning("stretch: between %s the fabric snapped to another shape; frictionless yarn can snap", between)
 
 
-def chosen_strains(
+def choose_strains(
     course: tuple[float, float] | None, wale: tuple[float, float] | None, steps: int
 ) -> tuple[Direction, FloatArray]:
-    """The direction that is drawn, and its strains.
+    """Return the stretch direction, and its strains, shape (steps,).
 
     Raises:
-        ParameterError: not one direction, a strain out of bounds, no range, or too few steps.
+        ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, or there
+            are fewer than two steps.
     """
     if (course is None) == (wale is None):
         got = "neither" if course is None else "both"
@@ -210,14 +218,14 @@ def chosen_strains(
         bounds = f"{100 * LEAST_STRAIN:g} % to {100 * MOST_STRAIN:g} %"
         raise ParameterError(f"{direction}: got {100 * first:g} % to {100 * last:g} %; expected strains of {bounds}")
     if first == last:
-        raise ParameterError(f"{direction}: got {100 * first:g} % twice; expected two strains that differ")
+        raise ParameterError(f"{direction}: got {100 * first:g} % twice; expected two different strains")
     if steps < 2:
         raise ParameterError(f"steps: got {steps}; expected at least 2")
     return direction, np.linspace(first, last, steps)
 
 
-def fine_enough(quality: Quality) -> Quality:
-    """The quality with ``TOLERANCE``, ``CONTROL_POINTS`` and ``CONTACT_SAMPLES`` where its own are coarser."""
+def refine_for_tension(quality: Quality) -> Quality:
+    """Return a quality that is at least as fine as ``TOLERANCE``, ``CONTROL_POINTS`` and ``CONTACT_SAMPLES``."""
     return replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
         control_points_per_stitch=max(quality.control_points_per_stitch, CONTROL_POINTS),
@@ -226,24 +234,24 @@ def fine_enough(quality: Quality) -> Quality:
 
 
 def held_cell(direction: Direction, other: Other) -> RelaxCell:
-    """What the cell is free to do while it is held in one direction."""
+    """Return the degrees of freedom of the cell during a stretch test."""
     pull = 0.0 if other == "free" else None
     return RelaxCell(course=None, wale=pull, shear=False) if direction == "course" else RelaxCell(pull, None, False)
 
 
 def size_at(free: Swatch, direction: Direction, other: Other, strain: float) -> tuple[float | None, float | None]:
-    """Width and height to set [cm]; None where the size is free."""
+    """Return the width and height to set [cm]; None where the size is free."""
     width, height = size_of(free.lattice)
     if direction == "course":
         return (1.0 + strain) * width, height if other == "held" else None
     return width if other == "held" else None, (1.0 + strain) * height
 
 
-def measured(
+def measure_point(
     free: Swatch, strain: float, yarns: YarnSet, report: dict[str, Any], material: YarnMaterial, quality: Quality,
     device: str | None,
 ) -> StretchPoint:  # fmt: skip
-    """What is known of yarns at rest at that strain; ``report`` is of ``relax_yarns``."""
+    """Measure a relaxed state at a strain; ``report`` is the report of ``relax_yarns``."""
     assert yarns.lattice is not None
     (width0, height0), (width, height) = size_of(free.lattice), size_of(yarns.lattice)
     stress = cell_stress(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A stretch curve as comma-separated values, a line for each state."""
+"""A stretch curve as a table of comma-separated values, with one line for each state."""
 
 from __future__ import annotations
 
@@ -14,17 +14,20 @@ from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve
 
 UNITS = {"width": "cm", "height": "cm", "course_tension": "dyn_per_cm", "wale_tension": "dyn_per_cm",
          "energy": "erg_per_cm2"}  # fmt: skip
-"""Of the columns that have one."""
+"""Units of the columns that have a unit."""
 NEWTONS = ("course_tension", "wale_tension")
-"""Columns written a second time, in N/m."""
+"""Columns that are also written in N/m."""
 
 
 def write_stretch(path: FilePath, curve: StretchCurve) -> None:
-    """Write a curve as a table: the fields of ``StretchPoint`` with their units, tensions in N/m, and snaps.
+    """Write a stretch curve as a table.
+
+    The columns are the fields of ``StretchPoint`` with their units, the tensions in N/m, and whether the fabric snapped
+    before the state.
 
     Args:
         path: a ``.csv`` file; missing folders are made.
-        curve: a stretched swatch.
+        curve: the result of a stretch test.
 
     Raises:
         FileError: the file cannot be written.

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A swatch: one repeat of a knitted or woven pattern, relaxed on its lattice; the order of operations.
+"""Relaxation of a swatch, one repeat of a knitted or woven pattern on its lattice: the order of operations.
 
-The yarn of a stitch is what is given, as on a knitting machine, and the size of the fabric follows. Yarn as thick as
-loops can hold is drawn thinner at first and grows (``continuation``); ``gamma`` grows it further and scales all
-back, so that the yarn keeps its radius and the fabric has 1 / gamma of its yarn (Leaf et al. 2018, section 6.2). Yarn
-of stitches and parts of them is taken up by factors of rest lengths, in steps too (section 6.1).
+As on a knitting machine, the yarn length of a stitch is given and the size of the fabric follows. If the yarn is as
+thick as the loops can hold, the loops are generated with thinner yarn, and the radius then grows in steps
+(``continuation``). To apply ``gamma``, the radius grows further and the whole fabric is then scaled by 1 / gamma: the
+yarn keeps its radius, and the fabric has 1 / gamma of its yarn length (Leaf et al. 2018, section 6.2). Take-up changes
+the rest lengths of stitches and parts of stitches by factors, also in steps (section 6.1).
 """
 
 from __future__ import annotations
@@ -41,37 +42,37 @@ from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, rela
 from stitchmesh.yarnrelax.solver import refuse_pull_through
 
 LOOP_OVER_WIDTH = 4.07
-"""Yarn of a plain loop as it is drawn over the stitch's width, for yarn of an eighth of the width."""
+"""Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""
 THICKEST = 0.16
-"""Largest radius over the stitch width at which yarn is drawn; thicker yarn grows from there."""
+"""Largest yarn radius over the stitch width for which loops are generated; thicker yarn grows from this radius."""
 CLOSER = 1.5
-"""Power of the looseness by which contacts are sampled more closely: what spheres that catch hold back is less the
-further apart the bends of the yarn are, and so is what straightens them (docs/validation.md)."""
+"""Exponent of the looseness in the number of contact samples. Contact spheres that interlock hold a loop back. In a
+looser loop the bends of the yarn are further apart, so both this force and the forces that straighten the yarn are
+smaller (docs/validation.md)."""
 LOOSEST = 4.0
-"""Looseness from which on contacts are sampled no more closely."""
+"""Looseness above which the number of contact samples stays constant."""
 SIZES = (0.1, 10.0)
-"""Smallest and largest period over that of the drawing."""
+"""Smallest and largest period over the period of the generated repeat."""
 ROUNDING = 1e-12
-"""Of a product of factors and a quotient of lengths."""
-
+"""Relative rounding error of a product of factors or a quotient of lengths."""
 
 @dataclass(frozen=True, eq=False)
 class Swatch:
     """A relaxed repeat."""
 
     yarns: YarnSet
-    """Its yarns, on their lattice."""
+    """The relaxed yarns, on their lattice."""
     report: dict[str, Any]
-    """Plain numbers: what ``gauge.swatch_report`` measures, of a weave ``jamming.jam_report``, and what ``relax_yarns``
-    reports."""
+    """Measurements as plain numbers: those of ``gauge.swatch_report``, for a weave those of ``jamming.jam_report``, and
+    the report of ``relax_yarns``."""
     fabric: StitchMesh | None
-    """The stitches of a knitted swatch, as they were drawn; None for a weave."""
+    """The stitch mesh from which the yarns were generated; None for a weave."""
     history: list[HistoryEntry]
-    """What each assessment of the relaxation found."""
+    """Entries of the history of the relaxation, one for each assessment."""
 
     @property
     def lattice(self) -> Lattice:
-        """Its periods."""
+        """The lattice of the relaxed repeat."""
         assert self.yarns.lattice is not None
         return self.yarns.lattice
 
@@ -86,23 +87,25 @@ def swatch(
     progress: Callable[[HistoryEntry], None] | None = None,
     **options: Any,
 ) -> Swatch:
-    """One repeat of a pattern, relaxed.
+    """Relax one repeat of a pattern.
 
     Args:
-        pattern: a pattern, a weave, the name of one of the library, or the path of a file of one.
-        material: of the yarn; the material ``stitchmesh`` scaled to the yarn's radius where not given.
+        pattern: a pattern or a weave, the name of one in the library, or the path of a file.
+        material: material of the yarn; by default the material ``stitchmesh``, scaled to the radius of the yarn.
         quality: a preset or a ``Quality``.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
-        relax_cell: whether the repeat finds its own width and height; or what it is free to do, such as to lean
-            (``RelaxCell()``: ribs without friction do, to either side).
-        progress: called every half second or so.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
+            is no GPU.
+        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell`` with the degrees of
+            freedom of the cell. With ``RelaxCell()`` the cell can also shear; ribs without friction do so to one of
+            the two sides.
+        progress: function that is called about every half second.
         options: fields of ``SwatchOptions``.
 
     Raises:
         FileError: the file cannot be read.
-        ParameterError: an option is out of bounds, or asks for what the pattern does not have.
+        ParameterError: an option is out of bounds, or does not apply to the pattern.
         PatternError: the pattern does not repeat, or the weave falls apart.
-        SolverError: the yarns cannot come to rest.
+        SolverError: the yarns cannot be relaxed.
     """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     if material is None:
@@ -111,10 +114,10 @@ def swatch(
     source = resolve_pattern(pattern)
     fabric, first = draw_swatch(source, chosen, quality)
     quality = close_contacts(quality, chosen)
-    # by the similarity the fabric is relaxed gamma times as large as it will be
+    # the fabric is relaxed at gamma times its final size, and scaled at the end
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
-    # wefts and warps lie straight enough to begin with as long at rest as they are drawn
+    # wefts and warps are nearly straight, so their relaxation starts with their generated lengths as rest lengths
     natural = first if fabric is not None else replace(first, rest_length=first.lengths)
     yarns = change_radius(natural, thicker, similar, quality, device)
     period = period_to_reach(first, chosen)
@@ -132,15 +135,20 @@ def swatch(
 
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:
-    """The repeat as it is drawn, with yarn no thicker than loops can hold; and its stitches if it is knitted."""
+    """Generate the yarns of a repeat, with a radius that the loops can hold; return the stitch mesh (if any) first.
+
+    Raises:
+        ParameterError: an option does not apply to the pattern.
+        PatternError: the pattern does not repeat, or a loop is slipped in every row.
+    """
     if isinstance(source, Weave):
         if options.loop_length is not None:
             raise ParameterError("loop length: got one for a weave, which has no loops; give spacing or rest lengths")
         if (options.columns, options.rows) != (1, 1):
-            raise ParameterError("columns, rows: a weave's cell is one repeat; tile it when it is written")
+            raise ParameterError("columns, rows: the cell of a weave is one repeat; tile the weave when it is written")
         return None, weave_yarns(source, yarn_radius=options.yarn_radius, spacing=options.spacing, quality=quality)
     if options.spacing is not None:
-        raise ParameterError("spacing: got one for a knitted swatch, whose loops decide it; give loop_length")
+        raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
     loop_length = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
     width = loop_length / LOOP_OVER_WIDTH
     fabric = torus_mesh(
@@ -149,17 +157,18 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
     )  # fmt: skip
     check_loops_begin(fabric)
     yarns = generate_yarns(fabric, yarn_radius=min(options.yarn_radius, THICKEST * width), quality=quality)
-    if not plain_stitches(fabric).any():  # none to measure; as wide as they are drawn, plain ones would be so long
+    if not plain_stitches(fabric).any():
+        # no plain stitch can be measured; a plain stitch generated at this width would have the loop length
         return fabric, even_rest_lengths(yarns, fabric)
     yarns = apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric)
     return fabric, even_rest_lengths(yarns, fabric)
 
 
 def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
-    """The quality with more contact samples where loops are looser than compact ones.
+    """Return the quality with more contact samples if loops are looser than compact ones.
 
-    Control points of a stitch are as many in long loops as in short ones, and so the spheres of a segment further
-    apart; they catch on one another, and loops stay narrower than they are at rest.
+    The number of control points of a stitch is the same for long and short loops, so the contact spheres of a segment
+    are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
     """
     loop = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
     looseness = loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
@@ -168,10 +177,16 @@ def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
 
 
 def take_up_rest_lengths(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:
-    """Rest lengths that the take-up makes of those that yarns are drawn with [cm], shape (S,).
+    """Return the rest lengths after take-up [cm], shape (S,).
+
+    Args:
+        drawn: the generated yarns.
+        fabric: the stitch mesh of the yarns; None for a weave.
+        options: options of the swatch.
 
     Raises:
-        ParameterError: what a factor is for is not there, or factors together are out of bounds.
+        ParameterError: a factor applies to something that the fabric does not have, or the product of the factors is
+            out of bounds.
     """
     if fabric is None and options.rest_lengths.need_fabric:
         raise ParameterError("rest lengths: got factors of stitches for a weave; use warp=F, weft=F or yarn:N=F")
@@ -186,10 +201,10 @@ def take_up_rest_lengths(drawn: YarnSet, fabric: StitchMesh | None, options: Swa
 
 
 def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None]:
-    """Width and height that are asked for [cm], of a fabric gamma times as large as it will be; None where not given.
+    """Return the given width and height [cm] of the fabric that is gamma times as large; None where not given.
 
     Raises:
-        ParameterError: one is out of all proportion to the repeat as it is drawn.
+        ParameterError: a size is far from the size of the generated repeat (``SIZES``).
     """
     assert drawn.lattice is not None
     for name, size, own in zip(("width", "height"), options.period, size_of(drawn.lattice), strict=True):
@@ -200,11 +215,11 @@ def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None
 
 
 def even_rest_lengths(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
-    """Yarns whose segments are equally long at rest within each stitch, its own apart from the loop's below.
+    """Distribute the rest length evenly over the segments of each stitch.
 
-    Where all stitches are plain and alike, segments are equally long within each loop: by symmetry, and yarn can slide
-    through its loops. A spline whose segments differ in length stretches here and there while its length is right,
-    which costs energy.
+    The loop below a stitch is treated as a separate part. If all stitches are plain and equal, the rest length is
+    distributed within each loop instead: this follows from symmetry, and yarn can slide through its loops. Without an
+    even distribution, a spline stretches locally even if its total length is right, and this costs energy.
     """
     below = fabric.side_face[fabric.twin[fabric.face_start[:-1]]]
     alike = plain_stitches(fabric).all() and len(np.unique([fabric.stitch, fabric.yarn], axis=1).T) == 1
@@ -218,7 +233,7 @@ def even_rest_lengths(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
 
 
 def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
-    """Yarns on a lattice with every length so many times as large."""
+    """Multiply all lengths of yarns on a lattice by a factor."""
     assert yarns.lattice is not None
     return replace(
         yarns, points=yarns.points * factor, radius=yarns.radius * factor, rest_length=yarns.rest_length * factor,
@@ -227,7 +242,10 @@ def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
 
 
 def free_cell(relax_cell: bool | RelaxCell, options: SwatchOptions) -> RelaxCell | None:
-    """What the periods are free to do: not those that are given, and pulls on a cell that is gamma times as large."""
+    """Return the degrees of freedom of the cell, or None for a fixed cell.
+
+    A size that is given stays fixed. Pulls are divided by gamma, because the relaxed cell is gamma times as large.
+    """
     if relax_cell is False:
         return None
     cell = RelaxCell(shear=False) if relax_cell is True else relax_cell

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a swatch is made of: the options of ``swatch`` and of ``stretch``, with their defaults and bounds."""
+"""The options of ``swatch`` and ``stretch_test``, with their defaults and bounds."""
 
 from __future__ import annotations
 
@@ -12,43 +12,43 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.yarn.rest_length import RestLengths
 
 YARN_RADIUS = 0.125
-"""Default radius of the yarn [cm], that of the published materials."""
+"""Default radius of the yarn [cm], the radius of the published materials."""
 COMPACT_LOOP = 16.67
-"""Default loop length over the yarn's diameter: Peirce's compact loop."""
+"""Default loop length over the yarn diameter: Peirce's compact loop."""
 SPACING = 2.4
-"""Distance of neighbouring yarns of one layer where none is given [yarn diameters]; a plain weave crimps by 9.5 %."""
+"""Default distance of adjacent yarns of one layer [yarn diameters]; it gives a plain weave a crimp of 9.5 %."""
 GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
 TAKE_UP = (0.1, 2.0)
 """Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
 STRETCH_STEPS = 9
-"""States of a stretch curve."""
+"""Default number of states of a stretch curve."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SwatchOptions:
-    """What a swatch is made of.
+    """Options of a swatch.
 
     Raises:
         ParameterError: a length or gamma is not a positive number, or gamma is out of bounds.
     """
 
     yarn_radius: float = YARN_RADIUS
-    """[cm]"""
+    """Radius of the yarn [cm]."""
     loop_length: float | None = None
-    """Yarn of a plain stitch [cm]; ``COMPACT_LOOP`` yarn diameters where not given. Knitted swatches."""
+    """Yarn length of a plain stitch of a knitted swatch [cm]; by default ``COMPACT_LOOP`` yarn diameters."""
     spacing: float | tuple[float, float] | None = None
-    """Distance of neighbouring yarns of a weave [cm], or of its warps and of its wefts."""
+    """Distance between adjacent yarns of a weave [cm], or the distances between its warps and between its wefts."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
-    """Take-up: factors of stitches, rows, yarns and parts, which together are within ``TAKE_UP``."""
+    """Take-up: factors of the rest lengths of stitches, rows, yarns and parts; their product must be in ``TAKE_UP``."""
     gamma: float = 1.0
-    """Yarn is taken up by this factor, the fabric made so much tighter."""
+    """Tightness: the rest lengths are divided by gamma at constant yarn radius."""
     period: tuple[float | None, float | None] = (None, None)
-    """Width and height of the repeat [cm]; None leaves it to the drawing, or free where the cell relaxes."""
+    """Width and height of the repeat [cm]; None keeps the generated size, or leaves it free if the cell is relaxed."""
     columns: int = 1
-    """Repeats of the pattern in the cell, side by side."""
+    """Number of repeats of the pattern in the cell, side by side."""
     rows: int = 1
-    """Repeats of the pattern in the cell, above one another."""
+    """Number of repeats of the pattern in the cell, one above another."""
 
     def __post_init__(self) -> None:
         lengths = {"yarn radius": self.yarn_radius, "loop length": self.loop_length, "period width": self.period[0],

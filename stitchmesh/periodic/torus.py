@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """One repeat of a knitting pattern as a stitch mesh without borders.
 
-The tile of a pattern lies on a lattice: its upper border is the lower border one period up, its right border the left
-one a period to the right. So the mesh is a torus, down to one stitch whose four corners are one vertex; an image of
-each corner says which period it stands in (Leaf et al. 2018, section 3).
+The tile of a pattern lies on a lattice: its upper border is the lower border shifted by one period upwards, and its
+right border is the left border shifted by one period to the right. The mesh is therefore a torus; in the smallest case
+it is one stitch whose four corners are one vertex. An image of each corner gives the period in which the corner lies
+(Leaf et al. 2018, section 3).
 """
 
 from __future__ import annotations
@@ -18,23 +19,25 @@ from stitchmesh.patterns import Pattern, Row, check_closes
 from stitchmesh.patterns.placement.block import Block, block_of
 
 TILE = 1
-"""Place of the tile among the sections of a row."""
+"""Index of the tile among the sections of a row."""
 
 
 def torus_mesh(
     pattern: Pattern, *, stitch_width: float, stitch_height: float, columns: int = 1, rows: int = 1
 ) -> StitchMesh:
-    """The tile of a pattern on a lattice, in the plane z = 0 with its right side up; borders are left out.
+    """Make a stitch mesh of the tile of a pattern on a lattice; the borders of the pattern are left out.
+
+    The mesh lies in the plane z = 0 with its right side up.
 
     Args:
-        pattern: what ``read_pattern`` returned.
-        stitch_width: wale spacing of the first row [cm]; rows of more or fewer loops have the same width.
+        pattern: the pattern, for example from ``read_pattern``.
+        stitch_width: wale spacing of the first row [cm]; rows with more or fewer loops keep the same total width.
         stitch_height: course spacing [cm].
-        columns: tiles beside one another in the cell.
-        rows: repeats above one another in the cell.
+        columns: number of tiles side by side in the cell.
+        rows: number of repeats one above another in the cell.
 
     Raises:
-        PatternError: the last row does not leave the loops that the first is worked on, or not as they are twisted.
+        PatternError: the last row does not make the loops that the first row is worked on, or their twists do not fit.
         ParameterError: a number or a size is not positive.
     """
     for name, number in (("columns", columns), ("rows", rows)):
@@ -51,15 +54,15 @@ def torus_mesh(
 
 
 def _tile_of(pattern: Pattern) -> Pattern:
-    """The pattern without its borders."""
+    """Return the pattern without its borders."""
     rows = tuple(Row(row.sections[TILE], row.loop_sections[TILE]) for row in pattern.rows)
     return Pattern(pattern.name, pattern.source, rows)
 
 
 class _Tiling:
-    """Copies of a block beside and above one another, the last beside the first.
+    """Copies of a block side by side and one above another, numbered row by row from the lower left.
 
-    Copies are numbered row by row from the lower left.
+    The last copy of a row or column is adjacent to the first one.
     """
 
     def __init__(self, block: Block, tile: Pattern, columns: int, rows: int) -> None:
@@ -67,11 +70,11 @@ class _Tiling:
         self.count = np.array([columns, rows])
         self.copy = np.stack([index.ravel() for index in np.indices((rows, columns))[::-1]], axis=1)  # shape (n, 2)
         self.size = np.array([len(line) - 1 for line in block.lines])
-        """Loops of each course line."""
+        """Number of loops of each course line."""
         self.first_corner = np.concatenate([[0], np.cumsum(block.face_size)])
 
     def mesh(self, stitch_width: float, stitch_height: float) -> StitchMesh:
-        """The copies as one stitch mesh."""
+        """Return the copies as one stitch mesh."""
         block, count = self.block, len(self.copy)
         corner_count = len(block.corners)
         vertex, image = self._corners()
@@ -103,7 +106,7 @@ class _Tiling:
         )
 
     def _vertices(self, stitch_width: float, stitch_height: float) -> FloatArray:
-        """The ends of all loops but the last of each line, of all lines but the last, copy by copy [cm]."""
+        """Return the ends of the loops without the last end of each line and without the last line [cm], by copy."""
         x = np.concatenate([line[:-1] for line in self.block.lines[:-1]])
         y = np.repeat(np.arange(self.block.height), self.size[:-1])
         own = np.stack([x, y], axis=1)
@@ -112,23 +115,23 @@ class _Tiling:
         return np.concatenate([flat, np.zeros((len(flat), 1))], axis=1)
 
     def _corners(self) -> tuple[IntArray, IntArray]:
-        """Vertex and lattice image of each corner, shapes (C,) and (C, 2)."""
+        """Return the vertex and the lattice image of each corner, shapes (C,) and (C, 2)."""
         line = np.repeat(np.arange(len(self.size)), self.size + 1)[self.block.corners]
         first = np.concatenate([[0], np.cumsum(self.size + 1)])
         place = self.block.corners - first[line]
-        beyond = np.stack([place == self.size[line], line == self.block.height], axis=1)  # of the next copy, its first
+        beyond = np.stack([place == self.size[line], line == self.block.height], axis=1)  # start of the next copy
         start = np.concatenate([[0], np.cumsum(self.size[:-1])])
         own = start[np.where(beyond[:, 1], 0, line)] + np.where(beyond[:, 0], 0, place)
         image, copy = self._wrapped(self.copy[:, None, :] + beyond)
         return (copy * start[-1] + own).ravel(), image.reshape(-1, 2)
 
     def _wrapped(self, copy: IntArray) -> tuple[IntArray, IntArray]:
-        """Lattice image of copies by column and row, and their numbers in the cell."""
+        """Return the lattice image of copies given by column and row, and their numbers in the cell."""
         within = copy % self.count
         return copy // self.count, within[..., 1] * self.count[0] + within[..., 0]
 
     def _twins(self) -> IntArray:
-        """The side across each side, shape (C,)."""
+        """Return the opposite side of each side, shape (C,)."""
         block = self.block
         across = self._corner_of(block.twin)
         step = np.zeros((len(block.corners), 2), dtype=np.int64)
@@ -142,12 +145,12 @@ class _Tiling:
         return twin
 
     def _corner_of(self, places: IntArray) -> IntArray:
-        """Numbers within the block of corners given as (face, place), shape (n, 2) to (n,)."""
+        """Return the numbers within the block of corners given as (face, place); shape (n, 2) to (n,)."""
         corner: IntArray = self.first_corner[places[:, 0]] + places[:, 1]
         return corner
 
     def _marks(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Twists, shifts and layers of the sides of one copy; on its upper border as the first row takes the loops."""
+        """Return twists, shifts and layers of the sides of one copy; the first row of the tile works its top loops."""
         twist, shift, layer = (
             marks.copy() for marks in (self.block.twist, self.block.cable_shift, self.block.cable_layer)
         )

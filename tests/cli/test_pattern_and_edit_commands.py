@@ -117,7 +117,7 @@ def test_a_malformed_cable_is_told_on_reading(folder, capsys, monkeypatch):
         ("row 1 RS: k2\nrow 2 WS: c4f", "row 2: its tile is worked on 4 loops, but the row below leaves 2"),
         ("row 1 RS: cross(2 2 0 1; 1 1 0 0: k4)", "are crossed to one place"),
         ("row 1 RS: k yo", "row 1: its tile leaves 2 loops, but row 1 is worked on 1"),
-        ("row 1 RS: [yo k2tog]*60", "needs 1 rows of 120 plain stitches together; found none"),
+        ("row 1 RS: [yo k2tog]*60", "needs 1 rows of 120 adjacent plain stitches; found none"),
         ("row 1 RS: k100 p100", "its 200 columns are more than any first row"),
     ],
 )
@@ -139,7 +139,7 @@ def test_a_pattern_file_that_cannot_be_read_is_one_line(folder, capsys, monkeypa
     ("edit", "message"),
     [
         (("change_stitch", {"faces": [FACE], "stitch": "zz"}), "stitch 'zz': is unknown; expected one of k, p"),
-        (("change_stitch", {"faces": [9999], "stitch": "p"}), "face 9999: is gone"),
+        (("change_stitch", {"faces": [9999], "stitch": "p"}), "face 9999: does not exist"),
         (("collapse_course_edge", {"side": 4 * 36 + 2}), "face 36: would have 1 bottom and 0 top sides"),
         (("shift_wale_edge", {"side": 4 * 36 + 3, "end": "top", "direction": "left"}), "lies on the border"),
         (("cross_cable", {"side": 4 * 46 + 2, "left": 2, "right": 2, "front": "left"}), "there are 2 to the right end"),
@@ -160,7 +160,7 @@ def test_what_an_edit_took_away_is_gone_for_the_next_and_cables_do_not_overlap(f
     gone = ("remove_row", {"face": FACE}), ("change_stitch", {"faces": [107], "stitch": "p"})
     cable = {"left": 2, "right": 2, "front": "left"}
     crossed = ("cross_cable", {"side": 4 * 43 + 2, **cable}), ("cross_cable", {"side": 4 * 45 + 2, **cable})
-    for edits, message in ((gone, "face 107: is gone"), (crossed, "its loop is part of another cable")):
+    for edits, message in ((gone, "face 107: does not exist"), (crossed, "its loop is part of another cable")):
         path = log(tmp_path / "bad.jsonl", *edits)
         words = ["edit", folder / "tube.h5", "--replay", path, "-o", tmp_path / "out.h5"]
         assert message in refused(capsys, tmp_path, *words)

@@ -18,7 +18,7 @@ from tests.patterns.fabrics import differing, tube
 
 
 def refused(capsys, *words: object) -> str:
-    """Run a command that must fail; its one line."""
+    """Run a command that must fail, and return its message of one line."""
     assert cli.main([str(word) for word in words]) == 2
     printed = capsys.readouterr()
     assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
@@ -32,7 +32,7 @@ def fabric(tmp_path):
     return path
 
 
-def test_a_pattern_is_laid_on_a_file(tmp_path, fabric, capsys):
+def test_a_pattern_is_applied_to_a_file(tmp_path, fabric, capsys):
     made = tmp_path / "made.h5"
     assert cli.main(["pattern", str(fabric), "rib2x2", "-o", str(made), "--remainder", "stretch"]) == 0
     expected = apply_pattern(read_stitches(fabric), read_pattern("rib2x2"), remainder="stretch")
@@ -41,7 +41,7 @@ def test_a_pattern_is_laid_on_a_file(tmp_path, fabric, capsys):
     assert capsys.readouterr().out == f"2 x 2 rib: {changed} of 108 stitches changed\n"
 
 
-def test_a_pattern_is_laid_around_a_face(tmp_path, fabric):
+def test_a_pattern_is_applied_around_a_face(tmp_path, fabric):
     made = tmp_path / "made.h5"
     assert cli.main(["pattern", str(fabric), "feather-and-fan", "-o", str(made), "--face", "40"]) == 0
     expected = apply_pattern(read_stitches(fabric), read_pattern("feather-and-fan"), face=40)
@@ -63,7 +63,7 @@ def test_bad_words_are_refused_before_any_work(tmp_path, fabric, capsys):
     made = tmp_path / "made.h5"
     assert "did you mean rib3x3 or rib2x2" in refused(capsys, "pattern", fabric, "rib2x3", "-o", made)
     assert "remainder 'crop'" in refused(capsys, "pattern", fabric, "rib2x2", "-o", made, "--remainder", "crop")
-    assert "face 999: is gone" in refused(capsys, "pattern", fabric, "rib2x2", "-o", made, "--face", 999)
+    assert "face 999: does not exist" in refused(capsys, "pattern", fabric, "rib2x2", "-o", made, "--face", 999)
     knit = ["knit", tmp_path / "missing.obj", "-o", tmp_path / "out"]
     assert "did you mean rib3x3 or rib2x2" in refused(capsys, *knit, "--pattern", "rib2x3")
     assert "remainder 'crop'" in refused(capsys, *knit, "--pattern-remainder", "crop")

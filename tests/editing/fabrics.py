@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Small fabrics to edit."""
+"""Small fabrics for the tests of edits."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from tests.gallery import grid, tube
 
 
 def flat(columns: int = 7, rows: int = 6) -> StitchMesh:
-    """A flat piece of plain knit; face ``row * columns + column``."""
+    """Make a flat piece of plain knit; faces are numbered ``row * columns + column``."""
     fabric = tessellate(label(grid(columns, rows, height=0.72)), stitch_width=1.0)
     assert fabric.face_count == columns * rows
     return fabric
 
 
 def around(columns: int = 9, rows: int = 5) -> StitchMesh:
-    """A tube of plain knit."""
+    """Make a tube of plain knit."""
     mesh = tube(columns, rows, radius=columns / 6, height=0.72)
     return tessellate(label(mesh), stitch_width=1.0)
 
 
 def face_at(fabric: StitchMesh, row: int, column: int) -> int:
-    """A face by its row and its place there from the left."""
+    """Return a face by its row and its place there from the left."""
     faces = np.flatnonzero(fabric.row == row)
     return int(faces[np.argsort(fabric.corner_position[fabric.face_start[faces], 0])[column]])
 
 
 def top_of(fabric: StitchMesh, face: int, loop: int = 0) -> int:
-    """A top side of a face, counted from the left."""
+    """Return a top side of a face, counted from the left."""
     return int(fabric.left_wale[face]) - 1 - loop
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits drawn at random, most of them possible ones."""
+"""Random edits, most of which are possible."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS
 
 WHOLE_MESH = ("spiral", "unspiral", "graft", "ungraft")
-"""Edits that leave less room for others: drawn more rarely."""
+"""Edits that leave less space for further edits; they are chosen less often."""
 PATTERNS = ("garter", "eyelet-lace", "rope-cable", "rib1x1")
 
 
@@ -23,7 +23,7 @@ def arrays_of(fabric: StitchMesh) -> dict[str, np.ndarray]:
 
 
 def bits(fabric: StitchMesh) -> dict[str, tuple]:
-    """All that a stitch mesh holds, to the last bit."""
+    """Return all arrays of a stitch mesh, to the last bit."""
     return {
         name: (array.dtype, array.shape, array.tobytes())
         for name, array in arrays_of(fabric).items()
@@ -83,7 +83,7 @@ def _course_edge(random: Random, fabric: StitchMesh) -> dict[str, object]:
 
 
 def _wide_edge(random: Random, fabric: StitchMesh) -> dict[str, object]:
-    """A course edge between an increase and a decrease or the border, where there is one."""
+    """Choose a course edge between an increase and a decrease or the border, if there is one."""
     sides = np.flatnonzero((fabric.side_role == 2) & (fabric.n_top[fabric.side_face] > 1))
     across = fabric.twin[sides]
     wide = sides[(across == BORDER) | (fabric.n_bottom[fabric.side_face[across]] > 1)]
@@ -112,7 +112,7 @@ def _insert_wale(random: Random, fabric: StitchMesh) -> dict[str, object]:
 
 
 def _remove_wale(random: Random, fabric: StitchMesh) -> dict[str, object]:
-    """A column below a decrease or above an increase, where there is one."""
+    """Choose a column below a decrease or above an increase, if there is one."""
     wide = np.flatnonzero(fabric.n_bottom > 1)
     below = fabric.twin[fabric.face_start[_one_of(random, wide)]]
     return {"face": int(fabric.side_face[below]) if below != BORDER else 0, "courses": random.choice([None, None, 1])}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Course edges and wale edges: what an edit adds, its opposite takes away, to the last bit."""
+"""Edits of course edges and wale edges; the opposite edit restores the mesh to the last bit."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def edited(fabric: StitchMesh, name: str, **arguments: object) -> StitchMesh:
 
 
 def widened(fabric: StitchMesh, face: int) -> StitchMesh:
-    """The fabric with an increase in a face and a decrease above it."""
+    """Return the fabric with an increase in a face and a decrease above that face."""
     return edited(fabric, "split_course_edge", side=top_of(fabric, face))
 
 
@@ -56,14 +56,14 @@ def test_at_a_border_only_one_face_changes():
         assert names(split, fabric.side_face[side]) == [Stitch.CAST_ON if cast_on else Stitch.KY]
 
 
-def test_a_loop_more_on_the_last_row_is_bound_off():
-    """No wale ends in the new vertex of the border: the bind-off stands on those of the faces around it."""
+def test_an_additional_loop_in_the_last_row_is_bound_off():
+    """No wale ends in the new border vertex, so the bind-off uses the wales of the adjacent faces."""
     fabric = flat()
     split = edited(fabric, "split_course_edge", side=top_of(fabric, face_at(fabric, 5, 3)))
     assert generate_yarns(split).yarn_count == 1
 
 
-def test_arguments_name_the_stitches():
+def test_arguments_give_the_new_stitches():
     fabric = flat()
     low, high = face_at(fabric, 2, 3), face_at(fabric, 3, 3)
     side = top_of(fabric, low)
@@ -80,16 +80,16 @@ def test_arguments_name_the_stitches():
      ("d321p", (2, 1), "d21p"), ("d312k", (2, 1), "d21k"), ("d123k", (2, 1), "d12k"), ("d21p", (1, 1), "p"),
      ("b", (1, 2), "ky"), ("k", (0, 1), "y"), ("b", (1, 1), "b"), ("sk", (1, 3), "kyk")],
 )  # fmt: skip
-def test_a_stitch_stays_what_it_was_as_far_as_it_can(code, sides, then):
+def test_the_new_stitch_is_as_similar_as_possible_to_the_old_one(code, sides, then):
     assert fitting_stitch(CODES[code], *sides) == CODES[then]
 
 
-def test_no_stitch_makes_two_loops_of_two():
+def test_no_stitch_works_two_loops_to_two_loops():
     assert all(fitting_stitch(stitch, 2, 2) is None for stitch in Stitch)
 
 
 @pytest.mark.parametrize("code", ["ky", "yk"])
-def test_an_increase_divides_into_a_stitch_and_a_yarn_over_and_back(code):
+def test_an_increase_is_divided_into_a_stitch_and_a_yarn_over_and_joined_again(code):
     fabric = flat()
     face = face_at(fabric, 2, 3)
     wide = edited(widened(fabric, face), "change_stitch", faces=[face], stitch=code)
@@ -100,7 +100,7 @@ def test_an_increase_divides_into_a_stitch_and_a_yarn_over_and_back(code):
     assert bits(edited(parts, "remove_wale_edge", side=int(parts.right_wale[face]))) == bits(wide)
 
 
-def test_a_wale_edge_that_is_shifted_hands_a_loop_to_the_neighbour():
+def test_a_shifted_wale_edge_gives_one_loop_to_the_neighbour():
     fabric = flat()
     left, right = face_at(fabric, 2, 3), face_at(fabric, 2, 4)
     wide = widened(fabric, left)
@@ -112,7 +112,7 @@ def test_a_wale_edge_that_is_shifted_hands_a_loop_to_the_neighbour():
     assert bits(edited(shifted, "shift_wale_edge", side=side, end="top", direction="right")) == bits(wide)
 
 
-def test_a_decrease_wanders_at_the_bottom_end():
+def test_shifting_the_bottom_end_of_a_wale_edge_moves_a_decrease():
     fabric = flat()
     wide = widened(fabric, face_at(fabric, 2, 3))
     left, right = face_at(fabric, 3, 3), face_at(fabric, 3, 4)
@@ -130,22 +130,22 @@ def test_twists_stay_with_their_loops():
 
 
 REFUSED = {
-    "gone": ("split_course_edge", {"side": 10_000}, "side 10000: is gone"),
-    "negative": ("collapse_course_edge", {"side": -1}, "side -1: is gone"),
+    "gone": ("split_course_edge", {"side": 10_000}, "side 10000: does not exist"),
+    "negative": ("collapse_course_edge", {"side": -1}, "side -1: does not exist"),
     "wale side": ("split_course_edge", {"side": 1}, "is a right wale side; expected a course side"),
     "course side": ("shift_wale_edge", {"side": 0, "end": "top", "direction": "left"}, "is a bottom side; expected a"),
-    "last loop": ("collapse_course_edge", {"side": 100}, "would have 1 bottom and 0 top sides; no stitch has them"),
-    "two of two": ("remove_wale_edge", {"side": 101}, "would have 2 bottom and 2 top sides; no stitch has them"),
+    "last loop": ("collapse_course_edge", {"side": 100}, "would have 1 bottom and 0 top sides; no stitch has these"),
+    "two of two": ("remove_wale_edge", {"side": 101}, "would have 2 bottom and 2 top sides; no stitch has these"),
     "border": ("remove_wale_edge", {"side": 3}, "lies on the border; expected a wale edge between two faces"),
     "nothing to divide": ("add_wale_edge", {"face": 10, "below": 2, "above": 0}, "below: got 2; face 10 has 1 such"),
-    "no such face": ("add_wale_edge", {"face": 42, "below": 0, "above": 0}, "face 42: is gone; .* 0 to 41"),
+    "no such face": ("add_wale_edge", {"face": 42, "below": 0, "above": 0}, "face 42: does not exist; .* 0 to 41"),
     "no such end": ("shift_wale_edge", {"side": 101, "end": "up", "direction": "left"}, "end: got 'up'; expected top"),
     "no loop to give": ("shift_wale_edge", {"side": 101, "end": "top", "direction": "left"}, "1 bottom and 0 top"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "arguments", "message"), REFUSED.values(), ids=REFUSED)
-def test_what_is_refused_is_said(name, arguments, message):
+def test_the_message_of_a_refused_edit_gives_the_reason(name, arguments, message):
     with pytest.raises(ParameterError, match=message):
         edited(flat(), name, **arguments)
 
@@ -153,5 +153,5 @@ def test_what_is_refused_is_said(name, arguments, message):
 def test_a_decrease_needs_loops_below():
     fabric = flat()
     split = edited(fabric, "split_course_edge", side=0)
-    with pytest.raises(ParameterError, match=r"face 0: stands on the border .* no loop for d12k; only cast-on"):
+    with pytest.raises(ParameterError, match=r"face 0: lies on the border .* no loop for d12k; only cast-on"):
         edited(split, "change_stitch", faces=[0], stitch="d12k")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Grafted seams."""
+"""Grafted seams: linked yarns, exact inverse, and refused sides."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.decides
 
 
 def two_pieces(piece: Mesh, other: Mesh) -> StitchMesh:
-    """Two pieces, the second turned upside down above the first, its outside still outside."""
+    """Return two pieces; the second is turned upside down above the first, and its outside stays outside."""
     turned = other.vertices * [-1.0, -1.0, 1.0] + [other.vertices[:, 0].max() + other.vertices[:, 0].min(), 8.0, 0.0]
     corners = [piece.face_vertex.reshape(-1, 4), other.face_vertex.reshape(-1, 4) + len(piece.vertices)]
     mesh = Mesh.from_polygons(np.concatenate([piece.vertices, turned]), np.concatenate(corners).tolist())
@@ -31,7 +31,7 @@ def two_pieces(piece: Mesh, other: Mesh) -> StitchMesh:
 
 
 def top_sides(fabric: StitchMesh) -> list[int]:
-    """A side on each of the two top borders."""
+    """Return one side on each of the two top borders."""
     sides = np.flatnonzero((fabric.side_role == 2) & (fabric.twin == BORDER))
     height = fabric.vertices[fabric.face_vertex[sides], 1]
     return [int(sides[height.argmin()]), int(sides[height.argmax()])]
@@ -57,7 +57,7 @@ def test_two_tops_are_linked_by_a_ring_between_every_two_wales(name):
 
 
 @pytest.mark.parametrize("name", PIECES)
-def test_a_seam_taken_apart_leaves_the_two_pieces(name):
+def test_ungrafting_a_seam_restores_the_two_pieces(name):
     fabric = PIECES[name]()
     first, second = top_sides(fabric)
     again = ungraft(graft(fabric, first, second), first)
@@ -66,7 +66,7 @@ def test_a_seam_taken_apart_leaves_the_two_pieces(name):
     assert generate_yarns(again, quality="draft").yarn_count == generate_yarns(fabric, quality="draft").yarn_count
 
 
-def test_vertices_that_meet_lie_in_the_middle():
+def test_merged_vertices_take_their_mean_position():
     fabric = PIECES["round"]()
     first, second = top_sides(fabric)
     sewn = graft(fabric, first, second)
@@ -75,10 +75,10 @@ def test_vertices_that_meet_lie_in_the_middle():
     np.testing.assert_allclose(sewn.vertices[sewn.face_vertex[first]], middle, atol=1e-14)  # rounding of a mean
 
 
-def test_lines_of_different_counts_are_refused():
+def test_lines_with_different_numbers_of_loops_are_refused():
     fabric = two_pieces(grid(1, 1, width=4.0, height=2.0), grid(1, 1, width=6.0, height=2.0))
     first, second = top_sides(fabric)
-    with pytest.raises(ParameterError, match=r"got 7 loops at side \d+ and 10 at side \d+; expected as many"):
+    with pytest.raises(ParameterError, match=r"got 7 loops at side \d+ and 10 at side \d+; expected equal numbers"):
         graft(fabric, first, second)
 
 

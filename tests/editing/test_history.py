@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits as data: undo, redo, the log and its replay, and the command."""
+"""Edits as data: undo, redo, the log and its replay, and the command line."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def history_of(edits: tuple[Edit, ...] = EDITED) -> History:
     return history
 
 
-def test_an_edit_carries_its_exact_inverse():
+def test_an_applied_edit_has_an_exact_inverse():
     fabric = flat()
     for edit in EDITED:
         edited = apply_edit(fabric, edit)
@@ -40,7 +40,7 @@ def test_an_edit_carries_its_exact_inverse():
         assert bits(apply_changes(fabric, edited.changes).fabric) == bits(edited.fabric)
 
 
-def test_undo_and_redo_walk_along_the_history():
+def test_undo_and_redo_restore_every_mesh_of_the_history():
     history = history_of()
     assert history.edits == EDITED and history.undone == ()
     history.undo()
@@ -49,7 +49,7 @@ def test_undo_and_redo_walk_along_the_history():
     assert bits(history.redo()) == bits(history_of(EDITED[:2]).fabric)
 
 
-def test_a_new_edit_forgets_what_was_undone():
+def test_after_a_new_edit_undone_edits_cannot_be_redone():
     history = history_of()
     history.undo()
     history.apply(Edit("flip_row", {"face": 20}))
@@ -62,17 +62,17 @@ def test_a_refused_edit_changes_nothing():
     history = history_of()
     history.undo()
     before = history.fabric
-    with pytest.raises(ParameterError, match="face 9999: is gone"):
+    with pytest.raises(ParameterError, match="face 9999: does not exist"):
         history.apply(Edit("bobble", {"face": 9999}))
     assert history.fabric is before and history.edits == EDITED[:2] and history.undone == EDITED[2:]
 
 
-def test_nothing_is_undone_before_the_first_edit():
+def test_there_is_nothing_to_undo_before_the_first_edit():
     with pytest.raises(ParameterError, match="undo: there is no edit to undo"):
         History(flat()).undo()
 
 
-def test_a_log_holds_the_edits_one_a_line(tmp_path):
+def test_a_log_holds_one_edit_in_each_line(tmp_path):
     history = history_of()
     history.save(tmp_path / "log.jsonl")
     lines = (tmp_path / "log.jsonl").read_text().splitlines()
@@ -81,7 +81,7 @@ def test_a_log_holds_the_edits_one_a_line(tmp_path):
     assert bits(replay_edits(flat(), tmp_path / "log.jsonl")) == bits(history.fabric)
 
 
-def test_an_empty_log_is_no_edit(tmp_path):
+def test_an_empty_log_has_no_edits(tmp_path):
     write_log(tmp_path / "log.jsonl", [])
     fabric = flat()
     assert replay_edits(fabric, tmp_path / "log.jsonl") is fabric
@@ -110,7 +110,7 @@ BAD_LINES = {
 
 
 @pytest.mark.parametrize(("line", "message"), BAD_LINES.values(), ids=BAD_LINES)
-def test_a_bad_line_is_named(tmp_path, line, message):
+def test_the_message_gives_the_number_of_a_bad_line(tmp_path, line, message):
     log = tmp_path / "log.jsonl"
     log.write_text('{"edit": "flip_row", "arguments": {"face": 1}}\n' + line + "\n")
     with pytest.raises(FileError, match=message):
@@ -118,26 +118,26 @@ def test_a_bad_line_is_named(tmp_path, line, message):
 
 
 def test_arguments_made_in_python_are_checked_as_those_of_a_log():
-    """What JSON cannot hold, an array say, is named by its type."""
+    """A value that JSON cannot hold, such as an array, is named by its type."""
     for value, shown in ((np.arange(3), "numpy.ndarray"), ("all", '"all"')):
         with pytest.raises(ParameterError, match=f"stripe: rows is .*{shown}"):
             apply_edit(flat(), Edit("stripe", {"yarn": 1, "rows": value}))
 
 
-def test_an_edit_refused_in_a_replay_is_named(tmp_path):
+def test_the_message_gives_the_line_of_an_edit_that_is_refused_in_a_replay(tmp_path):
     log = tmp_path / "log.jsonl"
     write_log(log, [*EDITED, Edit("bobble", {"face": 0})])
     with pytest.raises(ParameterError, match=r"log\.jsonl line 4: bobble: face 0: does not work one loop to one loop"):
         replay_edits(flat(), log)
 
 
-def test_a_log_that_is_not_there_is_said(tmp_path):
+def test_a_missing_log_is_an_error(tmp_path):
     with pytest.raises(FileError, match=r"none\.jsonl: cannot be read"):
         read_log(tmp_path / "none.jsonl")
 
 
 @pytest.mark.parametrize("name", sorted(set(EDITS) - {"spiral", "unspiral"}))
-def test_every_edit_names_an_argument_that_it_lacks(name):
+def test_the_message_of_every_edit_gives_a_missing_argument(name):
     with pytest.raises(ParameterError, match=f"{name}: needs '"):
         apply_edit(flat(), Edit(name))
 
@@ -165,6 +165,6 @@ def test_a_refused_replay_writes_nothing(files, capsys):
     assert not (files / "edited.h5").exists()
 
 
-def test_without_a_log_the_command_says_what_it_needs(files, capsys):
+def test_without_a_log_the_command_prints_what_it_needs(files, capsys):
     assert cli.main(["edit", str(files / "flat.h5")]) == 2
     assert "edit: needs a log of edits and a file for the result; give --replay LOG" in capsys.readouterr().err

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits that leave all faces as they are: stitches, twists, yarns, cables, patterns of plain stitches."""
+"""Edits that change only marks: stitches, twists, yarns, cables, and patterns of plain stitches."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def edited(fabric: StitchMesh, name: str, **arguments: object) -> StitchMesh:
     return apply_edit(fabric, Edit(name, arguments)).fabric
 
 
-def test_only_the_faces_named_change_their_stitch():
+def test_only_the_given_faces_change_their_stitch():
     fabric = flat()
     changed = edited(fabric, "change_stitch", faces=[10, 12, 10], stitch="p")
     assert np.flatnonzero(changed.stitch != fabric.stitch).tolist() == [10, 12]
@@ -59,7 +59,7 @@ def test_a_cable_is_crossed_and_cleared(front, layers):
     assert bits(edited(crossed, "clear_cable", side=int(group.sides[2]))) == bits(fabric)
 
 
-def test_a_cable_leads_across_the_seam_of_a_tube():
+def test_a_cable_can_cross_the_seam_of_a_tube():
     fabric = around()
     for column in range(9):
         side = top_of(fabric, face_at(fabric, 2, column))
@@ -67,7 +67,7 @@ def test_a_cable_leads_across_the_seam_of_a_tube():
         assert sorted(crossed.cable_shift[np.flatnonzero(crossed.cable_shift)]) == [-2, -2, 2, 2]
 
 
-def test_a_cable_is_not_cut():
+def test_edits_that_would_cut_a_cable_are_refused():
     fabric = flat()
     side = top_of(fabric, face_at(fabric, 2, 2))
     crossed = edited(fabric, "set_cable", side=side, destinations=[2, 1, 0], layers=[2, 1, 0])
@@ -83,7 +83,7 @@ def test_a_cable_is_not_cut():
         edited(crossed, "flip_row", face=face_at(fabric, 3, 0))
 
 
-def test_a_pattern_is_pasted_as_it_is_applied():
+def test_pasting_a_pattern_equals_applying_it():
     fabric = flat(columns=12, rows=12)
     face = face_at(fabric, 5, 5)
     for name in ("rib2x2", "eyelet-lace"):
@@ -92,16 +92,16 @@ def test_a_pattern_is_pasted_as_it_is_applied():
 
 
 REFUSED = {
-    "face gone": ("change_stitch", {"faces": [3, 42], "stitch": "p"}, "face 42: is gone"),
+    "face gone": ("change_stitch", {"faces": [3, 42], "stitch": "p"}, "face 42: does not exist"),
     "no face": ("change_stitch", {"faces": [], "stitch": "p"}, "faces: got none"),
     "no such stitch": ("change_stitch", {"faces": [3], "stitch": "z"}, "stitch 'z': is unknown; expected one of k, p"),
     "other counts": ("change_stitch", {"faces": [10], "stitch": "d12k"}, "face 10: d12k needs 2 and 1; the face has 1"),
-    "border": ("change_stitch", {"faces": [0], "stitch": "k"}, "face 0: stands on the border with 1 of its 1 bottom"),
+    "border": ("change_stitch", {"faces": [0], "stitch": "k"}, "face 0: lies on the border with 1 of its 1 bottom"),
     "cast on loops": ("change_stitch", {"faces": [10], "stitch": "cast-on"}, "face 10: cast-on has loops on top and"),
-    "ends nowhere": ("change_stitch", {"faces": [10], "stitch": "draw-through"}, "face 10: yarn drawn through has"),
+    "ends nowhere": ("change_stitch", {"faces": [10], "stitch": "draw-through"}, "face 10: a drawn-through stitch has"),
     "bottom": ("twist_loop", {"side": 40, "twist": 1}, "is a bottom side; expected a top side"),
     "two turns": ("twist_loop", {"side": 42, "twist": 2}, "twist 2; expected -1, 0 or 1"),
-    "no row": ("stripe", {"yarn": 1, "rows": [6]}, "row 6: is gone; the mesh has rows 0 to 5"),
+    "no row": ("stripe", {"yarn": 1, "rows": [6]}, "row 6: does not exist; the mesh has rows 0 to 5"),
     "no yarn": ("stripe", {"yarn": -1, "rows": [1]}, "yarn: got -1; yarns are numbered from 0"),
     "nothing striped": ("stripe", {"yarn": 1}, "faces: got none; expected at least one"),
     "too wide": ("cross_cable", {"side": 42, "left": 4, "right": 4, "front": "left"}, "a cable of 8 loops does not"),
@@ -109,23 +109,23 @@ REFUSED = {
     "no loops": ("cross_cable", {"side": 42, "left": 0, "right": 1, "front": "left"}, "got 0 loops on the left and 1"),
     "no permutation": ("set_cable", {"side": 42, "destinations": [0, 0], "layers": [0, 1]}, "expected the places 0 to"),
     "few layers": ("set_cable", {"side": 42, "destinations": [1, 0], "layers": [0]}, "layers: got 1 for 2 loops"),
-    "no cable": ("clear_cable", {"side": 42}, "its loop is in no cable"),
+    "no cable": ("clear_cable", {"side": 42}, "its loop is not part of a cable"),
     "no pattern": ("paste_pattern", {"pattern": "ribb2x2"}, "pattern 'ribb2x2': is not in the library"),
     "how": ("paste_pattern", {"pattern": "garter", "remainder": "cut"}, "remainder 'cut': is unknown"),
 }
 
 
 @pytest.mark.parametrize(("name", "arguments", "message"), REFUSED.values(), ids=REFUSED)
-def test_what_is_refused_is_said(name, arguments, message):
+def test_the_message_of_a_refused_edit_gives_the_reason(name, arguments, message):
     with pytest.raises(ParameterError, match=message):
         edited(flat(), name, **arguments)
 
 
-def test_loops_of_one_layer_do_not_cross():
+def test_loops_with_equal_layers_cannot_cross():
     with pytest.raises(LabelError, match=r"crosses the loop from .* in the same cable_layer 0"):
         edited(flat(), "set_cable", side=42, destinations=[1, 0], layers=[0, 0])
 
 
-def test_panels_are_no_stitches():
+def test_edits_of_panels_are_refused():
     with pytest.raises(MeshError, match=r"edit: the mesh has panels \(face 0\); expected stitches"):
         edited(label(grid(2, 2)), "flip_row", face=0)

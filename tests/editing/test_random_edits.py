@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Thousands of random edits on all garments: every result is a legal fabric, and every edit can be undone exactly."""
+"""Thousands of random edits of all garments: every result is a valid fabric, every edit can be undone exactly."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from tests.editing.random_edits import WHOLE_MESH, arrays_of, bits, random_edit
 from tests.gallery import GARMENTS
 
 WIDTH = {"dress": 5.0, "glove": 1.2, "poncho": 6.0, "sock": 1.6, "swatch": 1.0, "sweater": 4.5}
-"""Stitch widths [cm] that leave a garment a few hundred stitches; 2 for the others."""
+"""Stitch widths [cm] that give garments of a few hundred stitches; 2 cm for all other garments."""
 TRIED = 420
-"""Edits tried on each garment; two in three are possible."""
+"""Number of edits tried on each garment; about two of three are possible."""
 
 
 @cache
@@ -53,7 +53,7 @@ def edited(name: str, seed: int, count: int, check_every: int = 10**9) -> tuple[
 
 
 @pytest.mark.parametrize("name", [path.stem for path in GARMENTS])
-def test_every_edit_gives_a_legal_fabric_and_can_be_undone_redone_and_replayed(name, tmp_path):
+def test_every_edit_gives_a_valid_fabric_and_can_be_undone_redone_and_replayed(name, tmp_path):
     history, done = edited(name, seed=len(name), count=TRIED, check_every=10)
     assert sum(done.values()) > TRIED / 2
     start, end, count = bits(coarse(name)), bits(history.fabric), len(history.edits)
@@ -75,7 +75,7 @@ def test_every_kind_of_edit_is_possible_on_some_garment():
 
 @pytest.mark.parametrize("name", [path.stem for path in GARMENTS])
 def test_edited_fabrics_have_yarns(name):
-    """Every loop is held and every yarn end is met by one other, or tied: ``link_ends`` refuses all else."""
+    """Every loop is worked, and every yarn end joins one other end or is tied off; ``link_ends`` checks this."""
     fabric = edited(name, seed=3, count=60)[0].fabric
     course = yarn_course(fabric, checked_radius(fabric, None), 4)
     used = [entry // 2 for entries, _ in course.yarns for entry in entries]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole rows and columns: inserted, removed, turned over; and bobbles."""
+"""Edits of whole rows and columns: insert, remove, reverse; and bobbles."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_row_inserted_above_an_increase_has_a_stitch_on_each_loop():
     assert names(more, face, face_at(fabric, 3, 3)) == [Stitch.KY, Stitch.D12K]
 
 
-def test_a_ring_more_is_a_yarn_more():
+def test_an_inserted_ring_adds_one_yarn():
     fabric = around()
     more = edited(fabric, "insert_row", face=0)
     assert generate_yarns(more).yarn_count == generate_yarns(fabric).yarn_count + 1
@@ -69,7 +69,7 @@ def test_the_loops_below_an_inserted_row_keep_their_cables():
 @pytest.mark.parametrize("make", [flat, around])
 @pytest.mark.parametrize("column", [0, 2])
 def test_a_column_from_border_to_border_can_be_removed_again(make, column):
-    """The two copies of a vertex lie a third of the way to its neighbours: half way between them it lies again."""
+    """The copies of a vertex lie symmetrically about it, a third of the distance to its neighbours."""
     fabric = make()
     side = int(fabric.left_wale[face_at(fabric, 1, column)])
     more = edited(fabric, "insert_wale", side=side)
@@ -84,7 +84,7 @@ def test_a_column_from_border_to_border_can_be_removed_again(make, column):
         np.testing.assert_allclose(again.corner_position, fabric.corner_position, atol=1e-14)  # thirds, rounded
 
 
-def test_a_column_within_the_fabric_begins_in_an_increase_and_ends_in_a_decrease():
+def test_a_column_inside_the_fabric_begins_with_an_increase_and_ends_with_a_decrease():
     fabric = flat()
     right = [face_at(fabric, row, 3) for row in range(6)]
     more = edited(fabric, "insert_wale", side=int(fabric.left_wale[right[2]]), courses=2)
@@ -108,7 +108,7 @@ def test_a_column_ends_where_a_decrease_ends_its_wale():
 
 
 @pytest.mark.parametrize("courses", [None, 36])
-def test_a_column_closes_where_its_wale_does(courses):
+def test_a_column_is_closed_if_its_wale_is_closed(courses):
     fabric = tessellate(label(torus(8, 12), seeds=[(0, 1)]), stitch_width=0.8)
     rows = int(fabric.row.max()) + 1
     assert rows == 36
@@ -118,7 +118,7 @@ def test_a_column_closes_where_its_wale_does(courses):
     assert fewer.face_count == fabric.face_count - rows and (fewer.stitch == Stitch.KNIT).all()
 
 
-def test_a_row_turned_over_twice_is_as_before():
+def test_a_row_that_is_reversed_twice_is_unchanged():
     fabric = around()
     face = face_at(fabric, 2, 3)
     turned = edited(fabric, "flip_row", face=face)
@@ -127,14 +127,14 @@ def test_a_row_turned_over_twice_is_as_before():
     assert bits(edited(turned, "flip_row", face=face)) == bits(fabric)
 
 
-def test_an_increase_in_a_row_turned_over_is_a_decrease():
+def test_an_increase_in_a_reversed_row_is_a_decrease():
     fabric = flat()
     face = face_at(fabric, 2, 3)
     wide = edited(fabric, "split_course_edge", side=top_of(fabric, face), stitch_below="py")
     assert names(edited(wide, "flip_row", face=face), face) == [Stitch.D12P]
 
 
-def test_the_first_row_turned_over_is_bound_off_and_the_last_cast_on():
+def test_a_reversed_first_row_is_bound_off_and_a_reversed_last_row_is_cast_on():
     fabric = flat()
     first, last = face_at(fabric, 0, 0), face_at(fabric, 5, 0)
     assert names(edited(fabric, "flip_row", face=first), first) == [Stitch.KNIT]
@@ -142,7 +142,7 @@ def test_the_first_row_turned_over_is_bound_off_and_the_last_cast_on():
     generate_yarns(edited(edited(fabric, "flip_row", face=first), "flip_row", face=last))
 
 
-def test_a_bobble_stays_within_the_one_yarn_of_a_flat_piece():
+def test_a_flat_piece_with_a_bobble_still_has_one_yarn():
     fabric = flat()
     face = face_at(fabric, 2, 3)
     knobbed = edited(fabric, "bobble", face=face)
@@ -152,7 +152,7 @@ def test_a_bobble_stays_within_the_one_yarn_of_a_flat_piece():
     assert yarns.yarn_count == 1 and not yarns.closed[0]
 
 
-def test_a_bobble_on_a_tube_leaves_its_rings():
+def test_a_tube_with_a_bobble_keeps_its_ring_yarns():
     fabric = around()
     knobbed = edited(fabric, "bobble", face=face_at(fabric, 2, 3))
     assert generate_yarns(knobbed).yarn_count == generate_yarns(fabric).yarn_count
@@ -170,14 +170,14 @@ def test_spirals_and_grafts_are_edits_with_an_exact_inverse():
         np.testing.assert_array_equal(apply_edit(there, back).fabric.twin, fabric.twin)
 
 
-def test_a_spiral_row_has_no_row_above():
+def test_no_row_can_be_inserted_above_a_row_of_a_spiral():
     with pytest.raises(ParameterError, match="its row climbs from row 0 to row 4; turn the spiral back first"):
         edited(edited(around(), "spiral"), "insert_row", face=0)
 
 
 REFUSED = {
-    "first row": ("remove_row", {"face": 0}, "face 0: stands on the border; the first row holds all others"),
-    "row gone": ("flip_row", {"face": -1}, "face -1: is gone"),
+    "first row": ("remove_row", {"face": 0}, "face 0: lies on the border; the first row carries all others"),
+    "row gone": ("flip_row", {"face": -1}, "face -1: does not exist"),
     "row of increases": ("insert_row", {"face": 0, "stitch": "ky"}, "stitch ky: does not make one loop on one"),
     "unknown": ("insert_row", {"face": 0, "stitch": "q"}, "stitch 'q': is unknown; expected one of k, p"),
     "column of decreases": ("insert_wale", {"side": 101, "stitch": "d12k"}, "stitch d12k: does not make one loop"),
@@ -190,17 +190,17 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("name", "arguments", "message"), REFUSED.values(), ids=REFUSED)
-def test_what_is_refused_is_said(name, arguments, message):
+def test_the_message_of_a_refused_edit_gives_the_reason(name, arguments, message):
     with pytest.raises(ParameterError, match=message):
         edited(flat(), name, **arguments)
 
 
-def test_the_only_column_stays():
+def test_the_only_column_cannot_be_removed():
     with pytest.raises(ParameterError, match="face 0: is all of its row; without it the fabric would fall apart"):
         edited(flat(columns=1, rows=3), "remove_wale", face=1)
 
 
-def test_a_row_of_an_increase_stays():
+def test_a_row_with_an_increase_cannot_be_removed():
     fabric = flat()
     face = face_at(fabric, 2, 3)
     wide = edited(fabric, "split_course_edge", side=top_of(fabric, face))
@@ -209,7 +209,7 @@ def test_a_row_of_an_increase_stays():
     assert wide.twin[wide.face_start[0]] == BORDER
 
 
-def test_a_tube_of_two_columns_does_not_become_narrower():
+def test_a_column_of_a_tube_of_two_columns_cannot_be_removed():
     fabric = edited(around(columns=3, rows=2), "remove_wale", face=0)
-    with pytest.raises(MeshError, match="would touch itself in a vertex; there is no room for this edit"):
+    with pytest.raises(MeshError, match="would touch itself in a vertex; there is no space for this edit"):
         edited(fabric, "remove_wale", face=0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rings into a spiral and back."""
+"""Conversion of rings to a spiral, and back."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def test_a_spiral_is_one_yarn_with_two_ends(name):
     assert set(range(fabric.face_count)) == set(yarns.face)
 
 
-def test_a_spiral_starts_as_far_apart_as_rings():
+def test_the_yarns_of_a_spiral_start_as_far_apart_as_those_of_rings():
     yarns = generate_yarns(make_spiral(knitted("tube")))
     assert smallest_distance(yarns, within=2 * yarns.radius[0])[0] > yarns.radius[0]
 
 
 @pytest.mark.parametrize("name", ROUND)
-def test_rings_come_back_from_a_spiral(name):
+def test_converting_a_spiral_back_restores_the_rings(name):
     fabric = knitted(name)
     again = unspiral(make_spiral(fabric))
     for field in fields(StitchMesh):
@@ -55,13 +55,13 @@ def test_rings_come_back_from_a_spiral(name):
     assert again.vertices.shape == fabric.vertices.shape
 
 
-def test_vertices_of_an_even_tube_come_back():
+def test_vertices_of_an_even_tube_are_restored():
     fabric = knitted("tube")
-    # wales are straight and even, so that a step down is the step up, to rounding
+    # wales are straight and evenly divided, so the step down equals the step up except for rounding
     np.testing.assert_allclose(unspiral(make_spiral(fabric)).vertices, fabric.vertices, atol=1e-13)
 
 
-def test_a_spiral_has_one_vertex_more_and_one_free_wale_side_at_each_end():
+def test_a_spiral_has_one_additional_vertex_and_one_free_wale_side_at_each_end():
     fabric = knitted("narrowing tube")
     turned = make_spiral(fabric)
     assert len(turned.vertices) == len(fabric.vertices) + 1
@@ -72,14 +72,14 @@ def test_a_spiral_has_one_vertex_more_and_one_free_wale_side_at_each_end():
     assert not course.closed
 
 
-def test_course_sides_lie_across_from_one_another_as_before():
+def test_the_twins_of_course_sides_are_unchanged():
     fabric = knitted("narrowing tube")
     course = ~fabric.is_wale
     np.testing.assert_array_equal(make_spiral(fabric).twin[course], fabric.twin[course])
 
 
-def test_no_stitch_takes_the_whole_step():
-    """Around an even tube each vertex rises over its neighbour by the wale over the number of stitches."""
+def test_the_step_of_a_spiral_is_distributed_over_all_stitches():
+    """On an even tube, each vertex lies above its neighbour by the wale length over the number of stitches."""
     fabric = knitted("tube")
     turned = make_spiral(fabric)
     around = int((fabric.row == 0).sum())
@@ -89,21 +89,21 @@ def test_no_stitch_takes_the_whole_step():
     np.testing.assert_allclose(rise, wale / around, rtol=1e-9)  # rounding
 
 
-def test_every_stack_of_rings_is_turned_or_the_chosen_one():
+def test_every_stack_of_rings_is_converted_or_only_the_chosen_one():
     fabric = tessellate(label(two_tubes()), stitch_width=0.6)
     assert len(ring_stacks(fabric)) == 2
     assert generate_yarns(make_spiral(fabric), quality="draft").yarn_count == 2
     seam = int(np.flatnonzero(fabric.row == 1)[2])
     turned = make_spiral(fabric, seam)
     assert len(turned.vertices) == len(fabric.vertices) + 1
-    # the seam runs along the left wale side of that face: the row before ends there
+    # the seam runs along the left wale side of that face, where the previous row ends
     before = turned.side_face[turned.twin[turned.left_wale[seam]]]
     assert turned.row[before] == turned.row[seam] - 1
 
 
 @pytest.mark.parametrize(("name", "spirals"), [("tea_cozy", 2), ("sweater", 4), ("dress", 1)])
-def test_spirals_of_a_garment_meet_nowhere(name, spirals):
-    """Tubes that end in other tubes, in slits and in flat rows: each spiral is turned, and rings come back."""
+def test_spirals_of_a_garment_share_no_vertex_and_become_rings_again(name, spirals):
+    """Garments whose tubes end in other tubes, in slits and in flat rows."""
     fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=1.6)
     turned = make_spiral(fabric)
     assert len(turned.vertices) == len(fabric.vertices) + spirals
@@ -111,12 +111,12 @@ def test_spirals_of_a_garment_meet_nowhere(name, spirals):
     np.testing.assert_array_equal(unspiral(turned).face_vertex, fabric.face_vertex)
 
 
-def test_flat_rows_stay_as_they_are():
+def test_flat_rows_stay_unchanged():
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
     assert make_spiral(fabric) is fabric and unspiral(fabric) is fabric
 
 
-def test_a_seam_needs_rings():
+def test_a_seam_without_two_rings_is_refused():
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
     with pytest.raises(ParameterError, match="face 3 does not run through two rings"):
         make_spiral(fabric, 3)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Fabrics to be patterned, and what is looked at in them."""
+"""Fabrics on which tests put patterns, and the properties that the tests compare."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from stitchmesh.patterns.swatch_mesh import plain_piece
 
 
 def pattern(*rows: str, left: int = 0, right: int = 0, below: dict[int, tuple[Loop, ...]] | None = None) -> Pattern:
-    """A pattern from the codes of its rows, bottom first, borders of so many cells; ``below`` are loops by row."""
+    """Make a pattern from the codes of its rows, bottom first; ``left`` and ``right`` count border cells."""
     held = below or {}
     cells = [tuple(Cell(CODES[code]) for code in row.split()) for row in rows]
     return Pattern("tried", "", tuple(Row(row, held.get(index, ()), left, right) for index, row in enumerate(cells)))
 
 
 def flat(columns: int, rows: int) -> StitchMesh:
-    """Knit stitches of 1 cm on a cast-on row."""
+    """Make a flat fabric of knit stitches of 1 cm on a cast-on row."""
     return plain_piece(columns, rows, 1.0, 1.0)
 
 
 def tube(around: int, rows: int) -> StitchMesh:
-    """The same in the round."""
+    """Make a tube of knit stitches on a cast-on row."""
     piece = plain_piece(around, rows, 1.0, 1.0)
     angle = 2.0 * np.pi * np.arange(around) / around
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * around / (2.0 * np.pi)
@@ -48,30 +48,30 @@ def tube(around: int, rows: int) -> StitchMesh:
 
 
 def codes(fabric: StitchMesh) -> list[str]:
-    """One sign a stitch, row by row from below: c cast on, k, p, or + for another; for fabrics in order of rows."""
+    """Return one sign for each stitch, row by row from below: c (cast on), k, p, or + for another stitch."""
     signs = {Stitch.CAST_ON: "c", Stitch.KNIT: "k", Stitch.PURL: "p"}
     rows = [np.flatnonzero(fabric.row == row) for row in range(fabric.row.max() + 1)]
     return ["".join(signs.get(Stitch(int(stitch)), "+") for stitch in fabric.stitch[row]) for row in rows]
 
 
 def checked(fabric: StitchMesh) -> StitchMesh:
-    """The same stitch mesh, all of it checked anew."""
+    """Return a copy of a stitch mesh; making the copy checks the whole mesh again."""
     return StitchMesh(**{part.name: getattr(fabric, part.name) for part in fields(StitchMesh)})
 
 
 def differing(one: StitchMesh, other: StitchMesh) -> list[str]:
-    """Names of the arrays that differ."""
+    """Return the names of the arrays that differ between two stitch meshes."""
     names = [part.name for part in fields(StitchMesh)]
     return [name for name in names if not np.array_equal(getattr(one, name), getattr(other, name))]
 
 
 def stitches(name: str) -> np.ndarray:
-    """Stitches of a pattern of equal rows, from the lower left."""
+    """Return the stitches of a pattern whose rows are equally long, from the lower left, shape (rows, columns)."""
     return np.array([[cell.stitch for cell in row.cells] for row in read_pattern(name).rows])
 
 
 def is_shift_of(cells: np.ndarray, other: np.ndarray) -> bool:
-    """Whether a chart is another one begun elsewhere."""
+    """Whether a chart equals another chart that begins at another row or column."""
     rows, columns = cells.shape
     return any(
         np.array_equal(np.roll(cells, (row, column), axis=(0, 1)), other)

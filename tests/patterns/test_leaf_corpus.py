@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The knits of Leaf et al. 2018, table 3: each is in the library, and its chart is what its name says."""
+"""The knits of Leaf et al. 2018, table 3: each is in the library, and its chart agrees with its name."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ NAMES = tuple(name.lower().replace(" ", "-") for name in TABLE_3)
 SLIPS = (Stitch.SLIP_BACK, Stitch.SLIP_FRONT)
 
 
-def over(cells: np.ndarray) -> np.ndarray:
-    """Knit and purl exchanged, in place."""
+def exchange_knit_and_purl(cells: np.ndarray) -> np.ndarray:
+    """Return a chart with knit and purl exchanged."""
     return np.vectorize(lambda stitch: int(turned_over(Stitch(stitch))))(cells)
 
 
 def slip_heights(cells: np.ndarray) -> set[int]:
-    """Over how many rows loops are slipped; columns go on upwards from the first row again."""
+    """Return the numbers of rows over which loops are slipped; the chart repeats upwards."""
     heights = set()
     for column in np.isin(cells, SLIPS).T:
         start = int(np.flatnonzero(~column)[0])
@@ -43,7 +43,7 @@ def test_the_table_has_29_knits():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_is_there_closes_and_says_its_source(name):
+def test_each_knit_is_in_the_library_closes_and_names_its_source(name):
     assert name in pattern_names()
     pattern = read_pattern(name)
     check_closes(pattern)
@@ -54,13 +54,13 @@ def test_it_is_there_closes_and_says_its_source(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_wale_is_held(name):
-    # a column slipped in every row would be a loop without end
+def test_no_wale_is_slipped_in_every_row(name):
+    # a column that is slipped in every row would be a single loop of unlimited length
     assert all(not np.isin(column, SLIPS).all() for column in stitches(name).T)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_chart_is_one_repeat(name):
+def test_a_chart_holds_exactly_one_repeat(name):
     rows = read_pattern(name).rows
     assert not any(rows == rows[step:] + rows[:step] for step in range(1, len(rows)))
     charts = [[(cell.stitch, cell.yarn) for cell in row.cells] for row in rows]
@@ -81,7 +81,7 @@ def test_left_is_the_mirror_image_of_right(name):
 
 
 @pytest.mark.parametrize(("name", "step"), [("right-diagonal", 1), ("right-diagonal-rib", 1), ("left-diagonal", -1)])
-def test_a_diagonal_moves_by_one_stitch_a_row(name, step):
+def test_a_diagonal_moves_by_one_stitch_in_each_row(name, step):
     cells = stitches(name)
     assert np.array_equal(np.roll(cells, step, axis=1), np.roll(cells, -1, axis=0))
 
@@ -105,11 +105,11 @@ def test_herringbone_zigzags():
     ["basketweave-rib-stitch", "block1", "block2", "lattice-with-seed-stitch", "rhombus-texture", "pyramid-stitch",
      "garter-block", "honeycomb", "slip-stitch-rib"],
 )  # fmt: skip
-def test_these_are_their_mirror_images(name):
+def test_symmetric_knits_equal_their_mirror_images(name):
     assert is_shift_of(stitches(name)[:, ::-1], stitches(name))
 
 
-def test_a_thunderbird_has_two_equal_wings_and_looks_aside():
+def test_a_thunderbird_has_two_equal_wings_and_an_asymmetric_head():
     bird = stitches("thunderbird")[::-1] == Stitch.PURL
     mirror = bird[:, ::-1]
     body = slice(5, None)
@@ -123,11 +123,11 @@ def test_a_thunderbird_has_two_equal_wings_and_looks_aside():
 
 def test_blocks_are_knit_where_their_neighbours_are_purl():
     for name, columns in (("block1", 8), ("block2", 5)):
-        assert np.array_equal(np.roll(stitches(name), columns, axis=1), over(stitches(name)))
+        assert np.array_equal(np.roll(stitches(name), columns, axis=1), exchange_knit_and_purl(stitches(name)))
 
 
 @pytest.mark.parametrize("name", ["tumbling-moss-blocks", "pyramid-stitch", "honeycomb", "garter-block"])
-def test_the_second_half_is_the_first_half_a_repeat_aside(name):
+def test_the_second_half_equals_the_first_half_shifted_by_half_a_repeat(name):
     cells = stitches(name)
     rows, columns = cells.shape
     assert np.array_equal(np.roll(cells, (rows // 2, columns // 2), axis=(0, 1)), cells)
@@ -138,7 +138,7 @@ def test_tumbling_blocks_have_three_faces():
     assert rows[:6] == ["KPKPKPKPKP", "KKPKPKPKPP", "KKKPKPKPPP", "KKKKPKPPPP", "KKKKKPPPPP", "KKKKKPPPPP"]
 
 
-def test_diamonds_of_stockinette_and_garter_are_parted_by_eyelets():
+def test_diamonds_of_stockinette_and_garter_are_separated_by_eyelets():
     pattern = read_pattern("stockinette-and-garter")
     assert (pattern.width, pattern.height) == (22, 36)
     for lace, plain in zip(pattern.rows[::2], pattern.rows[1::2], strict=True):
@@ -148,7 +148,7 @@ def test_diamonds_of_stockinette_and_garter_are_parted_by_eyelets():
         assert set(made) <= {Stitch.KNIT, Stitch.YARN_OVER, Stitch.D12K, Stitch.D21K}
         assert {cell.stitch for cell in plain.cells} == {Stitch.KNIT, Stitch.PURL}
     halves = stitches_of_plain_rows(pattern)
-    assert np.array_equal(np.roll(halves[9:], 11, axis=1), over(halves[:9]))
+    assert np.array_equal(np.roll(halves[9:], 11, axis=1), exchange_knit_and_purl(halves[:9]))
 
 
 def stitches_of_plain_rows(pattern: Pattern) -> np.ndarray:
@@ -159,11 +159,11 @@ def stitches_of_plain_rows(pattern: Pattern) -> np.ndarray:
     ("name", "heights"),
     [("honeycomb", {6}), ("slip-stitch-rib", {1}), ("long-slip-textured", {3}), ("jacquard1", {2})],
 )
-def test_loops_are_slipped_over_so_many_rows(name, heights):
+def test_loops_are_slipped_over_the_documented_numbers_of_rows(name, heights):
     assert slip_heights(stitches(name)) == heights
 
 
-def test_each_jacquard_uses_slipped_loops_in_its_own_way():
+def test_each_jacquard_has_its_own_arrangement_of_slipped_loops():
     charts = {name: stitches(name) for name in ("jacquard1", "jacquard2", "jacquard3")}
     assert all(read_pattern(name).yarn_count == 2 for name in charts)
     behind, motif, brick = charts.values()

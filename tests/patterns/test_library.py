@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The library: every pattern reads, closes and is what knitters call by its name; and bad paths are refused."""
+"""The library: every pattern can be read, closes and agrees with its name; bad paths raise errors."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ TURNS_WITHOUT_CHANGE = ("garter", "seed", "moss", "rib1x1", "rib2x2", "rib3x3")
 
 
 def turned(cells: np.ndarray) -> np.ndarray:
-    """The same fabric seen from the wrong side."""
+    """Return the chart of a fabric as seen from its wrong side."""
     return np.vectorize(lambda stitch: int(from_wrong_side(Stitch(stitch))))(cells[:, ::-1])
 
 
-def test_the_library_is_the_folder_and_the_document():
+def test_the_document_lists_every_pattern_of_the_folder():
     assert set(pattern_names()) == {path.stem for path in PATTERNS.glob("*.knit")}
     missing = [name for name in pattern_names() if f"`{name}`" not in DOCUMENT]
     assert not missing
@@ -37,7 +37,7 @@ def test_the_gallery_shows_every_pattern():
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_every_pattern_repeats_and_comes_back_from_its_text(name):
+def test_every_pattern_repeats_and_equals_the_pattern_read_from_its_text(name):
     pattern = read_pattern(name)
     assert pattern.closes
     assert pattern.source
@@ -50,7 +50,7 @@ def test_reversible_fabrics_look_the_same_from_behind(name):
     assert is_shift_of(turned(stitches(name)), stitches(name))
 
 
-def test_one_sided_fabrics_do_not():
+def test_one_sided_fabrics_look_different_from_behind():
     assert np.array_equal(turned(stitches("stockinette")), stitches("reverse-stockinette"))
     assert not is_shift_of(turned(stitches("stockinette")), stitches("stockinette"))
 
@@ -66,7 +66,7 @@ def test_charts_of_leaf_have_their_sizes(name, shape):
 
 
 @pytest.mark.parametrize("name", ["king-charles-brocade", "double-basket-pattern", "pie-crust-basketweave"])
-def test_symmetric_charts_are_their_mirror_images(name):
+def test_symmetric_charts_equal_their_mirror_images(name):
     assert is_shift_of(stitches(name)[:, ::-1], stitches(name))
     assert is_shift_of(stitches(name)[::-1], stitches(name))
 
@@ -107,6 +107,6 @@ def test_bad_files_are_refused(tmp_path):
         read_pattern(tmp_path / "d.knit")
 
 
-def test_line_ends_and_marks_of_other_systems(tmp_path):
+def test_line_ends_and_byte_order_marks_of_other_systems(tmp_path):
     (tmp_path / "e.knit").write_bytes(b"\xef\xbb\xbfrow 1 RS: k\r\nrow 2 WS: p\r\n")
     assert read_pattern(tmp_path / "e.knit").rows == read_pattern("stockinette").rows

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns check themselves, whoever makes them, and can be written down whatever they hold."""
+"""Patterns check themselves when they are made, and every valid pattern can be written as text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ KNIT = Cell(Stitch.KNIT)
 @pytest.mark.parametrize(
     ("make", "found"),
     [
-        (lambda: Cell(Stitch.PANEL), "cannot stand in a pattern"),
+        (lambda: Cell(Stitch.PANEL), "cannot occur in a pattern"),
         (lambda: Cell(Stitch.KY, (1,)), r"KY has twists \(1,\); expected -1, 0 or 1 for each of its 2 loops"),
         (lambda: Cell(Stitch.KNIT, (2,)), "expected -1, 0 or 1"),
         (lambda: Cell(Stitch.KNIT, yarn=-1), "got yarn -1"),
@@ -32,7 +32,7 @@ KNIT = Cell(Stitch.KNIT)
         (lambda: Pattern("x", "", (Row((KNIT,)), Row((KNIT, KNIT)))), "pattern 'x', row 2: its tile is worked on 2"),
     ],
 )
-def test_what_does_not_fit_is_refused(make, found):
+def test_invalid_patterns_are_refused(make, found):
     with pytest.raises(PatternError, match=found):
         make()
 
@@ -49,19 +49,19 @@ def test_marks_above_a_row_are_its_twists_and_how_the_next_row_holds_them():
     ("text", "found"),
     [
         ("round 1: k8\nround 2: p8\nround 3: k8 yo",
-         r"row 3: its tile leaves 9 loops, but row 1 is worked on 8; .* mend what changes the count: row 3 by \+1$"),
+         r"row 3: its tile leaves 9 loops, but row 1 is worked on 8; .* correct the rows .*: row 3 by \+1$"),
         ("round 1: k2tog k4 yo\nround 2: k2tog k4\nround 3: k2tog k3",
          "row 3: its tile leaves 4 loops, but row 1 is worked on 6; .*: row 2 by -1, row 3 by -1$"),
         ("round 1: k | k | yo k", r"row 1: its left border leaves 2 loops, but row 1 is worked on 1; .*row 1 by \+1"),
     ],
 )  # fmt: skip
-def test_what_does_not_repeat_upwards_is_refused_with_the_rows_that_change_counts(text, found):
+def test_a_pattern_that_does_not_close_is_refused_with_the_rows_that_change_counts(text, found):
     with pytest.raises(PatternError, match=rf"^pattern 'x', {found}"):
         check_closes(parse_pattern(text, "x"))
 
 
 @pytest.mark.parametrize("text", ["round 1: k", "round 1: k2tog\nround 2: yk", "round 1: yo k2tog k"])
-def test_what_repeats_upwards_is_not(text):
+def test_a_pattern_that_closes_is_accepted(text):
     pattern = parse_pattern(text)
     check_closes(pattern)
     assert pattern.closes
@@ -73,7 +73,7 @@ def test_a_loop_that_crosses_no_other_has_no_layer():
 
 
 def random_row(dice: random.Random) -> Row:
-    """Stitches, twists, yarns, borders and one crossing of any kind."""
+    """Make a row with random stitches, twists, yarns and borders, and one random crossing."""
     cells = [KNIT]
     for _ in range(dice.randint(1, 6)):
         stitch = dice.choice(list(CODES.values()))
@@ -91,7 +91,7 @@ def random_row(dice: random.Random) -> Row:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_writing_and_reading_is_the_identity(seed):
+def test_a_pattern_that_is_written_and_read_is_unchanged(seed):
     dice = random.Random(seed)
     row = random_row(dice)
     plain = Row((Cell(Stitch.PURL, yarn=seed % 3),) * row.n_top)

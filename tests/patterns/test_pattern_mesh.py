@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A pattern as a flat piece of fabric."""
+"""Flat stitch meshes of patterns."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SIZE = {"stitch_width": 0.8, "stitch_height": 0.6}
 
 
 def row_stitches(fabric, row):
-    """Stitches of a row of a flat piece, left to right."""
+    """Return the stitches of a row of a flat piece, left to right."""
     faces = np.flatnonzero(fabric.row == row)
     across = np.add.reduceat(fabric.corner_position[:, 0], fabric.face_start[:-1]) / np.diff(fabric.face_start)
     return fabric.stitch[faces[np.argsort(across[faces])]].tolist()
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_every_pattern_of_the_library_makes_a_piece_whose_rows_are_its_rows(name):
+def test_the_rows_of_a_flat_piece_equal_the_rows_of_its_pattern(name):
     chosen = read_pattern(name)
     piece = checked(pattern_mesh(chosen, 2, 2, **SIZE))
     for row, cells in enumerate([*chosen.rows, *chosen.rows], start=1):
@@ -40,20 +40,20 @@ def test_every_pattern_of_the_library_makes_a_piece_whose_rows_are_its_rows(name
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_every_pattern_of_the_library_can_be_made_of_yarn_linked_as_it_says(name):
+def test_every_pattern_of_the_library_gives_yarns_that_are_linked_as_the_stitches_require(name):
     piece = pattern_mesh(read_pattern(name), 1, 2, **SIZE)
     yarns = generate_yarns(piece, yarn_radius=0.06, quality="draft")
     assert set(yarns.face.tolist()) == set(range(piece.face_count))
     check_loops(piece, yarns)
 
 
-def test_borders_stand_once_at_the_edges():
+def test_borders_occur_once_at_the_edges():
     piece = pattern_mesh(pattern("p k b p", left=1, right=1), 3, 1, **SIZE)
     k, p, slipped = Stitch.KNIT, Stitch.PURL, Stitch.SLIP_BACK
     assert row_stitches(piece, 1) == [p, *[k, slipped] * 3, p]
 
 
-def test_borders_of_changing_counts_are_put_in_beside_the_tiles():
+def test_borders_with_increases_and_decreases_lie_beside_the_tiles():
     piece = checked(pattern_mesh(pattern("y d12k k k y d12k p", left=2, right=1), 2, 1, **SIZE))
     tile = [Stitch.KNIT, Stitch.KNIT, Stitch.YARN_OVER, Stitch.D12K]
     assert row_stitches(piece, 1) == [Stitch.YARN_OVER, Stitch.D12K, *tile, *tile, Stitch.PURL]
@@ -88,12 +88,12 @@ def test_the_first_row_crosses_the_last_of_the_repeat_below(first):
     assert (piece.twist != 0).sum() == 2
 
 
-def test_even_lines_stay_even():
+def test_equal_loop_counts_give_equal_loop_widths():
     lines = course_points([4, 4, 4], [(row, place, place) for row in (0, 1) for place in (1, 2, 3)])
     assert all(np.allclose(line, range(5), atol=1e-12) for line in lines)  # rounding of the solver
 
 
-def test_no_loop_is_narrow_however_wales_lean():
+def test_no_loop_is_narrow_even_if_wales_lean_strongly():
     rows = 12
     loops = [16] * (rows + 1)
     wales = [(row, place, max(place - 3, 0)) for row in range(rows) for place in range(1, 16)]

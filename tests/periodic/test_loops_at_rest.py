@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of swatches at rest: linked as drawn, and yarn pulled through yarn is found."""
+"""Loops of relaxed swatches: they are linked as their stitches require, and pull-through of yarn is found."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.decides
 
 KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib", "slip-stitch-rib", "half-cardigan",
          "jacquard2", "rope-cable"]  # fmt: skip
-"""Plain and purl, slipped in front and behind, tucked, stranded, crossed."""
+"""Patterns with knit and purl stitches, stitches slipped in front and behind, tucks, floats and cables."""
 
 
 @cache
@@ -29,16 +29,16 @@ def at_rest(name: str) -> tuple[sm.StitchMesh, YarnSet]:
 
 
 @pytest.mark.parametrize("name", KNITS)
-def test_loops_of_a_swatch_at_rest_are_linked_as_its_stitches_say(name: str) -> None:
+def test_loops_of_a_relaxed_swatch_are_linked_as_its_stitches_require(name: str) -> None:
     fabric, yarns = at_rest(name)
-    # twice the smallest clearance at the start: it has moved far enough to pass through something
+    # twice the smallest initial clearance: some yarn has moved far enough to pass through another yarn
     assert np.abs(yarns.points - sm.generate_yarns(fabric, quality="draft").points).max() > 0.5 * yarns.radius[0]
     sm.check_loops(fabric, yarns)
 
 
 @pytest.mark.parametrize("name", ["stockinette", "linen-stitch", "rope-cable"])
 def test_a_loop_lifted_out_of_another_is_found(name: str) -> None:
-    """The head of one loop goes eight radii to the front, through what is worked into it and all its images."""
+    """The upper part of a loop moves eight radii to the front, through the loop worked into it and all its images."""
     fabric, yarns = at_rest(name)
     knit = fabric.stitch == sm.Stitch.KNIT
     head = (yarns.face == np.flatnonzero(knit)[0]) & (yarns.part == 0)
@@ -48,8 +48,8 @@ def test_a_loop_lifted_out_of_another_is_found(name: str) -> None:
         sm.check_loops(fabric, replace(yarns, points=points))
 
 
-def test_yarn_brought_to_the_other_side_of_a_slipped_loop_is_found() -> None:
-    """Of linen stitch, and from the front to the back: both legs are passed, in opposite senses."""
+def test_yarn_moved_to_the_other_side_of_a_slipped_loop_is_found() -> None:
+    """In linen stitch, yarn moves from the front to the back and passes both legs of a loop in opposite senses."""
     fabric, yarns = at_rest("linen-stitch")
     slipped = np.flatnonzero(fabric.stitch == sm.Stitch.SLIP_FRONT)[0]
     own = yarns.face == slipped
@@ -60,7 +60,7 @@ def test_yarn_brought_to_the_other_side_of_a_slipped_loop_is_found() -> None:
         sm.check_loops(fabric, replace(yarns, points=points))
 
 
-def test_yarns_and_stitches_repeat_both_or_neither() -> None:
+def test_only_one_of_yarns_and_stitches_on_a_lattice_is_refused() -> None:
     fabric, yarns = at_rest("stockinette")
     with pytest.raises(YarnError, match="of yarns and stitch mesh one repeats on a lattice"):
         sm.check_loops(fabric, replace(yarns, lattice=None, lattice_step=None))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stretch curves: sizes, tensions and work; what is refused; the table, the picture and the command."""
+"""Stretch tests: sizes, tensions and work; refused arguments; the table, the plot and the command."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from PIL import Image
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, chosen_strains, stretch_test
+from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, choose_strains, stretch_test
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.stretch_plot import plot_stretch
@@ -25,16 +25,16 @@ from stitchmesh.yarnrelax import YarnMaterial
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["reference"], quadrature_points=5, tolerance=3e-5)
-"""Coarser contacts catch on one another, and tension wavers by what a sphere of theirs holds."""
+"""With fewer contact samples, contact spheres interlock, and the tension varies by the force of one sphere."""
 MOST, STEPS = 0.2, 11
-WAYS = [("course", "free"), ("course", "held"), ("wale", "free"), ("wale", "held")]
+CASES = [("course", "free"), ("course", "held"), ("wale", "free"), ("wale", "held")]
 
 
 @pytest.fixture(scope="module")
 def curves() -> dict[tuple[str, str], StretchCurve]:
-    """Stockinette drawn in every way."""
+    """Return the stretch curves of stockinette in both directions, with the other size free and held."""
     made = {}
-    for direction, other in WAYS:
+    for direction, other in CASES:
         given: Any = {direction: (0.0, MOST), "other": other}
         made[direction, other] = stretch_test(
             "stockinette", steps=STEPS, material=KALDOR, quality=EXACT, device="cpu", **given
@@ -42,9 +42,11 @@ def curves() -> dict[tuple[str, str], StretchCurve]:
     return made
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_sizes_are_those_asked_for(curves: dict[tuple[str, str], StretchCurve], way: tuple[str, str]) -> None:
-    curve, (direction, other) = curves[way], way
+@pytest.mark.parametrize("case", CASES)
+def test_the_cell_has_the_sizes_of_the_given_strains(
+    curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str]
+) -> None:
+    curve, (direction, other) = curves[case], case
     assert all(point.converged for point in curve.points)
     rest = dict(zip(("course", "wale"), size_of(curve.free.lattice), strict=True))
     sizes = {"course": curve.column("width"), "wale": curve.column("height")}
@@ -55,20 +57,20 @@ def test_sizes_are_those_asked_for(curves: dict[tuple[str, str], StretchCurve], 
         np.testing.assert_allclose(sizes[across], rest[across], rtol=1e-9)
         assert curve.column(f"{across}_tension")[-1] > 1.0
     else:
-        assert (np.diff(sizes[across]) < 0.0).all()  # it contracts
-        assert np.abs(curve.column(f"{across}_tension")).max() < 0.01 * curve.tension.max()  # at rest to 1e-5
+        assert (np.diff(sizes[across]) < 0.0).all()  # the free size contracts
+        assert np.abs(curve.column(f"{across}_tension")).max() < 0.01 * curve.tension.max()  # the residual is 1e-5
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("case", CASES)
 def test_tension_rises_and_is_the_slope_of_the_energy(
-    curves: dict[tuple[str, str], StretchCurve], way: tuple[str, str]
+    curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str]
 ) -> None:
-    """Virtual work: between two strains the energy changes by the tension in the middle, Simpson's rule."""
-    curve = curves[way]
+    """Virtual work: the change of energy between two strains equals the integral of the tension (Simpson's rule)."""
+    curve = curves[case]
     strain, energy, tension = curve.column("strain"), curve.column("energy"), curve.tension
     assert abs(tension[0]) < 0.01 * tension[-1] and (np.diff(tension) > 0.0).all()
     work = (tension[:-2:2] + 4 * tension[1:-1:2] + tension[2::2]) / 3 * (strain[1] - strain[0])
-    # of the third order in steps of 2 %: contacts that open bend the curve within a step, by a few percent at first
+    # third order in steps of 2 %: opening contacts bend the curve within a step, by a few percent at first
     np.testing.assert_allclose(energy[2::2] - energy[:-2:2], work, rtol=0.03, atol=0.01 * work.max())
     assert work.sum() == pytest.approx(energy[-1] - energy[0], rel=0.005)
     assert curve.snaps == []
@@ -79,34 +81,34 @@ def test_holding_the_other_direction_makes_fabric_stiffer(curves: dict[tuple[str
         assert (curves[direction, "held"].tension[1:] > curves[direction, "free"].tension[1:]).all()
 
 
-def test_every_preset_knows_tension(curves: dict[tuple[str, str], StretchCurve]) -> None:
-    """Loops are as fine as tension needs: with draft's own control points it is 65 and 81 % too high."""
-    for way, quality in (("course", "held"), "draft"), (("wale", "free"), "standard"):
-        given: Any = {way[0]: (0.0, MOST), "other": way[1]}
+def test_every_preset_gives_the_correct_tension(curves: dict[tuple[str, str], StretchCurve]) -> None:
+    """The preset is refined: with the control points of ``draft`` the tensions would be 65 and 81 % too high."""
+    for case, quality in (("course", "held"), "draft"), (("wale", "free"), "standard"):
+        given: Any = {case[0]: (0.0, MOST), "other": case[1]}
         curve = stretch_test("stockinette", steps=3, material=KALDOR, quality=quality, device="cpu", **given)
-        # spheres of five a segment, and a residual of 1e-3
-        np.testing.assert_allclose(curve.tension[1:], curves[way].tension[[5, 10]], rtol=0.02)
+        # five contact samples for each segment, and a residual of 1e-3
+        np.testing.assert_allclose(curve.tension[1:], curves[case].tension[[5, 10]], rtol=0.02)
 
 
 def test_a_curve_is_the_same_for_a_larger_repeat(curves: dict[tuple[str, str], StretchCurve]) -> None:
-    """Tension is per width and energy per area."""
+    """Tension is a force per width, and energy is given per area, so both are independent of the number of repeats."""
     wide = stretch_test("stockinette", wale=(0.0, MOST), other="held", steps=3, material=KALDOR, quality=EXACT,
                    device="cpu", columns=2)  # fmt: skip
-    # the way there differs; as near as the tolerance lets free cells be, some tenths of a percent
+    # the paths of relaxation differ; the tolerance leaves differences of some tenths of a percent in a free cell
     np.testing.assert_allclose(wide.tension, curves["wale", "held"].tension[[0, 5, 10]], rtol=0.02, atol=0.5)
 
 
-def test_stiffness_of_knits_comes_in_the_published_order_but_for_garter_along_the_wales() -> None:
-    """Loops of 15 yarn diameters drawn by 45 % (Singal et al. 2024).
+def test_knits_have_the_published_order_of_stiffness_except_garter_along_the_wales() -> None:
+    """Loops of 15 yarn diameters stretched by 45 % (Singal et al. 2024).
 
-    Along the wales seed and garter change places: without friction garter's ridges close up at rest.
+    Along the wales the order of seed and garter is reversed, because without friction the ridges of garter close.
     """
     tension: dict[str, dict[str, float]] = {"course": {}, "wale": {}}
     for direction, pattern in itertools.product(tension, ("stockinette", "garter", "seed", "rib1x1")):
         given: Any = {direction: (0.0, 0.45), "steps": 2, "loop_length": 15 * 0.25}
         curve = stretch_test(pattern, material=KALDOR, quality="standard", device="cpu", **given)
         tension[direction][pattern] = float(curve.tension[-1])
-    # a fifth between neighbours at least, where the preset's contacts make a few percent
+    # adjacent values differ by at least a tenth; the contacts of the preset cause errors of a few percent
     expected = {
         "course": ("stockinette", "garter", "seed", "rib1x1"),
         "wale": ("stockinette", "rib1x1", "seed", "garter"),
@@ -116,13 +118,13 @@ def test_stiffness_of_knits_comes_in_the_published_order_but_for_garter_along_th
         assert all(after < 0.9 * before for before, after in itertools.pairwise(found)), direction
 
 
-def test_a_weave_is_stretched_too_and_may_be_pressed_together() -> None:
+def test_a_weave_can_be_stretched_and_compressed() -> None:
     curve = stretch_test("plain", course=(0.02, -0.02), steps=2, other="held", material=KALDOR, quality="draft",
                     device="cpu")  # fmt: skip
     assert curve.tension[0] > 0.0 > curve.tension[1]
 
 
-def test_a_snap_is_energy_that_no_tension_accounts_for() -> None:
+def test_a_change_of_energy_that_no_tension_explains_is_a_snap() -> None:
     flat = StretchPoint(0.0, 1.0, 1.0, 0.0, 0.0, 50.0, 0.0, 0.0, True)
     tension = [0.0, 10.0, 20.0, 30.0]
     stretched = [replace(flat, strain=0.1 * k, course_tension=tension[k], energy=50.0 + 0.5 * k**2) for k in range(4)]
@@ -151,7 +153,7 @@ def test_bad_requests_are_refused(given: dict[str, Any], message: str) -> None:
 
 
 def test_strains_include_both_ends() -> None:
-    direction, strains = chosen_strains(None, (-0.1, 0.2), 4)
+    direction, strains = choose_strains(None, (-0.1, 0.2), 4)
     assert direction == "wale"
     np.testing.assert_allclose(strains, [-0.1, 0.0, 0.1, 0.2], atol=1e-15)
 
@@ -162,28 +164,28 @@ def test_the_table_holds_every_point(curves: dict[tuple[str, str], StretchCurve]
     with open(tmp_path / "stretch.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["wale_tension_dyn_per_cm"]) for row in rows] == curve.tension.tolist()
-    for row in rows:  # 1 N/m is 100,000 dyn over 100 cm
+    for row in rows:  # 1 N/m is 100,000 dyn per 100 cm
         newtons = float(row["wale_tension_newton_per_metre"])
         assert 1000 * newtons == pytest.approx(float(row["wale_tension_dyn_per_cm"]))
         assert (row["converged"], row["snapped"]) == ("True", "False")
 
 
-@pytest.mark.parametrize("way", [("course", "free"), ("wale", "held")])
-def test_the_picture_is_drawn(
-    curves: dict[tuple[str, str], StretchCurve], way: tuple[str, str], tmp_path: Path
+@pytest.mark.parametrize("case", [("course", "free"), ("wale", "held")])
+def test_the_plot_is_drawn(
+    curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str], tmp_path: Path
 ) -> None:
-    plot_stretch(curves[way], tmp_path / "stretch.png")
+    plot_stretch(curves[case], tmp_path / "stretch.png")
     with Image.open(tmp_path / "stretch.png") as picture:
         assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 
 
-def test_the_command_writes_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_a_table_and_a_plot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["stretch", "stockinette", "--course", "0:20%", "--wale", "held", "--steps", "3", "--device", "cpu"]
     assert main([*words, "--quality", "draft", "-o", str(tmp_path / "new")]) == 0
     with open(tmp_path / "new" / "stretch.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["strain"]) for row in rows] == pytest.approx([0.0, 0.1, 0.2])
-    assert rows[0]["height_cm"] == rows[-1]["height_cm"]  # held
+    assert rows[0]["height_cm"] == rows[-1]["height_cm"]  # the height is held
     assert (tmp_path / "new" / "stretch.png").is_file()
     assert len(capsys.readouterr().out.splitlines()) == 3
 
@@ -203,7 +205,7 @@ def test_the_command_writes_a_table_and_a_picture(tmp_path: Path, capsys: pytest
         (["--course", "0:40%", "--material", "wool"], "material: got 'wool'"),
     ],
 )
-def test_the_command_refuses_in_one_line(
+def test_the_command_prints_an_error_in_one_line(
     words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["stretch", "stockinette", *words, "-o", str(tmp_path / "new")]) == 2

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Swatches at the extremes: at rest or refused in one line; and take-up and gamma do what they say."""
+"""Swatches with extreme options: they converge or raise an error of one line; the effects of take-up and gamma."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SLIPS = "slip-stitch-honeycomb"
 
 
 def lengths_of(name: str, words: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Factors of the rest lengths of a library pattern, and what each segment is: 0 other, 1 float, 2 held loop."""
+    """Return the factor of each rest length, and the kind of each segment: 1 float, 2 held loop, 0 other."""
     fabric, yarns = draw_swatch(resolve_pattern(name), SwatchOptions(), quality_named("draft"))
     changed = apply_rest_lengths(yarns, parse_rest_lengths(words), fabric=fabric)
     face = segment_faces(yarns)
@@ -38,7 +38,7 @@ def lengths_of(name: str, words: list[str]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check_valid(made: Swatch) -> None:
-    """Finite, and no yarn through another (which ``swatch`` itself refuses)."""
+    """Check that a swatch is finite; ``swatch`` itself raises an error if a yarn has passed through another."""
     report = made.report
     assert np.isfinite(made.yarns.points).all()
     assert np.isfinite([report["energy"], report["max_strain"], report["width"], report["height"]]).all()
@@ -46,7 +46,7 @@ def check_valid(made: Swatch) -> None:
 
 
 @pytest.mark.parametrize("name", [SLIPS, "long-slip-textured", "jacquard1"])
-def test_floats_and_held_loops_take_their_factors_and_nothing_else_does(name):
+def test_only_floats_and_held_loops_take_their_factors(name):
     factor, kind = lengths_of(name, ["floats=0.5", "held=1.5"])
     assert set(kind.tolist()) == {0, 1, 2}
     np.testing.assert_allclose(factor, np.array([1.0, 0.5, 1.5])[kind], rtol=1e-15)  # one product, one quotient
@@ -61,8 +61,8 @@ def test_a_tuck_holds_a_loop_and_has_no_float():
         lengths_of("stockinette", ["held=0.5"])
 
 
-def test_shorter_held_loops_draw_the_fabric_together():
-    """Leaf et al. 2018, figure 14: what makes the cavities of the honeycomb."""
+def test_shorter_held_loops_contract_the_fabric():
+    """Shorter held loops cause the cavities of the honeycomb (Leaf et al. 2018, figure 14)."""
     plain = swatch(SLIPS, relax_cell=True, **DRAFT)
     tight = swatch(SLIPS, relax_cell=True, rest_lengths=RestLengths(held=0.6), **DRAFT)
     assert tight.report["height"] < 0.95 * plain.report["height"]
@@ -78,7 +78,7 @@ def test_warp_and_weft_take_their_factors():
     np.testing.assert_allclose(made.rest_length / base.rest_length, np.where(weft, 1.2, 0.9), rtol=1e-12)  # rounding
 
 
-def test_all_weft_and_all_warp_is_all_yarn():
+def test_factors_of_all_wefts_and_all_warps_equal_a_factor_of_all_yarn():
     both = swatch("twill-2x1", rest_lengths=RestLengths(warp=1.3, weft=1.3), **DRAFT).yarns
     every = swatch("twill-2x1", rest_lengths=RestLengths(factor=1.3), **DRAFT).yarns
     np.testing.assert_array_equal(both.points, every.points)
@@ -97,13 +97,13 @@ def test_all_weft_and_all_warp_is_all_yarn():
         ("plain", ["row:0=0.9"], "the yarns do not store which stitch made them"),
     ],
 )  # fmt: skip
-def test_take_up_that_cannot_be_is_refused(name, words, message):
+def test_impossible_take_up_is_refused(name, words, message):
     with pytest.raises(ParameterError, match=message):
         swatch(name, rest_lengths=parse_rest_lengths(words), **DRAFT)
 
 
 def test_a_loop_length_among_the_rest_lengths_is_refused():
-    with pytest.raises(ParameterError, match="got a loop length among them; give it to the swatch"):
+    with pytest.raises(ParameterError, match="got a loop length among them; give the loop length to the swatch"):
         swatch("stockinette", rest_lengths=RestLengths(loop_length=3.0), **DRAFT)
 
 
@@ -115,25 +115,25 @@ def test_a_loop_length_among_the_rest_lengths_is_refused():
         ("plain", {"weft": 2.0}), ("plain", {"factor": 0.1}),
     ],
 )  # fmt: skip
-def test_the_largest_changes_of_rest_lengths_come_to_rest(name, asked):
+def test_the_largest_changes_of_rest_lengths_converge(name, asked):
     made = swatch(name, relax_cell=True, rest_lengths=RestLengths(**asked), **DRAFT)
     check_valid(made)
     assert made.report["converged"]
 
 
-def test_a_tenth_of_the_warp_in_a_repeat_that_is_held_is_stretched_yarn():
+def test_a_tenth_of_the_warp_length_in_a_fixed_repeat_gives_stretched_yarn():
     made = swatch("plain", rest_lengths=RestLengths(warp=0.1), **DRAFT)
     check_valid(made)
-    # a straight warp is as long as the repeat, a ninth shorter than drawn: ten times its rest length, less the crimp
+    # a straight warp has the length of the repeat, a ninth less than generated: ten times its rest length less crimp
     assert made.report["max_strain"] == pytest.approx(10 / 1.095 - 1, rel=0.1)
 
 
-def test_a_tenth_of_all_yarn_in_a_repeat_that_is_held_is_refused():
-    with pytest.raises(SolverError, match="rest lengths cannot be parted; change them less, or let the cell relax"):
+def test_a_tenth_of_all_yarn_length_in_a_fixed_repeat_is_refused():
+    with pytest.raises(SolverError, match="rest lengths cannot be separated; change them less, or let the cell relax"):
         swatch("stockinette", rest_lengths=RestLengths(factor=0.1), **DRAFT)
 
 
-def test_lengths_in_a_weave_are_reached_in_steps_too():
+def test_length_factors_of_a_weave_are_applied_in_steps():
     weave = Weave(((0, 1), (1, 0)), warps=(Thread(length=0.1), Thread(length=2.0)))
     made = swatch(weave, **DRAFT)
     check_valid(made)
@@ -143,10 +143,11 @@ def test_lengths_in_a_weave_are_reached_in_steps_too():
 
 @pytest.mark.parametrize(("gamma", "tolerance"), [(1.3, 1e-2), (2.0, 1e-12)])
 @pytest.mark.parametrize("name", ["stockinette", "plain"])
-def test_gamma_is_the_exact_similarity(name, gamma, tolerance):
-    """Simulated gamma times as large and scaled back, or in its own size: every energy is the same (L eq 4), so that
-    the same iterations lead to the same state, but for rounding. Halves and doubles are not rounded; where lengths are,
-    iterations multiply that along soft directions, to no more than a residual of 1e-4 leaves open."""
+def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
+    """A fabric that is simulated gamma times as large and scaled back has the same energies as one of its final size
+    (Leaf et al. 2018, equation 4), so the same iterations give the same state except for rounding. Factors of two are
+    exact. Other factors are rounded, and iterations amplify the error along soft directions, up to what the residual
+    of 1e-4 allows."""
     quality = replace(quality_named("draft"), precision="float64", tolerance=1e-4)
     material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)
     made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=True)
@@ -156,18 +157,19 @@ def test_gamma_is_the_exact_similarity(name, gamma, tolerance):
     cell = RelaxCell(shear=False)
     direct = relax_yarns(small, material=material, quality=quality, device="cpu", cell=cell)
     np.testing.assert_allclose(made.yarns.points, direct.yarns.points, rtol=0, atol=tolerance * RADIUS)
-    assert made.report["energy"] == pytest.approx(direct.report["energy"], rel=1e-6)  # second order in the points
+    # the error is of second order in the positions
+    assert made.report["energy"] == pytest.approx(direct.report["energy"], rel=1e-6)
     np.testing.assert_allclose(made.yarns.rest_length, direct.yarns.rest_length, rtol=1e-12)  # three roundings
 
 
-def test_a_scaled_cell_of_curved_yarn_bends_alike():
+def test_a_scaled_cell_of_curved_yarn_has_the_same_bending_energy():
     made = swatch("plain", **DRAFT).yarns
     made = replace(made, natural_curvature=np.linspace(-2.0, 2.0, len(made.points)))
     material = YarnMaterial.named("stitchmesh")
     one, three = yarn_energies(made, material), yarn_energies(scale_yarns(made, 3.0), material.scaled(3.0))
     straight = replace(made, natural_curvature=0.0 * made.natural_curvature)
     assert one["bend"] != pytest.approx(yarn_energies(straight, material)["bend"], rel=0.01)
-    assert three["bend"] == pytest.approx(one["bend"], rel=1e-9)  # rounding: the similarity is exact
+    assert three["bend"] == pytest.approx(one["bend"], rel=1e-9)  # only rounding, because the similarity is exact
 
 
 @pytest.mark.parametrize("gamma", [0.2, 5.0])
@@ -175,11 +177,11 @@ def test_a_scaled_cell_of_curved_yarn_bends_alike():
 def test_a_fifth_and_five_times_gamma_are_valid(name, gamma):
     made = swatch(name, gamma=gamma, **DRAFT)
     check_valid(made)
-    assert made.report["converged"] and made.yarns.radius == pytest.approx(RADIUS, rel=1e-12)  # scaled there and back
+    assert made.report["converged"] and made.yarns.radius == pytest.approx(RADIUS, rel=1e-12)  # scaled up and back
 
 
-def test_gamma_that_leaves_no_room_is_refused():
-    with pytest.raises(SolverError, match=r"yarn 0 .*: there is no room for yarn so thick; take thinner"):
+def test_gamma_that_is_too_large_for_the_loops_is_refused():
+    with pytest.raises(SolverError, match=r"yarn 0 .*: yarn of this radius does not fit; take thinner"):
         swatch("garter", gamma=10.0, **DRAFT)
 
 
@@ -191,17 +193,17 @@ def test_gamma_out_of_bounds_is_refused(gamma):
 
 @pytest.mark.parametrize("share", [(0.5, 1.0), (1.0, 0.5), (0.5, 0.5), (2.0, 1.0)])
 @pytest.mark.parametrize("name", ["stockinette", "twill-2x1"])
-def test_a_repeat_half_or_twice_its_own_size(name, share):
+def test_a_repeat_of_half_or_twice_its_free_size_is_valid(name, share):
     own = size_of(swatch(name, relax_cell=True, **DRAFT).lattice)
     made = swatch(name, period=(share[0] * own[0], share[1] * own[1]), **DRAFT)
     check_valid(made)
-    # float32 sizes
+    # the sizes are stored as float32
     np.testing.assert_allclose(size_of(made.lattice), np.multiply(share, own), rtol=1e-5)
 
 
-def test_a_repeat_longer_than_its_yarn_can_be_is_refused():
+def test_a_repeat_that_its_yarn_cannot_span_is_refused():
     width, height = size_of(swatch("stockinette", relax_cell=True, **DRAFT).lattice)
-    with pytest.raises(SolverError, match="cannot be parted in a repeat of this size; give a size nearer to its own"):
+    with pytest.raises(SolverError, match="cannot be separated in a repeat of this size; give a size closer to"):
         swatch("stockinette", period=(2.0 * width, 2.0 * height), **DRAFT)
 
 
@@ -215,23 +217,23 @@ def test_a_repeat_longer_than_its_yarn_can_be_is_refused():
         ((None, 1e-9), "period height: got 1e-09 cm; expected 0.158 to 15.8 for this repeat"),
     ],
 )
-def test_a_size_out_of_all_proportion_is_refused(period, message):
+def test_a_size_far_from_the_generated_size_is_refused(period, message):
     with pytest.raises(ParameterError, match=message):
         swatch("stockinette", period=period, **DRAFT)
 
 
 @pytest.mark.parametrize("options", [{"loop_length": 0.05}, {"yarn_radius": 10.0, "loop_length": 4.0}])
 def test_loops_too_short_for_their_yarn_are_refused(options):
-    with pytest.raises(SolverError, match="there is no room for yarn so thick; take thinner or longer yarn"):
+    with pytest.raises(SolverError, match="yarn of this radius does not fit; take thinner or longer yarn"):
         swatch("stockinette", **options, **DRAFT)
 
 
 @pytest.mark.parametrize("radius", [1e-3, 1e3])
-def test_thread_and_cable_are_the_same_fabric(radius):
-    """Everything is counted in yarn radii, the material scaled with them."""
+def test_the_fabric_scales_with_the_yarn_radius(radius):
+    """All lengths are proportional to the yarn radius, and the material is scaled with it."""
     made = swatch("stockinette", yarn_radius=radius, relax_cell=True, **DRAFT)
     usual = swatch("stockinette", relax_cell=True, **DRAFT)
-    # the tolerance of a draft
+    # the tolerance of the quality draft
     assert made.report["width"] / radius == pytest.approx(usual.report["width"] / RADIUS, rel=0.01)
 
 
@@ -239,7 +241,7 @@ def test_a_repeat_of_one_loop_is_stockinette():
     one = swatch(parse_pattern("chart leaf:\nK\n"), relax_cell=True, **DRAFT)
     two = swatch("stockinette", relax_cell=True, **DRAFT)
     assert (one.report["wales"], one.report["courses"], one.report["stitches"]) == (1, 1, 1)
-    # the tolerance of a draft, in a cell that is soft
+    # the tolerance of the quality draft, in a soft cell
     assert one.report["wale_spacing"] == pytest.approx(two.report["wale_spacing"], rel=0.03)
     assert one.report["course_spacing"] == pytest.approx(two.report["course_spacing"], rel=0.03)
 
@@ -252,13 +254,13 @@ def test_a_loop_that_every_row_slips_is_refused(chart, where):
         swatch(parse_pattern(f"chart leaf:\n{chart}\n"), **DRAFT)
 
 
-def test_a_pattern_without_a_plain_stitch_is_as_long_as_it_is_drawn():
+def test_a_pattern_without_a_plain_stitch_keeps_its_generated_length():
     pattern = parse_pattern("round 1: yo k2tog\n")
     made = swatch(pattern, **DRAFT)
     check_valid(made)
 
 
-def test_a_large_repeat_is_drawn_and_begins_to_relax():
+def test_a_large_repeat_can_be_generated_and_relaxed_for_some_iterations():
     quality = replace(quality_named("draft"), max_iterations=20)
     made = swatch("stockinette", columns=30, rows=15, quality=quality, device="cpu")
     check_valid(made)

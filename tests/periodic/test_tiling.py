@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A tiling is the cell many times over: the same curves, the same forces, labels that number on."""
+"""Tilings of a cell: the same curves, the same forces, and labels that continue from tile to tile."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LATTICE = Lattice([[1.0, 0.0, 0.1], [0.25, 2.0, 0.0]])
 
 
 def yarn_of_step(step: tuple[int, int], count: int = 5) -> YarnSet:
-    """One yarn of random control points that goes on a step farther, on a sheared lattice."""
+    """Return one yarn of random control points that continues in its image by a lattice step, on a sheared lattice."""
     points = np.random.default_rng(2).normal(size=(count, 3))
     yarns = YarnSet.from_curves([points], closed=[True], radius=0.1, rest_lengths=[1.0 + np.arange(count)])
     labels = {"face": np.arange(count), "part": np.arange(count), "row": np.arange(count) // 3}
@@ -33,7 +33,7 @@ def yarn_of_step(step: tuple[int, int], count: int = 5) -> YarnSet:
 
 
 def numbered(cell: YarnSet) -> YarnSet:
-    """The cell shaken out of balance; the faces of its control points are their numbers, so that copies tell them."""
+    """Return the cell with perturbed points; the face of each point is its number, so that copies can be identified."""
     rng = np.random.default_rng(7)
     noise, natural = rng.normal(scale=0.01, size=cell.points.shape), rng.normal(size=len(cell.points))
     return replace(
@@ -43,26 +43,26 @@ def numbered(cell: YarnSet) -> YarnSet:
 
 
 def corners_of_segments(yarns: YarnSet) -> NDArray[np.float64]:
-    """The four control points of each segment where they lie, shape (S, 12)."""
+    """Return the positions of the four control points of each segment [cm], shape (S, 12)."""
     corners = yarns.points[yarns.segment_points]
     return (corners if yarns.point_shift is None else corners + yarns.point_shift).reshape(-1, 12)
 
 
 def ordered(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows in lexical order of what they are to nine digits."""
+    """Return rows in lexical order of their values to nine digits."""
     return rows[np.lexsort(np.round(rows, 9).T)]
 
 
 @pytest.mark.parametrize("step", [(1, 0), (0, 1), (-1, 0), (2, 0), (1, 1), (2, -3), (0, 0)])
-def test_a_finite_piece_is_the_tiles_segments_and_no_others(step):
+def test_a_finite_piece_consists_exactly_of_the_segments_of_its_tiles(step):
     cell = yarn_of_step(step)
     piece = tile_yarns(cell, 4, 3)
     assert piece.lattice is None
     expected = [corners_of_segments(cell) + np.tile(shift, 4) for shift in instances(LATTICE, 4, 3)]
-    # sums of shifts, rounded in another order
+    # sums of shifts are rounded in another order
     np.testing.assert_allclose(ordered(corners_of_segments(piece)), ordered(np.concatenate(expected)), atol=1e-12)
     np.testing.assert_array_equal(np.sort(piece.rest_length), np.sort(np.tile(cell.rest_length, 12)))
-    # each segment keeps its own rest length: the second control point says which it copies
+    # each segment keeps its own rest length; its second control point identifies the copied segment
     source = piece.part[piece.segment_points[:, 0]]
     np.testing.assert_array_equal(piece.rest_length, cell.rest_length[source])
     np.testing.assert_array_equal(piece.natural_curvature, cell.natural_curvature[piece.part])
@@ -79,7 +79,7 @@ def test_a_finite_piece_is_the_tiles_segments_and_no_others(step):
         ((0, 0), [1] * 12),
     ],
 )
-def test_strands_run_as_far_as_the_box_goes(step, copies):
+def test_strands_extend_to_the_limits_of_the_box(step, copies):
     piece = tile_yarns(yarn_of_step(step), 4, 3)
     closed = step == (0, 0)
     np.testing.assert_array_equal(piece.closed, [closed] * len(copies))
@@ -120,7 +120,7 @@ def test_a_cell_equals_its_tiling(cell, counts):
 
 
 def test_a_diagonal_yarn_equals_its_tiling():
-    """Step (1, 1): two by two tiles hold two yarns, which meet their neighbours across other borders."""
+    """With the step (1, 1), two by two tiles hold two yarns that continue across other borders than in one cell."""
     line = np.arange(12)[:, None] / 12 * [0.9, 0.75, 0.0]
     points = line + np.random.default_rng(4).normal(scale=0.01, size=line.shape)
     lattice = Lattice([[0.5, 0.0, 0.0], [0.4, 0.75, 0.0]])
@@ -134,7 +134,7 @@ def test_a_diagonal_yarn_equals_its_tiling():
         assert four[term] / 4 == pytest.approx(energy, rel=1e-12)  # rounding only
 
 
-def test_a_tiling_of_a_tiling_is_a_larger_tiling():
+def test_a_tiling_of_a_tiling_equals_one_larger_tiling():
     cell = yarn_of_step((1, 0))
     twice, once = tile_yarns(tile_yarns(cell, 2, 1, periodic=True), 2, 3), tile_yarns(cell, 4, 3)
     np.testing.assert_allclose(twice.points, once.points, atol=1e-12)  # sums of shifts in another order
@@ -142,29 +142,30 @@ def test_a_tiling_of_a_tiling_is_a_larger_tiling():
     np.testing.assert_array_equal(twice.row, once.row)
 
 
-def test_labels_number_on_tile_by_tile():
+def test_labels_continue_from_tile_to_tile():
     piece = tile_yarns(yarn_of_step((1, 0)), 2, 3)
     first = piece.face[:13]
-    np.testing.assert_array_equal(first, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 1, 2])  # the last three begin again
+    # the last three control points are the first three of the next image
+    np.testing.assert_array_equal(first, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 1, 2])
     np.testing.assert_array_equal(piece.face[13:23], first[:10] + 10)
     np.testing.assert_array_equal(piece.row[:13], [0, 0, 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0])
     np.testing.assert_array_equal(piece.row[26:31], [4, 4, 4, 5, 5])
     assert piece.face.max() == 5 * 6 - 1
 
 
-def test_points_that_no_stitch_made_have_their_yarns_number_for_a_row():
+def test_points_without_a_stitch_have_the_number_of_their_yarn_as_row():
     cell = replace(yarn_of_step((1, 0)), face=np.full(5, UNKNOWN_FACE))
     piece = tile_yarns(cell, 2, 3)
     np.testing.assert_array_equal(piece.row, piece.point_yarn)
     np.testing.assert_array_equal(piece.face, UNKNOWN_FACE)
 
 
-def test_instances_are_the_tiles_along_the_courses_and_then_up():
+def test_instances_are_numbered_along_the_courses_and_then_upwards():
     u, v = LATTICE.periods
     np.testing.assert_allclose(instances(LATTICE, 2, 2), [0 * u, u, v, u + v])
 
 
-def test_what_cannot_be_tiled_is_refused():
+def test_impossible_tilings_are_refused():
     with pytest.raises(ParameterError, match="got 0 columns; expected a whole number from 1"):
         tile_yarns(yarn_of_step((1, 0)), 0, 3)
     with pytest.raises(ParameterError, match=r"got 1\.5 rows"):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns without borders: the mesh closes on its lattice, and its yarns are those of a large piece."""
+"""Patterns without borders: the mesh is closed on its lattice, and its yarns equal those of a large flat piece."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ WIDTH = 0.5
 HEIGHT = COURSE_OVER_WALE_SPACING * WIDTH
 RADIUS = WIDTH / 8
 MARGIN = np.array([8, 6])
-"""Stitches and rows from a border within which its yarn tells: floats go on to the row's end, and splines forget their
-ends by a quarter a control point, of which a slipped stitch has two."""
+"""Stitches and rows from a border in which the border influences the yarn: floats extend to the end of the row, and the
+influence of the end of a spline falls to a quarter at each control point, of which a slipped stitch has two."""
 ROUNDING = 1e-9
-"""Of positions [cm]; control points are solved for to 1e-8 of their spacing, alike in all copies."""
+"""Error of positions [cm]; control points are solved to 1e-8 of their spacing, equally in all copies."""
 FADED = 1e-7
-"""What is left of the ends of yarn within the margin [cm], where legs of slipped loops lead out of it."""
+"""Influence of yarn ends [cm] inside the margin, where legs of slipped loops extend beyond the margin."""
 
 
 @cache
@@ -44,7 +44,7 @@ def torus_yarns(name: str) -> YarnSet:
 
 
 def in_cell(points: FloatArray, lattice_of: StitchMesh) -> cKDTree:
-    """A search tree of points modulo a lattice along x and y; z is long enough not to repeat."""
+    """Return a search tree of points modulo a lattice along x and y; its period along z is too long to matter."""
     size = cell_size(lattice_of)
     return cKDTree(np.mod(points, size), boxsize=size)
 
@@ -57,7 +57,7 @@ def cell_size(fabric: StitchMesh) -> FloatArray:
 
 
 def assert_same_in_cell(points: FloatArray, yarns: YarnSet, fabric: StitchMesh, times: int) -> None:
-    """Each of the yarns' points modulo the lattice of a fabric is met by so many of ``points``, which meet no other."""
+    """Check that, modulo the lattice, ``times`` of the points lie at each control point, and none elsewhere."""
     distance, nearest = in_cell(yarns.points, fabric).query(np.mod(points, cell_size(fabric)))
     assert distance.max() < ROUNDING
     np.testing.assert_array_equal(np.bincount(nearest, minlength=len(yarns.points)), times)
@@ -76,7 +76,7 @@ def test_neighbours_meet_on_their_common_side(name):
         np.testing.assert_array_equal(fabric.side_image, -fabric.side_image[twin])
         for start, end in ((np.arange(len(twin)), fabric.side_next[twin]), (fabric.side_next, twin)):
             np.testing.assert_allclose(position[start], position[end] + shift, atol=1e-12)  # rounding
-        # Euler's formula of a torus: V - E + F = 0
+        # Euler's formula for a torus: V - E + F = 0
         assert len(fabric.vertices) - len(fabric.edge_side) + fabric.face_count == 0
 
 
@@ -101,7 +101,7 @@ def test_a_torus_of_few_stitches(columns, rows):
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_marks_of_the_last_row_are_what_the_first_takes(name):
+def test_marks_of_the_last_row_agree_with_the_first_row(name):
     fabric, pattern = torus(name), read_pattern(name)
     for row in (0, pattern.height - 1):
         left, tile, _ = pattern.rows[row].tops
@@ -117,36 +117,36 @@ def test_marks_of_the_last_row_are_what_the_first_takes(name):
 def test_each_yarn_goes_through_the_cell_once_without_a_gap(name):
     yarns = torus_yarns(name)
     assert yarns.closed.all()
-    # each row closes one period to a side: none climbs, and none turns back
+    # each row closes after one period to one side: no row changes its height, and no row turns back
     np.testing.assert_array_equal(np.abs(yarns.lattice_step), [[1, 0]] * yarns.yarn_count)
     for yarn, (first, last) in enumerate(zip(yarns.start[:-1], yarns.start[1:], strict=True)):
         after = yarns.points[first] + yarns.lattice.shift(yarns.lattice_step[yarn])
         gaps = np.linalg.norm(np.diff(yarns.points[first:last], axis=0, append=after[None]), axis=1)
-        # parts of a yarn get their points by length, at least two and so as near as they may be: none is far longer
+        # the number of points of a part of a yarn is proportional to its length, so no segment is far longer
         assert gaps.max() < 4.0 * np.median(gaps)
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_rows_keep_their_yarns_apart(name):
+def test_rows_keep_separate_yarns(name):
     fabric, yarns = torus(name), torus_yarns(name)
     used = {(int(row), int(yarn)) for row, yarn in zip(fabric.row, fabric.yarn, strict=True)}
     assert yarns.yarn_count == len(used)
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_two_by_two_tiles_are_the_tile_four_times(name):
+def test_two_by_two_tiles_equal_four_copies_of_the_tile(name):
     tiled = generate_yarns(torus(name, 2, 2), yarn_radius=RADIUS, quality="draft")
     assert_same_in_cell(tiled.points, torus_yarns(name), torus(name), times=4)
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_the_torus_is_a_tile_amid_a_flat_piece(name):
+def test_the_torus_equals_a_tile_inside_a_flat_piece(name):
     pattern, fabric = read_pattern(name), torus(name)
     size = np.array([pattern.width, pattern.height])
-    tiles = 1 - -2 * MARGIN // size  # a tile and a margin on either side
+    tiles = 1 - -2 * MARGIN // size  # one tile with a margin on each side
     flat = pattern_mesh(pattern, *tiles.tolist(), stitch_width=WIDTH, stitch_height=HEIGHT)
     yarns = generate_yarns(flat, yarn_radius=RADIUS, quality="draft")
-    corner = np.array([pattern.rows[0].bottoms[0] * WIDTH, HEIGHT, 0.0])  # of the first tile
+    corner = np.array([pattern.rows[0].bottoms[0] * WIDTH, HEIGHT, 0.0])  # corner of the first tile
     centre = np.add.reduceat(flat.corner_position, flat.face_start[:-1]) / np.diff(flat.face_start)[:, None] - corner
     low, high = (place * [WIDTH, HEIGHT] for place in (MARGIN, tiles * size - MARGIN))
     inside = ((centre[:, :2] > low) & (centre[:, :2] < high)).all(axis=1)
@@ -158,7 +158,7 @@ def test_the_torus_is_a_tile_amid_a_flat_piece(name):
 
 
 @pytest.mark.parametrize("name", pattern_names())
-def test_it_is_the_same_whichever_image_each_face_stands_in(name):
+def test_yarns_do_not_depend_on_the_image_of_each_face(name):
     fabric, yarns = torus(name), torus_yarns(name)
     image = np.random.default_rng(0).integers(-2, 3, size=(fabric.face_count, 2))
     moved = replace(fabric, corner_image=fabric.corner_image + image[fabric.side_face])
@@ -166,13 +166,13 @@ def test_it_is_the_same_whichever_image_each_face_stands_in(name):
     np.testing.assert_array_equal(again.start, yarns.start)
     np.testing.assert_array_equal(again.lattice_step, yarns.lattice_step)
     np.testing.assert_allclose(again.rest_length, yarns.rest_length, rtol=1e-9)  # rounding
-    # each yarn as a whole lies in the image of its first face
+    # the whole yarn lies in the image of its first face
     expected = yarns.points + yarns.lattice.shift(image[yarns.face[yarns.start[:-1]]])[yarns.point_yarn]
     np.testing.assert_allclose(again.points, expected, atol=ROUNDING)
 
 
 @pytest.mark.parametrize("name", ["stockinette", "eyelet-lace", "lice"])
-def test_distances_are_the_same_whichever_image_each_yarn_lies_in(name):
+def test_distances_do_not_depend_on_the_image_of_each_yarn(name):
     yarns = torus_yarns(name)
     assert yarns.lattice is not None
     image = np.random.default_rng(0).integers(-2, 3, size=(yarns.yarn_count, 2))
@@ -184,7 +184,7 @@ def test_distances_are_the_same_whichever_image_each_yarn_lies_in(name):
 
 @pytest.mark.parametrize("name", pattern_names())
 def test_yarns_start_apart_from_all_images(name):
-    # touching is two radii; lace, whose loops are drawn out to reach the next row, is nearest
+    # yarns touch at two radii; lace, whose loops are long in order to reach the next row, has the smallest distance
     assert smallest_distance(torus_yarns(name), 2 * RADIUS)[0] > 0.5 * RADIUS
 
 
@@ -197,7 +197,7 @@ def test_a_pattern_whose_borders_do_not_close_has_a_torus():
     assert fabric.face_count == 4
 
 
-def test_what_does_not_close_is_refused():
+def test_a_pattern_that_does_not_close_is_refused():
     pattern = Pattern("growing", "test", (Row((Cell(Stitch.KNIT),) * 2), Row((Cell(Stitch.KNIT), Cell(Stitch.KY)))))
     with pytest.raises(PatternError, match="row 2: its tile leaves 3 loops, but row 1 is worked on 2"):
         torus_mesh(pattern, stitch_width=WIDTH, stitch_height=HEIGHT)

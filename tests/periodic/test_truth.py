@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Swatches behave as fabrics do: gauge, widths, curl, crimp; and a cell is one with its tilings and its images."""
+"""Swatches against known properties of fabrics (gauge, widths, curl, crimp), and against their tilings and images."""
 
 from __future__ import annotations
 
@@ -41,40 +41,41 @@ CELLS = ROOT.parent / "shared" / "data" / "periodic"
 
 @cache
 def relaxed(pattern: str, quality: str | Quality = AT_REST) -> Swatch:
-    """In a free cell at right angles, of the published simulation material."""
+    """Relax a swatch of the published simulation material in a free cell with right angles."""
     return swatch(pattern, material=KALDOR, quality=quality, device="cpu", relax_cell=True)
 
 
 def moments(pattern: str) -> np.ndarray:
-    """Bending moments along the courses and along the wales [dyn]."""
+    """Return the bending moments along the courses and along the wales [dyn]."""
     report = relaxed(pattern).report
     return np.array([report["course_moment"], report["wale_moment"]])
 
 
 @pytest.mark.parametrize("quality", ["draft", "standard"])
 def test_stockinette_has_the_gauge_of_relaxed_plain_knit(quality: str) -> None:
-    """Munden's constants between dry and full relaxation, and what hand knitters count."""
+    """Munden's constants for dry and full relaxation, and the gauge of hand knitters."""
     report = relaxed("stockinette", quality).report
     assert report["converged"]
     assert 5.0 <= report["loop_length"] / report["course_spacing"] <= 5.5
     assert 3.8 <= report["loop_length"] / report["wale_spacing"] <= 4.2
     assert 1.25 <= report["wale_spacing"] / report["course_spacing"] <= 1.40
-    # yarn is as long as it was given, but for the strain that the bending of loops makes
+    # the yarn has the given length, except for the strain caused by the bending of loops
     assert report["loop_length"] == pytest.approx(16.67 * 0.25, rel=0.01)
 
 
-def test_loose_loops_open_at_standard_quality_as_they_do_at_reference() -> None:
-    """Loops of 24 yarn diameters, whose contacts are further apart than a compact loop's unless there are more."""
+def test_loose_loops_have_the_same_size_in_the_qualities_standard_and_reference() -> None:
+    """In loops of 24 yarn diameters, contact samples would be further apart than in a compact loop."""
     sizes = []
     for quality in ("standard", "reference"):
         report = swatch(
             "stockinette", material=KALDOR, quality=quality, device="cpu", relax_cell=True, loop_length=24 * 0.25
         ).report
         sizes.append([report["wale_spacing"], report["course_spacing"]])
-    np.testing.assert_allclose(*sizes, rtol=0.01)  # its control points and residual; 17 % without more contacts
+    # errors of control points and residual; 17 % without more contact samples
+    np.testing.assert_allclose(*sizes, rtol=0.01)
 
 
-def test_contacts_of_compact_loops_are_those_of_the_quality() -> None:
+def test_compact_loops_have_the_contact_samples_of_the_quality() -> None:
     standard = PRESETS["standard"]
     assert close_contacts(standard, SwatchOptions()) == standard
     assert close_contacts(standard, SwatchOptions(loop_length=12 * 0.25)) == standard
@@ -84,13 +85,14 @@ def test_contacts_of_compact_loops_are_those_of_the_quality() -> None:
 
 def test_stockinette_curls_towards_the_right_side_along_the_wales_and_to_the_wrong_side_along_the_courses() -> None:
     course, wale = moments("stockinette")
-    assert wale > 10.0 and course < -10.0  # dyn; noise is below 0.1
-    np.testing.assert_allclose(moments("reverse-stockinette"), [-course, -wale], rtol=0.02)  # its wrong side
+    assert wale > 10.0 and course < -10.0  # dyn; the noise is below 0.1
+    # the wrong side of the same fabric
+    np.testing.assert_allclose(moments("reverse-stockinette"), [-course, -wale], rtol=0.02)
 
 
 @pytest.mark.parametrize("pattern", ["garter", "seed", "rib1x1", "rib2x2"])
-def test_fabrics_alike_on_both_sides_lie_flat(pattern: str) -> None:
-    # stockinette's are forces of its bending times its thickness; what the residual of 0.0003 leaves is ten times less
+def test_fabrics_with_equal_sides_lie_flat(pattern: str) -> None:
+    # moments of stockinette are bending forces times the thickness; a residual of 0.0003 leaves a tenth of these
     assert np.abs(moments(pattern)).max() < 0.01 * np.abs(moments("stockinette")).min()
 
 
@@ -104,26 +106,26 @@ def test_ribs_are_narrower_than_stockinette_and_garter_is_shorter() -> None:
 
 @cache
 def one_stitch() -> Swatch:
-    """A cell of a single stitch."""
+    """Return a relaxed cell of a single stitch."""
     return swatch(parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", relax_cell=True)
 
 
 def test_a_cell_of_one_stitch_equals_its_tiling() -> None:
-    """Relaxed as two by three stitches: the same energy a stitch and the same size."""
+    """A cell of two by three stitches has the same energy for each stitch and the same size."""
     whole = swatch(
         parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", relax_cell=True, columns=2, rows=3
     )
     one, many = one_stitch().report, whole.report
     assert (one["stitches"], many["stitches"]) == (1, 6)
-    # forces of 1e-6 leave strains some times as large, and energy their square
+    # forces of 1e-6 leave strains of a few times this size, and energy errors of their square
     assert many["energy_per_stitch"] == pytest.approx(one["energy_per_stitch"], rel=1e-10)
     assert many["wale_spacing"] == pytest.approx(one["wale_spacing"], rel=1e-5)
     assert many["course_spacing"] == pytest.approx(one["course_spacing"], rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ["k1", "p1", "k1 p1", "half-cardigan", "linen-stitch", "slip-stitch-rib"])
-def test_yarn_that_is_drawn_through_its_own_row_is_as_long_at_rest_in_a_taller_cell(name: str) -> None:
-    """Loops that are held over all rows of a repeat meet the yarn that they are of, one period up."""
+def test_yarn_that_is_worked_into_its_own_row_has_the_same_length_in_a_taller_cell(name: str) -> None:
+    """A loop that is held over all rows of a repeat is worked by its own yarn, one period above."""
     pattern = parse_pattern(f"round 1: {name}") if name[1] == "1" else read_pattern(name)
     one, tall = (draw_swatch(pattern, SwatchOptions(rows=rows), PRESETS["draft"])[1].rest_length for rows in (1, 2))
     np.testing.assert_allclose(np.sort(tall), np.sort(np.repeat(one, 2)), rtol=1e-12)  # rounding
@@ -134,7 +136,7 @@ def test_a_tiling_has_the_forces_of_its_cell_in_every_tile() -> None:
     many = tile_yarns(one, 2, 3, periodic=True)
     assert sum(yarn_energies(many, KALDOR).values()) == pytest.approx(6 * sum(yarn_energies(one, KALDOR).values()))
     of_one, of_many = yarn_forces(one, KALDOR), yarn_forces(many, KALDOR)
-    # which control point of the cell each of the tiling's is an image of
+    # the control point of the cell for each control point of the tiling
     apart = many.points[:, None] - one.points[None]
     period = one.lattice.periods[:, :2]  # type: ignore[union-attr]
     turns = apart[..., :2] @ np.linalg.inv(period)
@@ -145,7 +147,7 @@ def test_a_tiling_has_the_forces_of_its_cell_in_every_tile() -> None:
 
 
 @pytest.mark.parametrize("image", [(1, 0), (0, -1), (-2, 3)])
-def test_the_image_in_which_a_yarn_is_written_does_not_matter(image: tuple[int, int]) -> None:
+def test_the_image_in_which_a_yarn_is_stored_does_not_matter(image: tuple[int, int]) -> None:
     yarns = relaxed("garter").yarns
     moved = yarns.points.copy()
     last = slice(yarns.start[-2], yarns.start[-1])
@@ -159,22 +161,22 @@ def test_the_image_in_which_a_yarn_is_written_does_not_matter(image: tuple[int, 
 
 
 @pytest.mark.parametrize(("spacing", "published"), [(1.732, 0.2092), (1.8, 0.1871), (2.4, 0.0946), (3.0, 0.0585)])
-def test_peirces_geometry_has_the_crimps_that_are_published(spacing: float, published: float) -> None:
+def test_peirces_geometry_has_the_published_crimps(spacing: float, published: float) -> None:
     assert weaves.Peirce.spaced(spacing).crimp == pytest.approx(published, abs=5e-5)  # four digits
 
 
 @pytest.mark.parametrize("spacing", [2.0, 2.4])
-def test_a_plain_weave_of_taut_limp_yarns_crimps_as_peirces(spacing: float) -> None:
+def test_a_plain_weave_of_taut_flexible_yarns_has_the_crimp_of_peirces_geometry(spacing: float) -> None:
     found = weaves.taut_weave(spacing)
-    assert found.nearest == pytest.approx(1.0, abs=0.005)  # contact gives way by less than half a percent
-    # crimp goes with the square of the diameter: a percent of it for half a percent; bending is a part in a thousand
+    assert found.nearest == pytest.approx(1.0, abs=0.005)  # contacts are compressed by less than half a percent
+    # crimp is proportional to the square of the diameter: 1 % error for 0.5 %; bending contributes one part in 1000
     assert found.crimp == pytest.approx(weaves.Peirce.spaced(spacing).crimp, rel=0.02)
     assert found.crown == pytest.approx(1.0, abs=0.01)
     assert found.tension > 100.0  # dyn/cm; the yarns are taut
 
 
-def test_taut_yarns_of_a_jammed_weave_push_their_periods_apart() -> None:
-    """Below sqrt(3) diameters nothing that is taut is at rest: yarns climb and press where above they pull."""
+def test_taut_yarns_of_a_jammed_weave_push_on_their_periods() -> None:
+    """Below a spacing of sqrt(3) diameters taut yarns have no equilibrium: they push on the cell; above, they pull."""
     stiff = 10 * weaves.CONTACT
     above, below = weaves.taut_weave(1.8, contact=stiff), weaves.taut_weave(1.6, contact=stiff)
     assert above.tension > 100.0 and below.tension < -100.0
@@ -185,43 +187,44 @@ def test_taut_yarns_of_a_jammed_weave_push_their_periods_apart() -> None:
 
 @cache
 def cell_of_rods(name: str) -> Any:
-    """A relaxed cell of another group (Sperl et al. 2021)."""
+    """Return a relaxed cell that another group published (Sperl et al. 2021)."""
     if not CELLS.is_dir():
         pytest.skip("the relaxed cells of another group are not beside the project")
     return cells.read_cell(CELLS / f"{name}.pyp")
 
 
 @pytest.mark.parametrize("name", ["stockinette", "basket"])
-def test_the_rods_of_other_cells_are_at_rest_as_they_are_read(name: str) -> None:
-    """Torques about the yarns' axes cancel for one ratio of moduli, a round one; were anything misread, for none."""
+def test_the_rods_of_published_cells_are_in_equilibrium(name: str) -> None:
+    """Torques about the yarn axes cancel for one ratio of moduli, a round number; after a reading error for none."""
     found = rods.constants_of(cell_of_rods(name).rods)
-    assert found.turning_left < 0.01  # the files hold six digits of places and turns, and stop short of rest
+    # the files hold six digits of positions and angles, and their relaxation was not complete
+    assert found.turning_left < 0.01
     assert found.shear == pytest.approx(0.4, abs=0.001)
     assert found.force_left < 0.1
 
 
 @pytest.mark.parametrize("name", ["stockinette", "basket"])
-def test_slopes_of_rods_are_those_of_their_energy(name: str) -> None:
+def test_forces_of_rods_are_the_derivatives_of_their_energy(name: str) -> None:
     of = cell_of_rods(name).rods
     stiff, pairs, step = cell_of_rods(name).stiffness, rods.pairs_of(of), 1e-9
     rng = np.random.default_rng(0)
-    way, turn, grow = rng.normal(size=of.places.shape), 1e3 * rng.normal(size=len(of.places)), rng.normal(size=2)
+    move, turn, grow = rng.normal(size=of.places.shape), 1e3 * rng.normal(size=len(of.places)), rng.normal(size=2)
     ends = [
         rods.slopes(
-            replace(of, places=of.places + side * way, turns=of.turns + side * turn, periods=of.periods + side * grow),
+            replace(of, places=of.places + side * move, turns=of.turns + side * turn, periods=of.periods + side * grow),
             pairs, stiff,
         ).energy
         for side in (step, -step)
     ]  # fmt: skip
     slope = rods.slopes(of, pairs, stiff)
-    expected = (slope.places * way).sum() + slope.turns @ turn + slope.periods @ grow
-    # steps of a millionth of a radius: truncation 1e-8; their energies round to 1e-16 of 1e-5 of them
+    expected = (slope.places * move).sum() + slope.turns @ turn + slope.periods @ grow
+    # with steps of 1e-6 radii the truncation error is 1e-8; energies round to 1e-16, and a step changes them by 1e-5
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ["stockinette", "basket"])
-def test_cells_of_other_rods_have_their_spacings_here(name: str) -> None:
-    """With their radius, rest lengths and natural curvature, of the published material and of their stiffnesses."""
+def test_published_cells_of_rods_have_the_same_spacings_in_this_simulation(name: str) -> None:
+    """Radius, rest lengths and natural curvature are as published, with our material and with their stiffnesses."""
     cell = cell_of_rods(name)
     yarns = 100 * cell.rods.periods
     for material in (cells.held(cell), cells.theirs(cell)):
@@ -231,22 +234,22 @@ def test_cells_of_other_rods_have_their_spacings_here(name: str) -> None:
     assert np.abs(straight / yarns - 1.0).max() > 0.08
 
 
-def test_a_weave_of_other_rods_stays_where_they_are() -> None:
-    """In their periods yarns of natural curvature hardly move, straight ones do; and the stress is that of the rods."""
+def test_a_published_weave_of_rods_keeps_its_positions() -> None:
+    """With fixed periods, yarns with natural curvature hardly move, straight yarns move, and the stresses agree."""
     cell = cell_of_rods("basket")
     material = cells.theirs(cell)
     assert cells.moved_by(cell.yarns, material) < 0.1 < 0.5 < cells.moved_by(cell.straight, material)
-    # splines are a smoother yarn than polylines of 2.5 edges a crossing; straight yarns push nine times as hard
+    # splines are smoother than polylines with 2.5 edges for each crossing; straight yarns push nine times as strongly
     assert cells.tension(cell.yarns, material) == pytest.approx(rods.tension(cell.rods, cell.stiffness), rel=0.35)
 
 
 def size(yarns: YarnSet) -> Any:
-    """Width and height [cm]."""
+    """Return the width and height of a cell [cm]."""
     assert yarns.lattice is not None
     return size_of(yarns.lattice)
 
 
-def test_a_swatch_at_rest_stays_where_it_is() -> None:
+def test_a_relaxed_swatch_keeps_its_size() -> None:
     found = relaxed("garter").yarns
     again = relax_yarns(found, material=KALDOR, device="cpu", cell=RelaxCell(shear=False)).yarns
-    assert size(again) == pytest.approx(size(found), rel=0.02)  # garter is soft, and rests to 0.001
+    assert size(again) == pytest.approx(size(found), rel=0.02)  # garter is soft, and its residual is 0.001

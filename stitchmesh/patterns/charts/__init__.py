@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knitting patterns as pictures: colour charts and tile codes, one pixel a stitch."""
+"""Knitting patterns as images: charts of yarn colours and of tile codes."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Charts as PNG, one pixel a square: pixels to numbers by a palette, and numbers to pixels."""
+"""Charts as PNG images with one pixel for each square: pixels to numbers by a palette, and numbers to pixels."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from stitchmesh.io.contents import FilePath, read_bytes
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-MOST_COLOURS = 256
-"""As many as a PNG palette holds."""
-MOST_STITCHES = 4_000_000
-"""More pixels than this are a photograph, not a chart."""
+MAX_COLOURS = 256
+"""Maximum number of colours, the size of a PNG palette."""
+MAX_PIXELS = 4_000_000
+"""Maximum number of pixels; an image with more pixels is probably a photograph and not a chart."""
 
 
 def open_chart(path: FilePath) -> Image:
-    """The image of a PNG.
+    """Open a PNG image.
 
     Raises:
-        FileError: the file cannot be read, is no PNG, is too large, or has transparent pixels.
+        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
     """
     from PIL import Image, UnidentifiedImageError
 
     name = fspath(path)
     try:
         image = Image.open(BytesIO(read_bytes(path)), formats=["PNG"])
-        if image.width * image.height > MOST_STITCHES:
+        if image.width * image.height > MAX_PIXELS:
             found = f"{image.width} x {image.height} pixels"
-            raise FileError(f"{name}: has {found}, one a stitch; expected {MOST_STITCHES} at most, scale it down")
+            raise FileError(f"{name}: has {found}, one for each stitch; expected at most {MAX_PIXELS}, scale it down")
         image.load()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = "it is no image" if isinstance(error, UnidentifiedImageError) else error
+        reason = "the file is not an image" if isinstance(error, UnidentifiedImageError) else error
         raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
     if image.convert("RGBA").getchannel("A").getextrema() != (255, 255):
         raise FileError(f"{name}: has transparent pixels; fill every stitch with a colour")
@@ -48,64 +48,73 @@ def open_chart(path: FilePath) -> Image:
 
 
 def number_pixels(pixels: NDArray, colours: NDArray[np.uint8], name: str) -> NDArray[np.int64]:
-    """The number of each pixel's colour.
+    """Return the number of the colour of each pixel, shape (rows, columns).
 
     Args:
         pixels: red, green and blue, 0 to 255, shape (rows, columns, 3), the top row first.
-        colours: the colour of each number, shape (C, 3); of equal ones the first counts.
-        name: what messages call the image.
+        colours: the colour of each number, shape (C, 3); if two colours are equal, the lower number is used.
+        name: the name of the image in messages.
 
     Raises:
-        PatternError: a pixel has none of the colours; the first such from the lower left, to the right and upwards.
+        PatternError: a pixel has none of the colours; the message gives the first such pixel, counted from the lower
+            left to the right and upwards.
     """
     numbers = {colour: number for number, colour in reversed(list(enumerate(_packed(colours).tolist())))}
     packed = _packed(pixels)
-    strange = ~np.isin(packed[::-1], list(numbers))
-    if strange.any():
-        row, column = divmod(int(strange.argmax()), pixels.shape[1])
+    unknown = ~np.isin(packed[::-1], list(numbers))
+    if unknown.any():
+        row, column = divmod(int(unknown.argmax()), pixels.shape[1])
         found = "#" + "".join(f"{part:02x}" for part in pixels[::-1][row, column])
         where = f"row {row + 1}, stitch {column + 1} from the left"
-        raise PatternError(f"{name}: {where}: got colour {found}; expected one of the {len(colours)} of the palette")
+        found = f"got colour {found}; expected one of the {len(colours)} colours of the palette"
+        raise PatternError(f"{name}: {where}: {found}")
     return np.vectorize(numbers.__getitem__, otypes=[np.int64])(packed)
 
 
-def first_used(pixels: NDArray, name: str) -> NDArray[np.uint8]:
-    """The colours of an image by their first use, from the lower left pixel to the right and upwards, shape (C, 3).
+def colours_in_order_of_use(pixels: NDArray, name: str) -> NDArray[np.uint8]:
+    """Return the colours of an image, sorted by their first use from the lower left to the right and upwards.
+
+    Args:
+        pixels: red, green and blue, 0 to 255, shape (rows, columns, 3), the top row first.
+        name: the name of the image in messages.
+
+    Returns:
+        The colours, shape (C, 3).
 
     Raises:
-        PatternError: there are more than 256.
+        PatternError: there are more than 256 colours.
     """
     flat = pixels[::-1].reshape(-1, 3)
     _, first = np.unique(_packed(flat), return_index=True)
-    if len(first) > MOST_COLOURS:
+    if len(first) > MAX_COLOURS:
         found = f"got {len(first)} colours"
-        raise PatternError(f"{name}: {found}; expected {MOST_COLOURS} at most, reduce them to those of the yarns")
+        raise PatternError(f"{name}: {found}; expected {MAX_COLOURS} at most, reduce them to those of the yarns")
     return np.asarray(flat[np.sort(first)], dtype=np.uint8)
 
 
 def checked_palette(palette: ArrayLike) -> NDArray[np.uint8]:
-    """A palette that a user gives, shape (C, 3).
+    """Check a palette from the user and return it with shape (C, 3).
 
     Raises:
-        ParameterError: it has a wrong shape, or colours beyond 0 to 255.
+        ParameterError: the palette has a wrong shape, or a colour is not a whole number from 0 to 255.
     """
     try:
         colours = np.asarray(palette, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ParameterError(f"palette: got {palette!r}; expected rows of red, green and blue, 0 to 255") from error
-    if colours.ndim != 2 or colours.shape[1:] != (3,) or not 1 <= len(colours) <= MOST_COLOURS:
-        raise ParameterError(f"palette: got shape {colours.shape}; expected (Y, 3) with 1 to {MOST_COLOURS} yarns")
+    if colours.ndim != 2 or colours.shape[1:] != (3,) or not 1 <= len(colours) <= MAX_COLOURS:
+        raise ParameterError(f"palette: got shape {colours.shape}; expected (Y, 3) with 1 to {MAX_COLOURS} yarns")
     if not ((colours >= 0) & (colours <= 255) & (colours == np.round(colours))).all():
-        raise ParameterError("palette: got colours beyond 0 to 255, or fractions; expected whole numbers in between")
+        raise ParameterError("palette: got colours beyond 0 to 255, or fractions; expected whole numbers from 0 to 255")
     return colours.astype(np.uint8)
 
 
 def write_numbers(path: FilePath, numbers: NDArray[np.int64], colours: NDArray[np.uint8]) -> None:
-    """Write a PNG with a palette.
+    """Write an image of numbers as a PNG with a palette.
 
     Args:
         path: the file.
-        numbers: the colour's number of each pixel, shape (rows, columns), the top row first.
+        numbers: the number of the colour of each pixel, shape (rows, columns), the top row first.
         colours: red, green and blue of each number, shape (C, 3).
 
     Raises:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colour charts as PNG: one pixel a stitch, the bottom row of pixels the first row, every stitch knit."""
+"""Colour charts as PNG: one pixel for each knit stitch; the bottom row of pixels is the first row of the pattern."""
 
 from __future__ import annotations
 
@@ -14,22 +14,29 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns.charts.chart_image import checked_palette, first_used, number_pixels, open_chart, write_numbers
+from stitchmesh.patterns.charts.chart_image import (
+    checked_palette,
+    colours_in_order_of_use,
+    number_pixels,
+    open_chart,
+    write_numbers,
+)
 from stitchmesh.patterns.pattern import Cell, Pattern, Row
 
 
 def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Pattern:
-    """A pattern of knit stitches from the pixels of a PNG.
+    """Read a pattern of knit stitches from the pixels of a PNG.
 
     Args:
         path: the file.
-        palette: the colour of each yarn, shape (Y, 3), 0 to 255. Without it yarns are numbered by the palette of the
-            file, and where that has none by their first use, from the lower left pixel to the right and upwards.
+        palette: the colour of each yarn, shape (Y, 3), 0 to 255. Without a palette, the yarns are numbered by the
+            palette of the file. If the file has no palette either, the yarns are numbered by the first use of their
+            colours, from the lower left pixel to the right and upwards.
 
     Raises:
-        FileError: the file cannot be read, is no PNG, is too large, or has transparent pixels.
-        PatternError: a pixel has none of the palette's colours, or there are more than 256.
-        ParameterError: the palette has a wrong shape or colours beyond 0 to 255.
+        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
+        PatternError: a pixel has none of the palette's colours, or the image has more than 256 colours.
+        ParameterError: the palette has a wrong shape, or a colour is not a whole number from 0 to 255.
     """
     suffix_of(path, (".png",))
     image = open_chart(path)
@@ -37,7 +44,7 @@ def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Patte
         yarns = np.asarray(image, dtype=np.int64)
     else:
         pixels = np.asarray(image.convert("RGB"))
-        colours = first_used(pixels, fspath(path)) if palette is None else checked_palette(palette)
+        colours = colours_in_order_of_use(pixels, fspath(path)) if palette is None else checked_palette(palette)
         yarns = number_pixels(pixels, colours, fspath(path))
     knits = {int(yarn): Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in np.unique(yarns)}
     rows = tuple(Row(tuple(knits[yarn] for yarn in row)) for row in yarns[::-1].tolist())
@@ -50,11 +57,11 @@ def write_colour_chart(path: FilePath, pattern: Pattern, palette: ArrayLike) -> 
     Args:
         path: the file.
         pattern: a pattern of plain knit stitches without borders.
-        palette: the colour of each yarn, shape (Y, 3), 0 to 255, two to be told apart.
+        palette: the colour of each yarn, shape (Y, 3), 0 to 255; the colours must differ.
 
     Raises:
         PatternError: the pattern holds more than knit stitches.
-        ParameterError: the palette has a wrong shape, colours beyond 0 to 255, or too few of them.
+        ParameterError: the palette has a wrong shape, has colours beyond 0 to 255, or has fewer colours than yarns.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     suffix_of(path, (".png",))
@@ -62,21 +69,21 @@ def write_colour_chart(path: FilePath, pattern: Pattern, palette: ArrayLike) -> 
     yarns = _yarns(pattern)
     if pattern.yarn_count > len(colours):
         found = f"got {len(colours)} colours for yarns 0 to {pattern.yarn_count - 1}"
-        raise ParameterError(f"palette: {found}; expected one for each")
+        raise ParameterError(f"palette: {found}; expected one for each yarn")
     write_numbers(path, yarns[::-1], colours)
 
 
 def chart_palette(path: FilePath) -> NDArray[np.uint8]:
-    """The colour of each yarn of a colour chart, numbered as ``read_colour_chart`` numbers them, shape (Y, 3).
+    """Return the colour of each yarn of a colour chart, shape (Y, 3), as ``read_colour_chart`` numbers the yarns.
 
     Raises:
-        FileError: as for ``read_colour_chart``.
-        PatternError: there are more than 256 colours.
+        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
+        PatternError: the image has more than 256 colours.
     """
     image = open_chart(path)
     if image.mode == "P":
         return np.array(image.getpalette("RGB"), dtype=np.uint8).reshape(-1, 3)
-    return first_used(np.asarray(image.convert("RGB")), fspath(path))
+    return colours_in_order_of_use(np.asarray(image.convert("RGB")), fspath(path))
 
 
 def _yarns(pattern: Pattern) -> NDArray[np.int64]:
@@ -85,5 +92,5 @@ def _yarns(pattern: Pattern) -> NDArray[np.int64]:
         plain = all(cell.stitch == Stitch.KNIT and cell.twist == (0,) for cell in row.cells)
         if not plain or row.left or row.right or any(loop.shift or loop.twist for loop in row.loops):
             found = "holds more than plain knit stitches of one tile"
-            raise PatternError(f"pattern {pattern.name!r}, row {index + 1}: {found}; a colour chart has no more")
+            raise PatternError(f"pattern {pattern.name!r}, row {index + 1}: {found}; a colour chart cannot show more")
     return np.array([[cell.yarn for cell in row.cells] for row in rows], dtype=np.int64)

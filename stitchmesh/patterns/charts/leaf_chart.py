@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tile codes as a painted PNG: one pixel a character of a code, as Leaf et al. 2018, section 7.1, paints patterns."""
+"""Tile codes as a PNG: one pixel for each character of a code, as Leaf et al. 2018, section 7.1, paint patterns."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ PALETTE: dict[str, tuple[int, int, int]] = {
 }
 """The colour of each character: red, green and blue, 0 to 255."""
 SUFFIX = ".leaf.png"
-"""How the name of such a file ends, so that ``read_pattern`` knows it from a chart of yarn colours."""
+"""Suffix of such a file; ``read_pattern`` uses it to distinguish tile codes from a chart of yarn colours."""
 
 
 def read_leaf_chart(path: FilePath) -> Pattern:
-    """A pattern from a PNG painted with ``PALETTE``, its top row of pixels the last row.
+    """Read a pattern from a PNG painted with ``PALETTE``; the top row of pixels is the last row of the pattern.
 
     Raises:
-        FileError: the file cannot be read, is no PNG, is too large, or has transparent pixels.
-        PatternError: a pixel has none of the palette's colours, or characters side by side are no code; lines and
-            columns are those of the pixels, from the upper left.
+        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
+        PatternError: a pixel has none of the palette's colours, or adjacent characters form no code; the message counts
+            lines and columns of pixels from the upper left.
     """
     suffix_of(path, (".png",))
     colours = np.array(list(PALETTE.values()), dtype=np.uint8)
@@ -45,10 +45,10 @@ def read_leaf_chart(path: FilePath) -> Pattern:
 
 
 def write_leaf_chart(path: FilePath, pattern: Pattern) -> None:
-    """Write a pattern as a PNG: ``read_leaf_chart`` reads the same rows.
+    """Write a pattern as a PNG from which ``read_leaf_chart`` reads the same rows.
 
     Raises:
-        PatternError: the pattern holds what has no tile code.
+        PatternError: the pattern holds stitches, borders or marks that have no tile code.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     suffix_of(path, (".png",))

@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The items of one written row: words, groups, crossings and bars, by recursive descent.
+"""The items of one written row: words, groups, crossings and bars, read by recursive descent.
 
     items = { item | "|" | "," }
     item  = ( word | group | cross ) [ "*" number ]
     group = "[" { item | "," } "]"
     cross = "cross" "(" numbers ";" numbers ":" { item | "," } ")"
 
-A word may carry marks of its own: twists, twists of the loops below, a yarn (``words.py``).
+A word may carry marks: twists of its loops, twists of the loops below, and a yarn (``words.py``). The stitches of one
+word are called a piece (``WordStitches``).
 """
 
 from __future__ import annotations
@@ -19,22 +20,23 @@ from stitchmesh.patterns.language.words import WordError, read_word
 from stitchmesh.patterns.pattern import Loop, check_cables
 
 BAR = "|"
-DEEPEST = 32
-"""How deep groups may stand in one another."""
-LONGEST = 100_000
-"""How many stitches a row may have."""
+MAX_DEPTH = 32
+"""Maximum depth of nested groups."""
+MAX_STITCHES = 100_000
+"""Maximum number of stitches in a row."""
 
 
-class Items:
-    """Reads tokens from one place on; what it gives is in the order of reading."""
+class ItemParser:
+    """Parser of the items of one row. Each method starts at the next token and moves past the tokens it reads."""
 
     def __init__(self, tokens: list[Token], yarn: int, *, leftwards: bool) -> None:
         """Start at the first token.
 
         Args:
-            tokens: a line's tokens, its end included.
-            yarn: the yarn of words that name none.
-            leftwards: whether words follow one another from right to left, as they are worked; a chart's do not.
+            tokens: the tokens of a line, including the token that marks its end.
+            yarn: the yarn of words that name no yarn.
+            leftwards: whether the words follow one another from right to left, in the order of working. This is true
+                of rows and false of charts.
         """
         self.tokens = tokens
         self.yarn = yarn
@@ -44,32 +46,37 @@ class Items:
 
     @property
     def token(self) -> Token:
-        """The token that comes."""
+        """The next token."""
         return self.tokens[self.next]
 
     def take(self) -> Token:
-        """Step over one token."""
+        """Move past the next token and return that token."""
         self.next += 1
         return self.tokens[self.next - 1]
 
     def expect(self, text: str, expected: str) -> Token:
-        """Step over a token that must be there.
+        """Move past a token that must have a given text, and return that token.
+
+        Args:
+            text: the required text, in lower case.
+            expected: the description of the token in the error message.
 
         Raises:
-            PatternError: it is another one.
+            PatternError: the next token has another text.
         """
         if self.token.text.lower() != text:
             raise self.token.unexpected(expected)
         return self.take()
 
-    def row(self) -> tuple[list[WordStitches], list[int]]:
-        """All items up to the end of the line.
+    def parse_row(self) -> tuple[list[WordStitches], list[int]]:
+        """Read all items up to the end of the line.
 
         Returns:
-            The pieces and, for each bar, how many pieces stand before it; both left to right as the reader faces them.
+            The pieces and, for each bar, the number of pieces before that bar; both from left to right as the reader
+            faces the fabric.
 
         Raises:
-            PatternError: a word means nothing, a bracket or a bar is alone, or there is no stitch at all.
+            PatternError: a word is unknown, a bracket or bar has no partner, or the row has no stitches.
         """
         first = self.token
         pieces: list[WordStitches] = []
@@ -78,7 +85,7 @@ class Items:
             if self.token.text == BAR:
                 bars.append((len(pieces), self.take()))
             else:
-                pieces += self.item(0)
+                pieces += self.parse_item(0)
             _check_length(pieces, first)
         if not any(piece.cells for piece in pieces):
             raise first.unexpected("stitches, such as k2 p2")
@@ -89,41 +96,41 @@ class Items:
             return pieces[::-1], [len(pieces) - place for place in places[::-1]]
         return pieces, places
 
-    def item(self, depth: int) -> list[WordStitches]:
-        """One item, or none where a comma stands."""
+    def parse_item(self, depth: int) -> list[WordStitches]:
+        """Read one item; a comma gives no pieces."""
         token = self.token
         if token.text == ",":
             self.take()
             return []
         if token.text == "[":
-            pieces = self.group(depth)
+            pieces = self.parse_group(depth)
         elif token.text.lower() == "cross":
-            pieces = [self.cross(depth)]
+            pieces = [self.parse_cross(depth)]
         else:
-            pieces = self.word()
+            pieces = self.parse_word()
         if self.token.text != "*":
             return pieces
         self.take()
-        times = self.number("how many times", LONGEST, least=1)
+        times = self.parse_number("the number of repeats", MAX_STITCHES, least=1)
         _check_length(pieces, token, times)
         return pieces * times
 
-    def group(self, depth: int) -> list[WordStitches]:
-        """Items in brackets."""
+    def parse_group(self, depth: int) -> list[WordStitches]:
+        """Read the items of a group in brackets."""
         opening = self.take()
-        if depth == DEEPEST:
-            raise opening.unexpected(f"brackets no more than {DEEPEST} deep")
+        if depth == MAX_DEPTH:
+            raise opening.unexpected(f"at most {MAX_DEPTH} nested brackets")
         pieces: list[WordStitches] = []
         while self.token.text != "]":
             if self.token.text == END:
                 raise opening.place.error("got '[' without its partner; expected ']' on the same row")
-            pieces += self.item(depth + 1)
+            pieces += self.parse_item(depth + 1)
             _check_length(pieces, opening)
         self.take()
         return pieces
 
-    def word(self) -> list[WordStitches]:
-        """A stitch, a cable, or several."""
+    def parse_word(self) -> list[WordStitches]:
+        """Read a word: a stitch, a cable, or several equal ones."""
         token = self.take()
         if token.text in ("]", ")", "(", ":", ";", "*", BAR, END) or token.text.startswith('"'):
             raise token.unexpected("a stitch, '[' or cross(...)")
@@ -132,43 +139,48 @@ class Items:
         except WordError as error:
             raise token.place.error(str(error)) from None
 
-    def cross(self, depth: int) -> WordStitches:
-        """A crossing of any kind: places, layers, and what is worked on the reordered loops."""
+    def parse_cross(self, depth: int) -> WordStitches:
+        """Read a crossing of any kind: target places, layers, and the stitches worked on the reordered loops."""
         opening = self.take()
         if self.crossing:
             raise opening.place.error("got a crossing within a crossing; cables must not overlap")
         self.expect("(", "'(' after cross")
-        target = self.numbers(";")
-        layers = self.numbers(":")
+        target = self.parse_numbers(";")
+        layers = self.parse_numbers(":")
         self.crossing = True
         pieces: list[WordStitches] = []
         while self.token.text != ")":
             if self.token.text == END:
                 raise opening.place.error("got cross( without its partner; expected ')' on the same row")
-            pieces += self.item(depth + 1)
+            pieces += self.parse_item(depth + 1)
         self.crossing = False
         self.take()
         return self._crossing(opening, target, layers, pieces)
 
-    def numbers(self, end: str) -> list[int]:
-        """Numbers up to a sign, which is stepped over."""
+    def parse_numbers(self, end: str) -> list[int]:
+        """Read numbers up to a closing sign, and move past the sign."""
         found = []
         while self.token.text != end:
-            found.append(self.number(f"places or layers counted from 0, and {end!r} after them", LONGEST))
+            found.append(self.parse_number(f"places or layers counted from 0, and {end!r} after them", MAX_STITCHES))
         self.take()
         return found
 
-    def number(self, what: str, most: int, least: int = 0) -> int:
-        """A number in figures.
+    def parse_number(self, description: str, most: int, least: int = 0) -> int:
+        """Read a number written in digits.
+
+        Args:
+            description: the name of the number in the error message.
+            most: the largest number allowed.
+            least: the smallest number allowed.
 
         Raises:
-            PatternError: something else stands there, or it is too small or too large.
+            PatternError: the next token is no number, or the number is too small or too large.
         """
         token = self.take()
         if not (token.text.isascii() and token.text.isdigit() and len(token.text) < 10):
-            raise token.unexpected(what)
+            raise token.unexpected(description)
         if not least <= int(token.text) <= most:
-            raise token.unexpected(f"{what}, {least} to {most}")
+            raise token.unexpected(f"{description}, {least} to {most}")
         return int(token.text)
 
     def _crossing(
@@ -183,7 +195,7 @@ class Items:
             raise opening.place.error("got a tuck within a crossing; expected it before or after")
         if not len(target) == len(layers) == len(below):
             found = f"{len(target)} places, {len(layers)} layers and stitches on {len(below)} loops"
-            raise opening.place.error(f"got {found}; expected as many of each")
+            raise opening.place.error(f"got {found}; expected equal numbers of places, layers and loops")
         last = len(target) - 1
         if self.leftwards:
             target, layers = [last - end for end in reversed(target)], layers[::-1]
@@ -195,5 +207,5 @@ class Items:
 
 
 def _check_length(pieces: list[WordStitches], token: Token, times: int = 1) -> None:
-    if times * sum(max(len(piece.cells), 1) for piece in pieces) > LONGEST:
-        raise token.place.error(f"got more than {LONGEST} stitches in a row; expected fewer")
+    if times * sum(max(len(piece.cells), 1) for piece in pieces) > MAX_STITCHES:
+        raise token.place.error(f"got more than {MAX_STITCHES} stitches in a row; expected fewer")

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Files of tile codes alone, as Leaf et al. 2018, section 4, writes patterns: one line a row, the top line the last.
+"""Texts of tile codes alone, as Leaf et al. 2018, section 4, write patterns: one line for each row, the last row first.
 
-The codes are those of their table 2, as many characters as loops: ``K P F B YS 2U Y3Y`` (``charts.LEAF``).
+The codes are those of table 2 of the paper; each code has as many characters as it has loops: ``K P F B YS 2U Y3Y``
+(``text_charts.LEAF``).
 """
 
 from __future__ import annotations
@@ -19,39 +20,40 @@ from stitchmesh.patterns.pattern import Cell, Loop, Pattern
 TILES: dict[tuple[Cell, ...], str] = {
     tuple(cell for piece in leaf_pieces(code, 0) for cell in piece.cells): code.upper() for code in LEAF
 }
-"""The code of stitches that stand side by side, left to right; none is the beginning of another."""
+"""Code of each sequence of stitches, left to right; no sequence is the beginning of another."""
 
 
 def parse_leaf_codes(text: str, name: str = "pattern") -> Pattern:
     """Read a pattern from lines of codes.
 
     Args:
-        text: one line for each row, the last row first; blank lines before and after them do not count.
-        name: what messages call the text; without folder and suffixes it is the pattern's name.
+        text: one line for each row, the last row first; blank lines before the first and after the last are ignored.
+        name: the name of the text in messages; without its folder and suffixes it becomes the name of the pattern.
 
     Raises:
-        PatternError: a code means nothing, the lines differ in width, or a blank one stands between them; with line
-            and column.
+        PatternError: a code is unknown, the lines differ in width, or a blank line lies between them; the message gives
+            the line and the column.
     """
     rows = finish_rows(read_chart("leaf", _rows(split_lines(text, name), name), 0, upwards=False))
     return Pattern(Path(name).stem.removesuffix(".leaf").replace('"', "'"), "", rows)
 
 
 def leaf_codes(pattern: Pattern) -> str:
-    """The lines of codes of a pattern: ``parse_leaf_codes(leaf_codes(pattern)).rows == pattern.rows``.
+    """Write a pattern as lines of codes, so that ``parse_leaf_codes(leaf_codes(pattern)).rows == pattern.rows``.
 
     Raises:
-        PatternError: it has borders, twists, cables, more than yarn 0 or a stitch without a code; with row and stitch.
+        PatternError: the pattern has borders, twists, cables, a yarn other than 0, or a stitch without a code; the
+            message gives the row and the stitch.
     """
     return "".join(f"{_line(pattern, index)}\n" for index in reversed(range(pattern.height)))
 
 
 def _rows(lines: list[Line], name: str) -> list[Line]:
-    """The lines that hold something, which stand together."""
-    held = [index for index, line in enumerate(lines) if line.text.strip()]
-    if not held:
+    """Return the lines of the rows, without the blank lines before and after them."""
+    filled = [index for index, line in enumerate(lines) if line.text.strip()]
+    if not filled:
         raise Place(name, 1, 1).error("got no codes; expected a line such as KKPP for each row")
-    rows = lines[held[0] : held[-1] + 1]
+    rows = lines[filled[0] : filled[-1] + 1]
     for line in rows:
         if not line.text.strip():
             raise line.place.error("got a blank line between rows; expected the codes of a row")
@@ -72,7 +74,7 @@ def _line(pattern: Pattern, index: int) -> str:
 
 
 def _tile(cells: tuple[Cell, ...], start: int, where: str) -> tuple[int, str]:
-    """How many cells the next tile takes, and its code."""
+    """Return the number of cells of the next tile, and its code."""
     for tile, code in TILES.items():
         if cells[start : start + len(tile)] == tile:
             return len(tile), code

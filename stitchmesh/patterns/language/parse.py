@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The text language of patterns: its statements. ``docs/patterns.md`` writes the whole grammar down.
+"""The statements of the text language of patterns. ``docs/patterns.md`` gives the whole grammar.
 
     text  = { "pattern" string | "source" string } ( { row } | chart )
     row   = ( ( "row" | "rows" ) ranges ( "RS" | "WS" ) | ( "round" | "rounds" ) ranges ) [ "yarn" number ] ":" items
           | ( "row" | "rows" | "round" | "rounds" ) ranges ":" "repeat" ranges
     range = number [ "-" number ]
 
-A comma may stand between any two items, and one at the end of a line goes on in the next line.
+A comma may separate any two items. A comma at the end of a line continues the row on the next line.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import re
 from dataclasses import replace
 
 from stitchmesh.errors import PatternError, first_few
-from stitchmesh.patterns.language.items import Items
+from stitchmesh.patterns.language.items import ItemParser
 from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
 from stitchmesh.patterns.language.text_charts import read_chart
 from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
@@ -25,8 +25,8 @@ from stitchmesh.patterns.pattern import Pattern
 ROW_WORDS = ("row", "rows", "round", "rounds")
 STATEMENTS = "pattern, source, row, rows, round, rounds or chart"
 CHART_KINDS = ("letters", "leaf", "colours")
-MOST_ROWS = 10_000
-MOST_YARNS = 999_999
+MAX_ROWS = 10_000
+MAX_YARNS = 999_999
 _FIRST_WORD = re.compile(rf"(pattern|source|chart|{'|'.join(ROW_WORDS)})(?![a-z0-9])", re.ASCII)
 _RANGE = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
 
@@ -35,23 +35,24 @@ def parse_pattern(text: str, name: str = "pattern") -> Pattern:
     """Read a pattern from its text.
 
     Args:
-        text: the text, as ``docs/patterns.md`` describes it.
-        name: what messages call the text, and the pattern's name where the text gives none.
+        text: a text in the language of ``docs/patterns.md``.
+        name: the name of the text in messages, and the name of the pattern if the text gives none.
 
     Raises:
-        PatternError: the text says no pattern; with line, column, what was found and what was expected.
+        PatternError: the text does not describe a valid pattern; the message gives the line, the column, what was found
+            and what was expected.
     """
-    return _Text(split_lines(text, name), name).pattern()
+    return _PatternParser(split_lines(text, name), name).parse()
 
 
 def begins_with_statement(text: str) -> bool:
-    """Whether the first word of a text is one of the language."""
+    """Whether the first word of a text begins a statement of the language."""
     words = (word for line in split_lines(text, "") for word in line.text.split())
     return _FIRST_WORD.match(next(words, "").lower()) is not None
 
 
-class _Text:
-    """Reads one statement after another."""
+class _PatternParser:
+    """Parser of the statements of a text, one after another."""
 
     def __init__(self, lines: list[Line], name: str) -> None:
         self.lines = lines
@@ -61,8 +62,8 @@ class _Text:
         self.chart: list[WrittenRow] = []
         self.next = 0
 
-    def pattern(self) -> Pattern:
-        """The pattern that all statements make."""
+    def parse(self) -> Pattern:
+        """Read all statements and return the pattern."""
         while self.next < len(self.lines):
             line = self.lines[self.next]
             self.next += 1
@@ -80,41 +81,41 @@ class _Text:
         if word in self.names:
             self.names[word] = _quoted(tokens)
         elif word in ROW_WORDS:
-            self._one_body(self.chart, tokens[0])
+            self._require_only_body(self.chart, tokens[0])
             self._row(tokens)
         elif word == "chart":
-            self._one_body(self.chart or self.rows, tokens[0])
+            self._require_only_body(self.chart or self.rows, tokens[0])
             self._read_chart(tokens)
         else:
             raise tokens[0].unexpected(STATEMENTS)
 
-    def _one_body(self, other: object, token: Token) -> None:
+    def _require_only_body(self, other: object, token: Token) -> None:
         if other:
-            raise token.unexpected("no more of it: a pattern is either rows or one chart")
+            raise token.unexpected("nothing more: a pattern consists either of rows or of one chart")
 
     def _row(self, tokens: list[Token]) -> None:
-        while tokens[-2].text == "," and self.next < len(self.lines):  # a comma at its end goes on in the next line
+        while tokens[-2].text == "," and self.next < len(self.lines):  # a final comma continues on the next line
             tokens = tokens[:-1] + self.lines[self.next].tokens()
             self.next += 1
-        items = Items(tokens, 0, leftwards=True)
+        items = ItemParser(tokens, 0, leftwards=True)
         word = items.take()
-        numbers = self._free_numbers(items)
+        numbers = self._unused_numbers(items)
         side = _side(items, word)
         items.yarn = _yarn(items)
         colon = items.expect(":", "':'")
         if items.token.text.lower() == "repeat":
             if side:
-                raise items.token.unexpected("stitches; a repeat copies rows as they are, leave RS and WS out")
+                raise items.token.unexpected("stitches; a repeat copies whole rows, so leave RS and WS out")
             self._repeat(items, numbers, word.place)
             return
         if not side and word.text.lower().startswith("row"):
             raise colon.unexpected("RS or WS before it (or round instead of row)")
-        pieces, bars = items.row()
+        pieces, bars = items.parse_row()
         row = WrittenRow(tuple(pieces), tuple(bars), word.place)
         for number in numbers:
             self.rows[number] = row.turned() if side == "ws" else row
 
-    def _free_numbers(self, items: Items) -> list[int]:
+    def _unused_numbers(self, items: ItemParser) -> list[int]:
         place = items.token.place
         numbers = _ranges(items, "the number of a row, or a range such as 3-4")
         seen = set(self.rows)
@@ -124,7 +125,7 @@ class _Text:
             seen.add(number)
         return numbers
 
-    def _repeat(self, items: Items, numbers: list[int], place: Place) -> None:
+    def _repeat(self, items: ItemParser, numbers: list[int], place: Place) -> None:
         items.take()
         sources = items.token.place
         copied = _ranges(items, "the rows to repeat, such as 1-2")
@@ -132,15 +133,15 @@ class _Text:
             raise items.token.unexpected(END)
         missing = [number for number in copied if number not in self.rows]
         if missing:
-            raise sources.error(f"got row {missing[0]} to repeat; expected rows that stand above")
+            raise sources.error(f"got row {missing[0]} to repeat; expected rows that are written above")
         if len(numbers) % len(copied):
             found = f"got {len(copied)} rows to repeat for {len(numbers)}"
-            raise sources.error(f"{found}; expected a whole number of times")
+            raise sources.error(f"{found}; expected a whole number of repeats")
         for index, number in enumerate(numbers):
             self.rows[number] = replace(self.rows[copied[index % len(copied)]], place=place)
 
     def _read_chart(self, tokens: list[Token]) -> None:
-        items = Items(tokens, 0, leftwards=False)
+        items = ItemParser(tokens, 0, leftwards=False)
         items.take()
         kind = items.take().text.lower() if items.token.text.lower() in CHART_KINDS else "words"
         upwards = items.token.text.lower() == "upwards" and bool(items.take())
@@ -150,7 +151,7 @@ class _Text:
             raise items.token.unexpected("the chart on the lines below")
         lines = self._block()
         if not lines:
-            raise tokens[0].place.error("got a chart without lines; expected one for each row, right below it")
+            raise tokens[0].place.error("got a chart without lines; expected one line for each row, directly below it")
         self.chart = read_chart(kind, lines, yarn, upwards=upwards)
 
     def _block(self) -> list[Line]:
@@ -179,7 +180,7 @@ def _quoted(tokens: list[Token]) -> str:
     return tokens[1].text[1:-1]
 
 
-def _side(items: Items, word: Token) -> str | None:
+def _side(items: ItemParser, word: Token) -> str | None:
     side = items.token.text.lower()
     if side not in ("rs", "ws"):
         return None
@@ -189,14 +190,14 @@ def _side(items: Items, word: Token) -> str | None:
     return side
 
 
-def _yarn(items: Items) -> int:
+def _yarn(items: ItemParser) -> int:
     if items.token.text.lower() != "yarn":
         return 0
     items.take()
-    return items.number("the number of a yarn", MOST_YARNS)
+    return items.parse_number("the number of a yarn", MAX_YARNS)
 
 
-def _ranges(items: Items, expected: str) -> list[int]:
+def _ranges(items: ItemParser, expected: str) -> list[int]:
     numbers: list[int] = []
     while True:
         token = items.token
@@ -207,8 +208,8 @@ def _ranges(items: Items, expected: str) -> list[int]:
             raise token.unexpected(expected)
         items.take()
         first, last = int(match[1]), int(match[2] or match[1])
-        if not 1 <= min(first, last) <= max(first, last) <= MOST_ROWS:
-            raise token.unexpected(f"rows numbered 1 to {MOST_ROWS}")
+        if not 1 <= min(first, last) <= max(first, last) <= MAX_ROWS:
+            raise token.unexpected(f"rows numbered 1 to {MAX_ROWS}")
         numbers += range(first, last + 1) if first <= last else range(first, last - 1, -1)
         if items.token.text == ",":
             items.take()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From pieces to rows: tucks are worked together, and every row is checked at its place."""
+"""Conversion of written rows to rows of a pattern; a stitch above a tuck works the two loops of the tuck together."""
 
 from __future__ import annotations
 
@@ -18,28 +18,30 @@ _TOGETHER = {Stitch.KNIT: Stitch.D12K, Stitch.PURL: Stitch.D12P}
 
 @dataclass(frozen=True)
 class WrittenRow:
-    """A row as its words say it, left to right as seen from the right side."""
+    """A row as its words describe it, left to right as seen from the right side."""
 
     pieces: tuple[WordStitches, ...]
+    """The stitches of each word."""
     bars: tuple[int, ...]
-    """How many pieces stand before each bar: none, or two."""
+    """Number of pieces before each bar; a row has no bars or two."""
     place: Place
-    """Where it is written."""
+    """Place of the row in the text."""
 
     def turned(self) -> WrittenRow:
-        """The row seen from the other side."""
+        """Return the row as seen from the other side of the fabric."""
         count = len(self.pieces)
         pieces = tuple(piece.turned() for piece in reversed(self.pieces))
         return replace(self, pieces=pieces, bars=tuple(count - bar for bar in reversed(self.bars)))
 
 
 def finish_rows(written: Sequence[WrittenRow]) -> tuple[Row, ...]:
-    """The rows of a pattern, from the bottom up.
+    """Convert written rows to the rows of a pattern, from the bottom up.
 
-    A tuck in the last row is worked together by the first, as the pattern repeats.
+    The first row works the tucks of the last row together, because the pattern repeats upwards.
 
     Raises:
-        PatternError: a tuck cannot be worked together, or counts do not carry over; with the place of the row.
+        PatternError: the stitch above a tuck cannot work two loops together, or the numbers of loops of two rows
+            differ; the message gives the place of the row.
     """
     rows = [_finish(_with_tucks(written[index - 1], row)) for index, row in enumerate(written)]
     fault = first_fault(rows)
@@ -61,24 +63,24 @@ def _finish(row: WrittenRow) -> Row:
 
 
 def _with_tucks(below: WrittenRow, row: WrittenRow) -> WrittenRow:
-    """The row with one stitch through both loops of every tuck in the row below."""
+    """Return the row with one decrease through both loops of every tuck in the row below."""
     sizes = [size for piece in below.pieces for size in _stitch_sizes(piece)]
     if 2 not in sizes:
         return row
     pieces, start = [], 0
     for piece in row.pieces:
         end = start + len(piece.loops)
-        pieces.append(_together(piece, row.place) if 2 in sizes[start:end] else piece)
+        pieces.append(_decrease_over_tuck(piece, row.place) if 2 in sizes[start:end] else piece)
         start = end
     return replace(row, pieces=tuple(pieces))
 
 
 def _stitch_sizes(piece: WordStitches) -> list[int]:
-    """How many loops there are for each stitch of the next row: two for a tuck."""
+    """Return the number of loops that each stitch of the next row is worked on: two above a tuck, otherwise one."""
     return [2] if piece.tuck else [1] * sum(cell.n_top for cell in piece.cells)
 
 
-def _together(piece: WordStitches, place: Place) -> WordStitches:
+def _decrease_over_tuck(piece: WordStitches, place: Place) -> WordStitches:
     stitch = piece.cells[0].stitch
     if len(piece.cells) != 1 or stitch not in _TOGETHER or piece.loops != (Loop(),):
         found = " ".join(cell.stitch.name for cell in piece.cells)

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Charts: rows as pictures, seen from the right side, columns left to right.
+"""Charts in text: one line for each row, seen from the right side, with the columns from left to right.
 
     chart [letters | leaf | colours] [upwards] [yarn N]:
 
-Under it stands one line for each row, the top row first, or the bottom row first with ``upwards``; a blank line ends
-it. Without a kind its lines hold words; ``letters`` and ``leaf`` hold one code after another without blanks, and
-``colours`` one figure a stitch, the number of the yarn it is knit with. ``leaf`` reads the codes of Leaf et al. 2018,
-table 2: as many letters as loops.
+The lines of the chart follow this statement. The top row comes first, or the bottom row with ``upwards``; a blank line
+ends the chart. A chart without a kind holds words. ``letters`` and ``leaf`` hold one code after another without
+blanks. ``colours`` holds one digit or letter for each stitch, the number of the yarn with which the stitch is knit.
+``leaf`` reads the codes of Leaf et al. 2018, table 2; each code has as many characters as it has loops.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 
-from stitchmesh.patterns.language.items import BAR, Items
+from stitchmesh.patterns.language.items import BAR, ItemParser
 from stitchmesh.patterns.language.rows import WrittenRow
 from stitchmesh.patterns.language.tokens import Line
 from stitchmesh.patterns.language.word_stitches import WordStitches
@@ -25,47 +25,47 @@ LETTERS: dict[str, str] = {
     "k": "k", "p": "p", "b": "b", "f": "f", "x": "x", "t": "t",
     "o": "yo", "/": "k2tog", "\\": "ssk", "^": "s2kp", ".": "none",
 }  # fmt: skip
-"""What one sign of a ``letters`` chart means, as a word."""
+"""The word for each sign of a ``letters`` chart."""
 
 LEAF: dict[str, tuple[str, ...]] = {
     "k": ("k",), "p": ("p",), "f": ("f",), "b": ("b",),
     "ys": ("yo", "ssk"), "2u": ("k2tog", "yo"), "y3y": ("yo", "sk2p", "yo"),
 }  # fmt: skip
-"""What the codes of Leaf et al. 2018, table 2, mean, left to right."""
+"""The words for each code of Leaf et al. 2018, table 2, left to right."""
 
 FIGURES = "0123456789abcdefghijklmnopqrstuvwxyz"
-"""Yarns of a ``colours`` chart."""
+"""Signs of a ``colours`` chart; the position of a sign is the number of its yarn."""
 
 _Split = Callable[[Line, int, int], tuple[int, list[WordStitches]]]
 
 
 def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool) -> list[WrittenRow]:
-    """The rows of a chart, from the bottom up.
+    """Read the rows of a chart and return them from the bottom up.
 
     Args:
         kind: ``words``, ``letters``, ``leaf`` or ``colours``.
-        lines: its lines as they stand.
-        yarn: the yarn of stitches that name none.
-        upwards: whether the bottom row is listed first.
+        lines: the lines of the chart in the order of the text.
+        yarn: the yarn of stitches that name no yarn.
+        upwards: whether the bottom row comes first.
 
     Raises:
-        PatternError: a code means nothing, or the lines differ in width; with its place.
+        PatternError: a code is unknown, or the lines differ in width; the message gives the place.
     """
     if kind == "words":
-        rows = [_worded(line, yarn) for line in lines]
+        rows = [_read_words(line, yarn) for line in lines]
     else:
         split = {"letters": _letter, "leaf": _leaf, "colours": _figure}[kind]
-        rows = [_signs(line, yarn, split) for line in lines]
+        rows = [_read_codes(line, yarn, split) for line in lines]
     _check_widths(rows, "add what is missing" if kind == "leaf" else "use none or . for a square without a stitch")
     return rows if upwards else rows[::-1]
 
 
-def _worded(line: Line, yarn: int) -> WrittenRow:
-    pieces, bars = Items(line.tokens(), yarn, leftwards=False).row()
+def _read_words(line: Line, yarn: int) -> WrittenRow:
+    pieces, bars = ItemParser(line.tokens(), yarn, leftwards=False).parse_row()
     return WrittenRow(tuple(pieces), tuple(bars), line.place)
 
 
-def _signs(line: Line, yarn: int, split: _Split) -> WrittenRow:
+def _read_codes(line: Line, yarn: int, split: _Split) -> WrittenRow:
     pieces: list[WordStitches] = []
     bars = []
     column = 0
@@ -100,7 +100,7 @@ def _leaf(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]]:
 
 @cache
 def leaf_pieces(code: str, yarn: int) -> tuple[WordStitches, ...]:
-    """What a code of ``LEAF`` works, left to right."""
+    """Return the stitches of a code of ``LEAF``, left to right."""
     return tuple(piece for word in LEAF[code] for piece in read_word(word, yarn))
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pattern text as lines of tokens, each with its place."""
+"""Pattern text as lines of tokens; each token knows its place in the text."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ END = "the end of the line"
 
 @dataclass(frozen=True)
 class Place:
-    """Where in a text something stands, counted from 1."""
+    """A place in a text: the file, and the line and column counted from 1."""
 
     file: str
     line: int
     column: int
 
     def error(self, message: str) -> PatternError:
-        """The message with this place before it."""
+        """Return an error whose message begins with this place."""
         return PatternError(f"{self.file}: line {self.line}, column {self.column}: {message}")
 
 
@@ -35,7 +35,7 @@ class Token:
     place: Place
 
     def unexpected(self, expected: str) -> PatternError:
-        """That this token is not what had to come."""
+        """Return the error that this token was found where another token was expected."""
         found = END if self.text == END else repr(self.text)
         return self.place.error(f"got {found}; expected {expected}")
 
@@ -46,13 +46,13 @@ class Line:
 
     text: str
     place: Place
-    """Its first column."""
+    """Place of the first character of the line."""
 
     def tokens(self) -> list[Token]:
-        """Its tokens, and one for its end.
+        """Split the line into tokens; the last token marks the end of the line.
 
         Raises:
-            PatternError: a quoted string has no end.
+            PatternError: a quoted string has no closing quote.
         """
         found, column = [], 0
         while column < len(self.text):
@@ -65,12 +65,12 @@ class Line:
         return [*found, Token(END, self.at(len(self.text)))]
 
     def at(self, column: int) -> Place:
-        """The place of one of its characters, counted from 0."""
+        """Return the place of a character of the line; ``column`` is counted from 0."""
         return Place(self.place.file, self.place.line, column + 1)
 
 
 def split_lines(text: str, file: str) -> list[Line]:
-    """The lines of a text, comments cut off, blank ones included."""
+    """Split a text into lines without their comments; blank lines are kept."""
     lines = []
     for number, line in enumerate(text.splitlines(), start=1):
         comment = _COMMENT.match(line)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What one word of a written row works: stitches on a group of loops, left to right as the reader faces them."""
+"""The stitches of one word of a row and the loops below them, left to right as the reader faces the fabric."""
 
 from __future__ import annotations
 
@@ -12,34 +12,41 @@ from stitchmesh.patterns.pattern import Cell, Loop
 
 @dataclass(frozen=True)
 class WordStitches:
-    """Stitches that stay together: one stitch, a cable, or none where a chart leaves a square empty."""
+    """Stitches of one word: a single stitch, a cable, or nothing for an empty square of a chart."""
 
     cells: tuple[Cell, ...]
     """The stitches, left to right."""
     loops: tuple[Loop, ...]
-    """How the loops below them are held, left to right as they come."""
+    """How the loops below are held, left to right before any crossing."""
     columns: int = 1
-    """How many squares of a chart it covers."""
+    """Number of squares of a chart that the word covers."""
     tuck: bool = False
-    """Whether the next row works its two loops together."""
+    """Whether the next row works the two loops of this stitch together."""
 
     def turned(self) -> WordStitches:
-        """The same work seen from the other side: turned about its wale."""
+        """Return the same stitches seen from the other side of the fabric, turned about the wale."""
         front = max((loop.layer for loop in self.loops), default=0)
         cells = tuple(
             Cell(from_wrong_side(cell.stitch), cell.twist[::-1], cell.yarn) for cell in reversed(self.cells)
-        )  # a half turn of a loop keeps its hand when it is seen from behind
+        )  # a half turn of a loop has the same direction when it is seen from behind
         loops = tuple(Loop(-loop.shift, front - loop.layer, loop.twist) for loop in reversed(self.loops))
         return replace(self, cells=cells, loops=loops)
 
 
 def single(cell: Cell, twist_below: tuple[int, ...] = (), *, tuck: bool = False) -> WordStitches:
-    """One stitch on plain loops, or on loops twisted by it."""
+    """Return one stitch on loops that no cable moves; ``twist_below`` gives the half turn of each loop below."""
     below = twist_below or (0,) * cell.n_bottom
     return WordStitches((cell,), tuple(Loop(twist=twist) for twist in below), tuck=tuck)
 
 
 def cable(cells: tuple[Cell, ...], target: list[int], layers: list[int], twists: list[int]) -> WordStitches:
-    """Stitches on loops that are reordered first: loop i goes to place ``target[i]``; ``twists`` after reordering."""
+    """Return stitches on loops that are reordered before they are worked.
+
+    Args:
+        cells: the stitches, left to right.
+        target: loop i moves to place ``target[i]``.
+        layers: the layer of each loop, in the order before the crossing.
+        twists: the half turn that the stitches give to each loop, in the order after the crossing.
+    """
     loops = [Loop(end - place, layers[place], twists[end]) for place, end in enumerate(target)]
     return WordStitches(cells, tuple(loops), columns=max(len(target), len(cells)))

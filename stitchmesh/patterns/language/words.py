@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The words of knitting: what each abbreviation works, as its reader faces it.
+"""The words of the language: the stitches that each abbreviation describes, as the reader faces the fabric.
 
-Codes of ``stitch.CODES`` are read from left to right as they are seen, also where the row around them is read from
-right to left; abbreviations say what a hand knitter does. A loop entered through its back leg, and a backward loop
-(made one, leaning left), have the leg from the right in front: a twist of -1. ``docs/patterns.md`` lists them all.
+The loops of a code of ``stitch.CODES`` are read from left to right as seen, even if the row that holds the code is read
+from right to left. An abbreviation describes what a hand knitter does. In a loop worked through its back leg, and in a
+backward loop (make one, leaning left), the leg that comes from the right lies in front; this is a twist of -1.
+``docs/patterns.md`` lists all words.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from stitchmesh.patterns.pattern import Cell
 
 @dataclass(frozen=True)
 class Meaning:
-    """What an abbreviation stands for."""
+    """The stitch that an abbreviation describes."""
 
     stitch: Stitch
     twist: int = 0
-    """Half turn of the loop it makes."""
+    """Half turn of the loop that the stitch makes."""
     below: int = 0
-    """Half turn it gives to the loop it is worked on."""
+    """Half turn that the stitch gives to the loop on which it is worked."""
 
 
 ABBREVIATIONS: dict[str, Meaning] = {
@@ -55,14 +56,14 @@ ABBREVIATIONS: dict[str, Meaning] = {
     "pfb": Meaning(Stitch.KP),
     "kyok": Meaning(Stitch.KYK),
 }
-"""Abbreviations beside the codes of ``stitch.CODES``."""
+"""Abbreviations in addition to the codes of ``stitch.CODES``."""
 
 TUCK = "t"
-"""A slipped loop with a yarn-over; the next row's k or p works both together."""
+"""Word for a tuck: a slipped loop with a yarn-over; a k or p of the next row works both together."""
 NO_STITCH = "none"
-"""A square of a chart that holds no stitch."""
+"""Word for a square of a chart that holds no stitch."""
 CROSSING_EXAMPLES = tuple("lt rt c4f c4b c6f c6b t3f t3b t4f t4b 2/1lc 2/1rc 2/1lpc 2/1rpc".split())
-"""Some words for cables, to be named where a word is not known."""
+"""Words for cables that are suggested if a word is unknown."""
 
 _MARKS = re.compile(r"(?P<code>[a-z0-9/]+)(?P<twist>([+-][01])*)(~(?P<below>([+-][01])+))?(@(?P<yarn>\d{1,6}))?")
 _COUNTED = re.compile(r"(?P<word>[a-z]+)(?P<count>\d{1,6})")
@@ -74,18 +75,22 @@ _TWISTS = {"lt": "1/1lc", "rt": "1/1rc"}
 
 
 class WordError(ValueError):
-    """A word means nothing; the parser adds the place."""
+    """A word is unknown or malformed; the parser adds the place to the message."""
 
 
 def read_word(text: str, yarn: int) -> list[WordStitches]:
-    """What a word works, left to right as its reader faces it: several pieces where it has a count.
+    """Read a word.
 
     Args:
-        text: the word, in any case.
-        yarn: the yarn where the word names none.
+        text: the word, in upper or lower case.
+        yarn: the yarn if the word names no yarn.
+
+    Returns:
+        The stitches, left to right as the reader faces the fabric: one piece, or several equal ones for a word with a
+        count.
 
     Raises:
-        WordError: there is no such word.
+        WordError: the word is unknown or its marks do not fit its stitch.
     """
     marks = _MARKS.fullmatch(text.lower())
     if not marks:
@@ -97,26 +102,37 @@ def read_word(text: str, yarn: int) -> list[WordStitches]:
     crossing = read_crossing(code, chosen)
     if crossing or code == NO_STITCH:
         if marks["twist"] or marks["below"]:
-            raise WordError(f"got {text!r}; expected no twists on {code}, write them within cross(...)")
+            raise WordError(f"got {text!r}; expected no twists on {code}, write the twists within cross(...)")
         return [crossing or WordStitches((), ())] * count
     return [_stitch(text, code, _signs(marks["twist"]), _signs(marks["below"]), chosen)] * count
 
 
 def is_word(code: str) -> bool:
-    """Whether a word without count and marks means a stitch."""
+    """Whether a word without a count and marks describes a stitch."""
     return code in ABBREVIATIONS or code in CODES or code in (TUCK, NO_STITCH)
 
 
 def unknown(text: str) -> str:
-    """Why a word cannot be read, with the words that come near."""
+    """Return the message for an unknown word, with similar words."""
     known = [*ABBREVIATIONS, *CODES, *CROSSING_EXAMPLES, TUCK, NO_STITCH]
     near = difflib.get_close_matches(text.lower(), known, n=3, cutoff=0.5)
-    hint = f"did you mean {' or '.join(near)}?" if near else "docs/patterns.md lists them all"
+    hint = f"did you mean {' or '.join(near)}?" if near else "docs/patterns.md lists all words"
     return f"got {text!r}; expected a stitch such as k, p2, yo, k2tog, c4f: {hint}"
 
 
 def read_crossing(code: str, yarn: int) -> WordStitches | None:
-    """A cable of one word: so many loops to the left or right in front of so many others."""
+    """Read a word for a cable: a number of loops crosses in front of another number, to the left or to the right.
+
+    Args:
+        code: the word in lower case, without marks.
+        yarn: the yarn of the stitches.
+
+    Returns:
+        The stitches, or None if the word is not a cable.
+
+    Raises:
+        WordError: the number of loops does not allow the cable.
+    """
     match = _CROSS.fullmatch(_TWISTS.get(code, code))
     if match:
         return _crossing(int(match["front"]), int(match["back"]), match["hand"] == "l", bool(match["purl"]), yarn)
@@ -125,7 +141,7 @@ def read_crossing(code: str, yarn: int) -> WordStitches | None:
         width = int(match["width"])
         if width % 2 or not width:
             half = width // 2
-            raise WordError(f"got {code!r}; expected an even number of loops, or say {half + 1}/{max(half, 1)}lc")
+            raise WordError(f"got {code!r}; expected an even number of loops, or write {half + 1}/{max(half, 1)}lc")
         return _crossing(width // 2, width // 2, match["hand"] == "f", False, yarn)
     match = _TRAVELLING.fullmatch(code)
     if match:
@@ -137,7 +153,7 @@ def read_crossing(code: str, yarn: int) -> WordStitches | None:
 
 
 def _crossing(front: int, back: int, leftwards: bool, purl: bool, yarn: int) -> WordStitches:
-    """The front loops go left or right over the back ones and are knit; the back ones are knit or purled."""
+    """Return a cable: the front loops cross to the left or right and are knit; the back loops are knit or purled."""
     if not front or not back:
         raise WordError(f"got {front} loops over {back}; expected at least 1 of each to cross")
     knit, behind = Cell(Stitch.KNIT, yarn=yarn), Cell(Stitch.PURL if purl else Stitch.KNIT, yarn=yarn)

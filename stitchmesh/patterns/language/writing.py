@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns back to text, as knitted flat: odd rows on the right side, even rows on the wrong side.
+"""Patterns as text, written for flat knitting: odd rows on the right side, even rows on the wrong side.
 
-Reading the text gives the same pattern. A row with a crossing that has no word of its own is written from the right
-side, so that its layers stay as they are.
+Reading the text gives the same pattern. An even row whose crossing has no word of its own is written from the right
+side, because the layers of such a crossing would change if it were turned over.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _PLAIN = {Stitch.KNIT: "k", Stitch.PURL: "p"}
 
 
 def format_pattern(pattern: Pattern) -> str:
-    """The text of a pattern: ``parse_pattern(format_pattern(pattern)) == pattern``."""
+    """Write a pattern as text, so that ``parse_pattern(format_pattern(pattern)) == pattern``."""
     lines = [f'pattern "{pattern.name}"', f'source "{pattern.source}"']
     for number, row in enumerate(pattern.rows, start=1):
         lines.append(_row(row, number))
@@ -29,7 +29,7 @@ def format_pattern(pattern: Pattern) -> str:
 
 
 def pieces_of(row: Row) -> list[WordStitches]:
-    """The stitches of a row, those on crossing loops together; left to right as seen from the right side."""
+    """Return the stitches of a row, left to right as seen from the right side; a cable is one piece."""
     pieces = []
     for cells, loops in _spans(row):
         pieces.append(WordStitches(row.cells[cells.start : cells.stop], row.loops[loops.start : loops.stop]))
@@ -37,20 +37,20 @@ def pieces_of(row: Row) -> list[WordStitches]:
 
 
 def _spans(row: Row) -> Iterator[tuple[range, range]]:
-    """Cells and loops of each piece."""
+    """Return the ranges of cells and loops of each piece."""
     starts = [0]
     for cell in row.cells:
         starts.append(starts[-1] + cell.n_bottom)
     cables = crossings(row.loops)
     first = 0
     while first < len(row.cells):
-        last = _reach(starts, cables, first)
+        last = _piece_end(starts, cables, first)
         yield range(first, last), range(starts[first], starts[last])
         first = last
 
 
-def _reach(starts: list[int], cables: list[range], first: int) -> int:
-    """The cell after the piece that begins with a cell: on, until no cable is cut."""
+def _piece_end(starts: list[int], cables: list[range], first: int) -> int:
+    """Return the index after the last cell of the piece that begins at ``first``; a piece never divides a cable."""
     last = first + 1
     while any(cable.start < starts[last] < cable.stop for cable in cables):
         last += 1
@@ -71,7 +71,7 @@ def _row(row: Row, number: int) -> str:
 
 
 def _bars(row: Row, pieces: list[WordStitches]) -> list[int]:
-    """How many pieces stand before each bar."""
+    """Return the number of pieces before each bar."""
     if not row.left and not row.right:
         return []
     counts = [0]
@@ -81,7 +81,7 @@ def _bars(row: Row, pieces: list[WordStitches]) -> list[int]:
 
 
 def _words(pieces: list[WordStitches], bars: Iterable[int], yarn: int) -> Iterator[str]:
-    """The words of pieces in the order of work, equal ones counted."""
+    """Return the words of pieces in the order of working; consecutive equal words become one word with a count."""
     cuts = sorted({0, len(pieces), *bars})
     if 0 in bars:
         yield "|"
@@ -121,11 +121,11 @@ def _word(piece: WordStitches, yarn: int) -> str:
         twists[place + loop.shift] = loop.twist
     places = " ".join(str(end) for end in reversed(target))
     layers = " ".join(str(loop.layer) for loop in reversed(piece.loops))
-    return f"cross({places}; {layers}: {' '.join(_within(piece.cells, twists, yarn))})"
+    return f"cross({places}; {layers}: {' '.join(_crossed_words(piece.cells, twists, yarn))})"
 
 
-def _within(cells: tuple[Cell, ...], twists: list[int], yarn: int) -> list[str]:
-    """The stitches within a crossing, in the order of work."""
+def _crossed_words(cells: tuple[Cell, ...], twists: list[int], yarn: int) -> list[str]:
+    """Return the words of the stitches within a crossing, in the order of working."""
     words, start = [], 0
     for cell in cells:
         end = start + cell.n_bottom
@@ -135,7 +135,7 @@ def _within(cells: tuple[Cell, ...], twists: list[int], yarn: int) -> list[str]:
 
 
 def _cable_word(piece: WordStitches) -> str | None:
-    """The word of a cable that has one: loops that go over others together."""
+    """Return the word for a cable, or None if no single word describes the cable."""
     width = len(piece.loops)
     words = {2: ["lt", "rt"]}.get(width, [f"c{width}f", f"c{width}b"] if width % 2 == 0 else [])
     for front in range(1, width):

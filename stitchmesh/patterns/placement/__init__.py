@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns laid on a stitch mesh: where their tiles lie, and which faces change."""
+"""Application of patterns to a stitch mesh: where the tiles lie, and which faces change."""

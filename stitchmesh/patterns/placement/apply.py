@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A pattern on a fabric: on all of it, or on the grid of plain stitches around one face (section 5.3)."""
+"""Application of a pattern to a fabric: to the whole fabric, or to the grid of plain stitches around one face.
+
+Source: Yuksel et al. 2012, section 5.3.
+"""
 
 from __future__ import annotations
 
@@ -31,28 +34,30 @@ from stitchmesh.patterns.placement.wales import follow_wales
 def apply_pattern(
     fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
 ) -> StitchMesh:
-    """Knit a fabric in a pattern.
+    """Replace the stitches of a fabric by those of a pattern.
 
-    On a whole fabric columns follow the wales and rows count from the first above the cast-on row. Around a face it
-    is the largest grid of plain stitches, from its bottom. Cast-on rows and the fabric's own increases and decreases
-    keep their loops. Borders of the pattern stand at the ends of flat rows.
+    On a whole fabric, the columns of the pattern follow the wales and its rows are counted from the first row above the
+    cast-on row. Around a face, the pattern fills the largest grid of plain stitches that contains the face, from the
+    bottom of the grid. Cast-on rows and the increases and decreases of the fabric keep their loops. The borders of the
+    pattern lie at the ends of flat rows.
 
-    A pattern whose stitches all take one loop and make one goes on to the last row, and over shaping, which becomes
-    knit or purl. Of one that makes and takes loops together only whole tiles are put in, where as many plain stitches
-    lie in rows; the counts around each stay as they were. New faces lie on the old course lines; relax the mesh
-    afterwards.
+    If every stitch of the pattern has one loop below and one above, the pattern continues to the last row and over
+    shaping; a shaping stitch becomes its knit or purl form. If the pattern has increases and decreases, only whole
+    tiles are placed, where plain stitches fill a rectangle of the size of a tile; the loops around each tile stay as
+    they were. New faces lie on the old course lines, so the mesh should be relaxed afterwards.
 
     Args:
-        fabric: stitch faces, relaxed or not.
-        pattern: what ``read_pattern`` returned.
-        face: a plain stitch of the grid; the whole fabric where not given.
-        remainder: for loops that whole tiles leave over: ``centre`` leaves them on both sides as they are, in a ring
-            at its start; ``stretch`` draws the tiles out over them, or where stitches cannot be doubled spreads them
-            between tiles; ``refuse`` raises.
+        fabric: a mesh of stitches, relaxed or not.
+        pattern: the pattern, for example from ``read_pattern``.
+        face: a plain stitch of the grid; the pattern covers the whole fabric if no face is given.
+        remainder: what happens to the loops of a row that whole tiles do not cover. ``centre`` leaves them unchanged
+            on both sides, or at the start of a ring; ``stretch`` stretches the tiles over them, or spreads them
+            between the tiles if stitches cannot be doubled; ``refuse`` raises an error.
 
     Raises:
-        ParameterError: the pattern fits nowhere, the face is no plain stitch, or as ``remainder``.
-        PatternError: the pattern changes counts and does not close.
+        ParameterError: the pattern fits nowhere, the face is not a plain stitch, the mesh has panels, or ``remainder``
+            is unknown or refuses the loops that are left over.
+        PatternError: the pattern has increases or decreases and does not close.
         LabelError: the cables of the fabric are malformed.
         MeshError: the fabric repeats on a lattice.
     """
@@ -64,7 +69,9 @@ def apply_pattern(
 def pattern_changes(
     fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
 ) -> list[Change]:
-    """What ``apply_pattern`` changes, one after the other, each with an exact inverse (``inverse_change``).
+    """Return the changes of ``apply_pattern`` in order; each has an exact inverse (``inverse_change``).
+
+    The arguments are those of ``apply_pattern``.
 
     Raises:
         ParameterError, PatternError, LabelError, MeshError: as for ``apply_pattern``.
@@ -78,7 +85,7 @@ def pattern_changes(
     else:
         placement = fill_grid(fabric, pattern, grid_around(fabric, face), remainder)
     if not keeps_counts(pattern):
-        return _changes_of_faces(fabric, pattern, placement)
+        return _block_changes(fabric, pattern, placement)
     if (placement.column == OUTSIDE).all():
         raise ParameterError(
             f"pattern {pattern.name!r}: its {pattern.width} columns are more than any first row of the fabric has; "
@@ -88,29 +95,29 @@ def pattern_changes(
 
 
 def changed_face_count(changes: list[Change]) -> int:
-    """How many faces a pattern's changes put in or make another stitch or colour."""
+    """Return the number of faces that the changes of a pattern add, or whose stitch or yarn they change."""
     added = sum(len(change.added_faces) for change in changes if isinstance(change, Patch))
     marked = [change.places for change in changes if isinstance(change, Marks) and change.name in ("stitch", "yarn")]
     return added + (len(np.unique(np.concatenate(marked))) if marked else 0)
 
 
-def _changes_of_faces(fabric: StitchMesh, pattern: Pattern, placement: Placement) -> list[Change]:
-    """Blocks of new faces; before them the cables taken away that they cut, after them the marks below them."""
+def _block_changes(fabric: StitchMesh, pattern: Pattern, placement: Placement) -> list[Change]:
+    """Return the removal of cables that the blocks cut, then the new faces, then the marks of the loops below."""
     check_closes(pattern)
     blocks = {section: block for section in range(len(SECTIONS)) if (block := block_of(pattern, section))}
     sites = [find_site(fabric, placement, section, block) for section, block in blocks.items()]
     sites = [site for site in sites if len(site.grids)]
     if not any(site.section == TILE for site in sites):
-        needed = f"needs {pattern.height} rows of {pattern.width} plain stitches together"
+        needed = f"needs {pattern.height} rows of {pattern.width} adjacent plain stitches"
         raise ParameterError(f"pattern {pattern.name!r}: {needed}; found none, use another pattern or face")
-    changes, cleared = _uncrossed(fabric, sites)
+    changes, cleared = _remove_cut_cables(fabric, sites)
     replacement = Replacement(cleared, pattern, sites)
     patch = replacement.patch()
     return [*changes, patch, *replacement.marks(patch)]
 
 
-def _uncrossed(fabric: StitchMesh, sites: list[Site]) -> tuple[list[Change], StitchMesh]:
-    """The marks of cables taken away that blocks would cut, and the fabric without them."""
+def _remove_cut_cables(fabric: StitchMesh, sites: list[Site]) -> tuple[list[Change], StitchMesh]:
+    """Remove the marks of cables that the blocks would cut; return these changes and the fabric without the cables."""
     inside = np.concatenate([fabric.face_start[site.grids].ravel() + 2 for site in sites])
     below = np.concatenate([side_below(fabric, site.grids[:, 0]).ravel() for site in sites])
     top = np.concatenate([border_sides(fabric, site.grids)[2].ravel() for site in sites])

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One section of a pattern as a piece of stitch mesh, to be put in the place of as many plain stitches.
+"""One section of a pattern as a piece of stitch mesh that replaces a rectangle of plain stitches.
 
 "A pattern is merely a stitch mesh generated on a quad with equal tessellation values on both course edges" (Yuksel
-et al. 2012, section 5.3). Its border is that of the plain stitches it replaces: a loop for each column below and
-above, a wale edge for each row on the left and right.
+et al. 2012, section 5.3). The border of the block equals the border of the plain stitches: one loop for each column
+at the bottom and top, and one wale edge for each row on the left and right.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stitchmesh.patterns.pattern import Cell, Loop, Pattern
 from stitchmesh.patterns.placement.course_points import Wale, course_points
 
 Edge = tuple[str, int, int]
-"""A loop or a wale: its line or row, and its place from the left."""
+"""A loop or a wale edge: its kind, the number of its course line or row, and its place from the left."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,45 +26,54 @@ class Block:
     """Faces of one section, row by row from the lower left."""
 
     lines: tuple[FloatArray, ...]
-    """Ends of the loops of each course line, in columns of the plain stitches; vertices are numbered in this order."""
+    """Ends of the loops of each course line, in columns of the plain stitches, each of shape (loops + 1,). The vertices
+    of the block are numbered in this order."""
     row: IntArray
     """Row of each face, shape (n,)."""
     column: IntArray
-    """The plain column that lies nearest under each face, shape (n,)."""
+    """The plain column nearest to each face, shape (n,)."""
     n_bottom: IntArray
+    """Number of bottom sides of each face, shape (n,)."""
     n_top: IntArray
+    """Number of top sides of each face, shape (n,)."""
     stitch: IntArray
+    """Type of each stitch, shape (n,)."""
     yarn: IntArray
+    """Yarn of each face, shape (n,)."""
     corners: IntArray
-    """Vertices of all faces, shape (c,)."""
+    """Vertices of all faces in the order of their sides, shape (c,)."""
     twin: IntArray
-    """(face, place) across each side; at the border (-1, -1), shape (c, 2)."""
+    """Face and place of the opposite side of each side; (-1, -1) at the border, shape (c, 2)."""
     border: dict[int, IntArray]
-    """(face, place) of the sides of each border, by their role: loops from the left, wales from below, shape (m, 2)."""
+    """Face and place of the sides of each border, by their role; loops from the left, wale edges from below, shape
+    (m, 2)."""
     twist: IntArray
-    """Marks of the sides between the rows, shape (c,); those of the top border are what its stitches make."""
+    """Half turn of the loop at each top side, 0 at other sides, shape (c,); at the top border only the half turn that
+    the stitches of the block give."""
     cable_shift: IntArray
+    """Cable shift of each side, as in ``StitchMesh``, shape (c,)."""
     cable_layer: IntArray
+    """Cable layer of each side, as in ``StitchMesh``, shape (c,)."""
 
     @property
     def width(self) -> int:
-        """Columns it takes."""
+        """Number of columns of the block."""
         return len(self.lines[0]) - 1
 
     @property
     def height(self) -> int:
-        """Rows it takes."""
+        """Number of rows of the block."""
         return len(self.lines) - 1
 
     @property
     def face_size(self) -> IntArray:
-        """Corners of each face, shape (n,)."""
+        """Number of corners of each face, shape (n,)."""
         size: IntArray = self.n_bottom + self.n_top + 2
         return size
 
 
 def block_of(pattern: Pattern, section: int) -> Block | None:
-    """A section of a pattern that closes; None where some row of it has no loops to stand on."""
+    """Return a section of a pattern that closes, or None if a row of the section is worked on no loops."""
     rows = [row.sections[section] for row in pattern.rows]
     loops = [row.bottoms[section] for row in pattern.rows]
     if min(loops) < 1:
@@ -75,7 +84,7 @@ def block_of(pattern: Pattern, section: int) -> Block | None:
 
 @dataclass
 class _Builder:
-    """Lists faces cell by cell."""
+    """Builder of a block that adds its faces cell by cell."""
 
     loops: list[int]
     held: list[tuple[Loop, ...]]
@@ -87,7 +96,7 @@ class _Builder:
     cells: list[tuple[int, int, Cell]] = field(default_factory=list)
 
     def build(self, rows: list[tuple[Cell, ...]]) -> Block:
-        """The block of some rows of cells."""
+        """Build the block from the cells of each row."""
         start = np.concatenate([[0], np.cumsum(np.array(self.loops) + 1)]).tolist()
         for row, cells in enumerate(rows):
             low = high = 0
@@ -115,7 +124,7 @@ class _Builder:
         )
 
     def _add(self, row: int, place: int, count: int, cell: Cell, low: int, high: int, start: list[int]) -> None:
-        """List the corners, edges and marks of one face; ``low`` and ``high`` loops lie left of it."""
+        """Add the corners, edges and marks of one face; ``low`` and ``high`` loops lie to its left below and above."""
         number, nb, nt = len(self.cells), cell.n_bottom, cell.n_top
         bottoms, tops = range(low, low + nb), range(high + nt - 1, high - 1, -1)
         self.corners += [start[row] + loop for loop in range(low, low + nb + 1)]
@@ -131,7 +140,7 @@ class _Builder:
         self.cells.append((row, low, cell))
 
     def _connect(self, rows: int) -> tuple[IntArray, dict[int, IntArray]]:
-        """Twins, and the sides without one by border."""
+        """Return the twin of each side, and the sides of each border."""
         by_edge: dict[Edge, list[int]] = {}
         for side, edge in enumerate(self.edges):
             by_edge.setdefault(edge, []).append(side)

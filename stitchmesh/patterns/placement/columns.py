@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Columns of a pattern as numbers, and how they are laid along a row of loops.
+"""Columns of a pattern as numbers, and their arrangement along a row of loops.
 
-A column of the tile is any whole number, counted on from tile to tile; columns of the two borders are counted from
-``LEFT_BASE`` and ``RIGHT_BASE``. Loops that stay as they are have the column ``OUTSIDE``.
+A column of the tile is a whole number that increases from tile to tile. The columns of the two borders are counted
+from ``LEFT_BASE`` and ``RIGHT_BASE``. A loop that stays unchanged has the column ``OUTSIDE``.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.patterns.pattern import Pattern
 
 Remainder = Literal["centre", "stretch", "refuse"]
-"""What is done with loops that whole tiles leave over."""
+"""What happens to the loops of a row that whole tiles do not cover."""
 DEFAULT_REMAINDER: Remainder = "centre"
 
 LEFT_BASE, RIGHT_BASE = 1 << 40, 1 << 41
 OUTSIDE = -(1 << 42)
 LEFT_BORDER, TILE, RIGHT_BORDER = range(3)
-"""Sections of a pattern's rows, as ``pattern.SECTIONS`` lists them."""
+"""Indices of the sections of a row, in the order of ``pattern.SECTIONS``."""
 
 
 def is_tile(columns: IntArray) -> np.ndarray:
@@ -32,7 +32,7 @@ def is_tile(columns: IntArray) -> np.ndarray:
 
 
 def columns_of(section: int, columns: IntArray) -> IntArray:
-    """The columns of one section, counted from its first; ``OUTSIDE`` for those of others."""
+    """Return the columns of one section, counted from its first column; ``OUTSIDE`` for those of other sections."""
     if section == TILE:
         return np.where(is_tile(columns), columns, OUTSIDE)
     base = LEFT_BASE if section == LEFT_BORDER else RIGHT_BASE
@@ -40,10 +40,10 @@ def columns_of(section: int, columns: IntArray) -> IntArray:
 
 
 def check_remainder(remainder: str) -> Remainder:
-    """The word, if it is one of ``Remainder``.
+    """Check a word and return it as a ``Remainder``.
 
     Raises:
-        ParameterError: it is not.
+        ParameterError: the word is not one of ``Remainder``.
     """
     if remainder not in get_args(Remainder):
         raise ParameterError(f"remainder {remainder!r}: is unknown; expected one of {', '.join(get_args(Remainder))}")
@@ -51,28 +51,29 @@ def check_remainder(remainder: str) -> Remainder:
 
 
 def keeps_counts(pattern: Pattern) -> bool:
-    """Whether every stitch of a pattern takes one loop and makes one."""
+    """Whether every stitch of a pattern has one loop below and one above."""
     return all(cell.n_bottom == cell.n_top == 1 for row in pattern.rows for cell in row.cells)
 
 
 def is_elastic(pattern: Pattern) -> bool:
-    """Whether columns of a pattern may be doubled or left out: all its stitches are plain, and none crosses."""
+    """Whether columns of a pattern may be repeated or left out: all stitches have one loop, and no loops cross."""
     return keeps_counts(pattern) and not any(loop.shift for row in pattern.rows for loop in row.loops)
 
 
 def lay_out(pattern: Pattern, count: int, *, closed: bool, remainder: Remainder, where: str) -> IntArray:
-    """The column of each loop of a row, left to right, shape (count,).
+    """Return the column of each loop of a row, left to right, shape (count,).
 
     Args:
-        pattern: what is laid along the row; its borders only where the row has ends.
-        count: loops of the row.
+        pattern: the pattern along the row; its borders are used only if the row is not a ring.
+        count: number of loops of the row.
         closed: whether the row is a ring.
-        remainder: ``centre``: whole tiles in the middle, of a ring after its start, and the rest outside;
-            ``stretch``: tiles are drawn out over all loops, or loops outside stand between them; ``refuse``.
-        where: how a message names the row.
+        remainder: ``centre`` puts whole tiles in the middle of the row, or after the start of a ring, and leaves the
+            other loops outside. ``stretch`` stretches the tiles over all loops, or spreads the other loops between the
+            tiles. ``refuse`` raises an error if the tiles do not cover the row.
+        where: the name of the row in messages.
 
     Raises:
-        ParameterError: loops are left over that must not be.
+        ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover the row.
     """
     left, width, right = pattern.rows[0].bottoms
     if closed:
@@ -90,7 +91,7 @@ def lay_out(pattern: Pattern, count: int, *, closed: bool, remainder: Remainder,
     if remainder == "stretch" and is_elastic(pattern):
         middle, before, after = _resampled(count - left - right, width), 0, 0
     elif remainder == "stretch":
-        middle, before, after = part(tiles, width, rest, closed=closed), 0, 0
+        middle, before, after = spread_tiles(tiles, width, rest, closed=closed), 0, 0
     else:
         middle, before = np.arange(tiles * width), rest if closed else rest // 2
         after = rest - before
@@ -99,13 +100,20 @@ def lay_out(pattern: Pattern, count: int, *, closed: bool, remainder: Remainder,
 
 
 def _resampled(count: int, width: int) -> IntArray:
-    """As many tiles as come nearest, drawn out or in over all loops."""
+    """Return the columns of the nearest whole number of tiles, stretched or compressed to the number of loops."""
     tiles = max(1, round(count / width))
     return (2 * np.arange(count) + 1) * (tiles * width) // (2 * count)
 
 
-def part(tiles: int, width: int, rest: int, *, closed: bool) -> IntArray:
-    """Whole tiles with the rest spread evenly between them, and at the ends where the row has any."""
+def spread_tiles(tiles: int, width: int, rest: int, *, closed: bool) -> IntArray:
+    """Return the columns of whole tiles with the remaining loops spread evenly between them, and at the ends of a row.
+
+    Args:
+        tiles: number of tiles.
+        width: loops of a tile.
+        rest: number of remaining loops; their column is ``OUTSIDE``.
+        closed: whether the row is a ring.
+    """
     gaps = tiles if closed else tiles + 1
     gap = np.diff(np.arange(gaps + 1) * rest // gaps)
     columns = np.full(tiles * width + rest, OUTSIDE)

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the loops of a tile of changing counts lie along its course lines.
+"""Positions of loops along the course lines of a tile whose rows have different numbers of loops.
 
-Wales should lean little and loops be of one width. Over the ends u of the loops of all inner course lines,
+Wales should be nearly upright, and the loops of a line should have nearly equal widths. The positions u of the loop
+ends on all inner course lines minimise
 
-    sum over wales (u_above - u_below)^2 + s sum over loops (u_right - u_left - width / loops)^2  ->  min
+    sum over wales (u_above - u_below)^2 + s sum over loops (u_right - u_left - width / loops)^2
 
-with the ends of each line, and the first and last line, held. The weight s grows until no loop is narrow.
+while the ends of each line, the first line and the last line are fixed. The weight s is increased until no loop is
+narrower than ``NARROWEST`` allows.
 """
 
 from __future__ import annotations
@@ -19,19 +21,19 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 EVENNESS = 0.25
-"""Weight s of even loops at first, against upright wales."""
+"""Initial weight s of equal loop widths, relative to upright wales."""
 NARROWEST = 0.4
-"""Width of the narrowest loop over the mean of its line."""
+"""Smallest width of a loop, relative to the mean width of the loops of its line."""
 
 Wale = tuple[int, int, int]
-"""A line and the places of the ends of a wale edge: on that line, and on the one above."""
+"""A wale edge: the course line of its lower end, and the places of its lower and upper ends on their course lines."""
 
 
 def course_points(loops: Sequence[int], wales: Sequence[Wale]) -> list[FloatArray]:
-    """Ends of the loops of each course line, from 0 to the number of loops of the first, each shape (loops + 1,).
+    """Return the ends of the loops of each course line, in loops of the first line, each of shape (loops + 1,).
 
     Args:
-        loops: of each course line from below; the first and the last agree.
+        loops: number of loops of each course line from below; the first and the last must be equal.
         wales: the wale edges inside the tile.
     """
     evenness = EVENNESS
@@ -62,7 +64,7 @@ def _least_squares(loops: Sequence[int], wales: Sequence[Wale], evenness: float)
 
 
 def _add_spring(matrix: FloatArray, right: FloatArray, one: int, other: int, length: float, weight: float) -> None:
-    """The gradient of weight / 2 (other - one - length)^2."""
+    """Add the gradient of the energy weight / 2 (other - one - length)^2 to a linear system."""
     matrix[one, one] += weight
     matrix[other, other] += weight
     matrix[one, other] -= weight

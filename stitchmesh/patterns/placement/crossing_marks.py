@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cable marks that a pattern takes away and puts in, always whole crossings.
+"""Cable marks that a pattern removes and adds; a crossing is always removed or added as a whole.
 
-A crossing is made only where all its loops lie side by side on one course line and plain stitches side by side work
-them. Where it does not fit, its stitches are worked without it.
+A crossing is added only if all its loops lie side by side on one course line and adjacent plain stitches work them.
+Otherwise the stitches are worked without the crossing.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stitchmesh.patterns.placement.placement import side_below
 
 
 class CrossingMarks:
-    """Cable marks of all sides while they change."""
+    """Cable marks of all sides of a fabric, to be changed."""
 
     def __init__(self, fabric: StitchMesh) -> None:
         """Start with the marks of a fabric."""
@@ -27,34 +27,34 @@ class CrossingMarks:
         self._right = right_neighbours(fabric)
 
     def clear(self, sides: IntArray) -> None:
-        """Take away the marks of some sides, and all crossings that have a loop there.
+        """Remove the marks of some sides, together with every crossing that has a loop at one of these sides.
 
         Raises:
             LabelError: the crossings of the fabric are malformed.
         """
-        gone = np.zeros(len(self.shift), dtype=bool)
-        gone[sides] = True
+        cleared = np.zeros(len(self.shift), dtype=bool)
+        cleared[sides] = True
         for group in cable_groups(self._fabric):
-            gone[group.sides] |= gone[group.sides].any()
-        self.shift[gone] = self.layer[gone] = 0
+            cleared[group.sides] |= cleared[group.sides].any()
+        self.shift[cleared] = self.layer[cleared] = 0
 
     def runs(self, first: IntArray, count: int) -> IntArray:
-        """Each of some faces and those on its right in its row, ``BORDER`` beyond its end, shape (n, count)."""
+        """Return each face and the faces to its right in its row; ``BORDER`` beyond the end, shape (n, count)."""
         faces = [first]
         for _ in range(count - 1):
             faces.append(np.where(faces[-1] == BORDER, BORDER, self._right[faces[-1]]))
         return np.stack(faces, axis=1)
 
     def cross(self, faces: IntArray, loops: tuple[Loop, ...]) -> None:
-        """Mark a crossing below each of some runs of faces, shape (n, loops), where its loops lie side by side."""
+        """Add a crossing below each run of faces, shape (n, loops), if the loops below the run lie side by side."""
         sides = side_below(self._fabric, faces)
         fits = ((faces != BORDER) & (sides != BORDER)).all(axis=1)
-        fits &= (self._beside(sides[:, :-1]) == sides[:, 1:]).all(axis=1)
+        fits &= (self._next_top_sides(sides[:, :-1]) == sides[:, 1:]).all(axis=1)
         for place, loop in enumerate(loops):
             self.shift[sides[fits, place]], self.layer[sides[fits, place]] = loop.shift, loop.layer
 
-    def _beside(self, sides: IntArray) -> IntArray:
-        """The top side to the right of each top side on its course line, over one wale at most."""
+    def _next_top_sides(self, sides: IntArray) -> IntArray:
+        """Return the top side to the right of each top side on its course line, across one wale edge at most."""
         fabric = self._fabric
         within = sides - 1
         across = sides_across(fabric, within, LEFT)
@@ -64,5 +64,5 @@ class CrossingMarks:
 
 
 def crossings_of(row: Row) -> list[tuple[int, range]]:
-    """The crossings of a row: number of the section, and its loops counted from the section's first."""
+    """Return the crossings of a row: the index of the section, and the loops counted from its first loop."""
     return [(section, cable) for section, loops in enumerate(row.loop_sections) for cable in crossings(loops)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The largest grid of plain stitches around a face: straight rows of equal length, one on the other."""
+"""The largest grid of plain stitches around a face: adjacent rows of equal length, each directly above another."""
 
 from __future__ import annotations
 
@@ -19,19 +19,21 @@ from stitchmesh.patterns.placement.placement import Placement, is_plain, plain_a
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Plain stitches in rows and columns."""
+    """Plain stitches in adjacent rows and columns."""
 
     faces: IntArray
-    """From the lower left, shape (rows, columns)."""
+    """Faces of the grid from the lower left, shape (rows, columns)."""
     closed: bool
-    """Whether its rows are rings."""
+    """Whether the rows are rings."""
 
 
 def grid_around(fabric: StitchMesh, face: int) -> Grid:
-    """The grid of the most stitches that holds a face; it ends at shaping, short rows, borders and turned rows.
+    """Return the grid with the most stitches that contains a face.
+
+    The grid ends at shaping, short rows, borders and rows knit in the other direction.
 
     Raises:
-        ParameterError: there is no such face, or it is no plain stitch.
+        ParameterError: the face does not exist, or is not a plain stitch.
     """
     _check_start(fabric, face)
     neighbours = _Neighbours(fabric)
@@ -41,22 +43,23 @@ def grid_around(fabric: StitchMesh, face: int) -> Grid:
     up, down = neighbours.reach(row, neighbours.above, closed), neighbours.reach(row, neighbours.below, closed)
     columns, rows_up, rows_down = _largest_rectangle(up, down, place, closed)
     faces = row[columns]
-    below = neighbours.climb(faces, neighbours.below, rows_down)[:0:-1]
-    above = neighbours.climb(faces, neighbours.above, rows_up)
+    below = neighbours.rows_beyond(faces, neighbours.below, rows_down)[:0:-1]
+    above = neighbours.rows_beyond(faces, neighbours.above, rows_up)
     return Grid(np.array([*below, *above]), closed and len(columns) == len(row))
 
 
 def fill_grid(fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remainder) -> Placement:
-    """Lay a pattern on a grid, from its bottom.
+    """Place a pattern on a grid, from the bottom of the grid.
 
     Raises:
-        ParameterError: the pattern is wider than the grid, or does not divide it and ``remainder`` is ``refuse``.
+        ParameterError: the pattern is wider than the grid, or ``remainder`` is ``refuse`` and whole repeats do not
+            cover the grid.
     """
     rows, columns = grid.faces.shape
     where = f"grid at face {grid.faces[0, 0]}"
     if remainder == "refuse" and rows % pattern.height:
         found = f"got {rows} rows for the {pattern.height} of pattern {pattern.name!r}"
-        raise ParameterError(f"{where}: {found}; expected whole repeats, or another remainder")
+        raise ParameterError(f"{where}: {found}; expected a multiple of the pattern's rows, or another remainder")
     along = lay_out(pattern, columns, closed=grid.closed, remainder=remainder, where=where)
     if (along == OUTSIDE).all():
         needed = pattern.width if grid.closed else sum(pattern.rows[0].bottoms)
@@ -71,14 +74,14 @@ def fill_grid(fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remai
 
 def _check_start(fabric: StitchMesh, face: int) -> None:
     if not 0 <= face < fabric.face_count:
-        raise ParameterError(f"face {face}: is gone; the mesh has faces 0 to {fabric.face_count - 1}")
+        raise ParameterError(f"face {face}: does not exist; the mesh has faces 0 to {fabric.face_count - 1}")
     if not is_plain(fabric)[face]:
         found = f"{Stitch(int(fabric.stitch[face])).name} on {fabric.n_bottom[face]} bottom and {fabric.n_top[face]}"
         raise ParameterError(f"face {face}: is {found} top sides; a pattern starts from a plain stitch such as KNIT")
 
 
 class _Neighbours:
-    """Plain faces beside, above and below each plain face, ``BORDER`` where there is none."""
+    """Plain faces to the right and left of, above and below each plain face; ``BORDER`` where there is none."""
 
     def __init__(self, fabric: StitchMesh) -> None:
         plain = is_plain(fabric)
@@ -88,11 +91,17 @@ class _Neighbours:
         self.left, self.below = _reversed(self.right), _reversed(self.above)
 
     def reach(self, row: IntArray, step: IntArray, closed: bool) -> IntArray:
-        """How far up or down each column of a row goes while it stays beside its right neighbour.
+        """Return how far the columns of a row extend up or down.
+
+        Args:
+            row: faces of the row, left to right.
+            step: the next face above or below each face.
+            closed: whether the row is a ring.
 
         Returns:
-            Rows beyond the first of each column, and of each pair of neighbours, shape (2, columns); the pair of the
-            last column is that with the first, which counts only where the row is a ring.
+            The number of further rows in each column, and the number of rows in which each column stays adjacent to the
+            column on its right, shape (2, columns). The pair of the last column is that with the first column; it is
+            used only if the row is a ring.
         """
         count = len(row)
         alone, paired = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
@@ -109,8 +118,8 @@ class _Neighbours:
             paired += joined
 
     @staticmethod
-    def climb(faces: IntArray, step: IntArray, rows: int) -> list[IntArray]:
-        """A row and so many beyond it."""
+    def rows_beyond(faces: IntArray, step: IntArray, rows: int) -> list[IntArray]:
+        """Return a row and a number of rows beyond it."""
         result = [faces]
         for _ in range(rows):
             result.append(step[result[-1]])
@@ -125,7 +134,7 @@ def _reversed(step: IntArray) -> IntArray:
 
 
 def _largest_rectangle(up: IntArray, down: IntArray, place: int, closed: bool) -> tuple[IntArray, int, int]:
-    """Columns, rows above and rows below of the rectangle of the most faces that holds a column of the start row."""
+    """Return the columns, rows above and rows below of the largest rectangle that contains a column of the row."""
     count = up.shape[1]
     if closed:
         whole = int(up.min()), int(down.min())
@@ -139,7 +148,7 @@ def _largest_rectangle(up: IntArray, down: IntArray, place: int, closed: bool) -
 
 
 def _widest(up: IntArray, down: IntArray, place: int) -> tuple[IntArray, int, int]:
-    """The same in an open row: every way to the left with every way to the right."""
+    """Return the largest rectangle in an open row, over all combinations of a left and a right end."""
     reach = []
     for rows in (up, down):
         rightwards = np.minimum.accumulate(np.minimum(rows[0, place:], np.append(rows[0, place], rows[1, place:-1])))

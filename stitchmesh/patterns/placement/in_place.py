@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns that keep their counts: stitches, yarns, twists and cables change, faces stay.
+"""Patterns in which every stitch has one loop below and one above: marks of faces and sides change, but no faces.
 
-A face of the garment's own shaping keeps its loops and becomes knit or purl, as the pattern is there.
+A shaping stitch of the garment keeps its loops and takes its knit or purl form, according to the pattern at that place.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from stitchmesh.patterns.placement.placement import Placement, is_plain, side_be
 
 
 def changes_in_place(fabric: StitchMesh, pattern: Pattern, placement: Placement) -> list[Marks]:
-    """What a pattern of stitches on one loop each changes in a fabric.
+    """Return the changes of stitches, yarns, twists and cables that put a pattern on a fabric.
 
-    A pattern of one yarn leaves every face its own.
+    If the pattern has only one yarn, every face keeps its own yarn.
 
     Raises:
         LabelError: the cables of the fabric are malformed.
@@ -41,13 +41,13 @@ def changes_in_place(fabric: StitchMesh, pattern: Pattern, placement: Placement)
 
 
 def changed(fabric: StitchMesh, name: str, values: IntArray) -> Marks:
-    """Where values differ from those of a fabric."""
+    """Return the marks at which values differ from the values of a fabric."""
     places = np.flatnonzero(values != getattr(fabric, name))
     return Marks(name, places, values[places])
 
 
 def _cells(pattern: Pattern, placement: Placement) -> IntArray:
-    """Number of the cell that each face takes, counted row by row, ``BORDER`` where it takes none, shape (F,)."""
+    """Return the index of each face's cell, counted row by row; ``BORDER`` outside the pattern, shape (F,)."""
     left, width, right = pattern.rows[0].bottoms
     cells = np.full(len(placement.column), BORDER)
     for section, start, count in ((LEFT_BORDER, 0, left), (TILE, left, width), (RIGHT_BORDER, left + width, right)):
@@ -75,7 +75,7 @@ def _yarns(fabric: StitchMesh, pattern: Pattern, cells: IntArray, faces: IntArra
 
 
 def _twists(fabric: StitchMesh, pattern: Pattern, cells: IntArray, plain: IntArray) -> IntArray:
-    """Twists of the loops made, and those that the row above gives to its loops."""
+    """Return the twist of each side, shape (C,): from the stitch that makes a loop and the stitch that works it."""
     made = np.array([cell.twist[0] for row in pattern.rows for cell in row.cells])[cells[plain]]
     held = np.array([loop.twist for row in pattern.rows for loop in row.loops])[cells[plain]]
     twist = fabric.twist.copy()
@@ -92,7 +92,7 @@ def _twists(fabric: StitchMesh, pattern: Pattern, cells: IntArray, plain: IntArr
 def _crossed(
     fabric: StitchMesh, pattern: Pattern, placement: Placement, plain: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Cable shifts and layers of all sides."""
+    """Return the cable shifts and cable layers of all sides, each of shape (C,)."""
     marks = CrossingMarks(fabric)
     below = side_below(fabric, plain)
     marks.clear(below[below != BORDER])
@@ -104,16 +104,18 @@ def _crossed(
             columns = columns_of(section, placement.column)
             here = takes & (placement.row == number) & (columns != OUTSIDE)
             first = np.flatnonzero(here & (columns % width == cable.start))
-            fits = marks.runs(first, len(cable))
-            whole = (fits != BORDER).all(axis=1)
-            runs = fits[whole]
-            steady = (columns[runs] == columns[runs[:, :1]] + np.arange(len(cable))) & here[runs]
-            marks.cross(runs[steady.all(axis=1)], row.loop_sections[section][cable.start : cable.stop])
+            runs = marks.runs(first, len(cable))
+            runs = runs[(runs != BORDER).all(axis=1)]
+            consecutive = (columns[runs] == columns[runs[:, :1]] + np.arange(len(cable))) & here[runs]
+            marks.cross(runs[consecutive.all(axis=1)], row.loop_sections[section][cable.start : cable.stop])
     return marks.shift, marks.layer
 
 
 def _flavoured(purl: bool) -> IntArray:
-    """Of each stitch of one kind of loop its knit or purl form, front and back exchanged where it differs."""
+    """Return the knit or purl form of each stitch whose loops are all of one kind, by type code.
+
+    Front and back are exchanged where the form differs from the stitch.
+    """
     table = np.arange(max(Stitch) + 1)
     for stitch, making in VOCABULARY.items():
         kinds = set(making.made) & {"k", "p"}

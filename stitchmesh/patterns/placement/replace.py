@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks of a pattern in the place of plain stitches, all at once.
+"""Replacement of plain stitches by the blocks of a pattern, in one change of the mesh.
 
-Course lines keep their shape: the new loops of a row are placed along the old line, and only inside a block.
+Course lines keep their shape: the new loops of a row lie along the old course line, and the line changes only inside a
+block.
 """
 
 from __future__ import annotations
@@ -24,21 +25,30 @@ from stitchmesh.patterns.placement.placement import Placement, is_plain, plain_a
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """Where copies of a block go."""
+    """The places of all copies of a block."""
 
     section: int
+    """Section of the pattern, as in ``columns.py``."""
     block: Block
+    """The block that is copied."""
     grids: IntArray
     """Plain faces that each copy replaces, from the lower left, shape (copies, rows, columns)."""
 
     @property
     def face_count(self) -> int:
-        """Faces of all copies."""
+        """Number of faces of all copies."""
         return len(self.grids) * len(self.block.stitch)
 
 
 def find_site(fabric: StitchMesh, placement: Placement, section: int, block: Block) -> Site:
-    """All places where a whole block of plain stitches lies under one whole section of a pattern."""
+    """Find all places where a whole section of a pattern covers a rectangle of plain stitches.
+
+    Args:
+        fabric: the mesh.
+        placement: the pattern's row and column of each face.
+        section: the section, as in ``columns.py``.
+        block: the block of that section.
+    """
     plain = is_plain(fabric)
     column = np.where(plain, columns_of(section, placement.column), OUTSIDE)
     right, above = right_neighbours(fabric), plain_above(fabric)
@@ -47,10 +57,10 @@ def find_site(fabric: StitchMesh, placement: Placement, section: int, block: Blo
         at_corner &= column == 0
     lowest = [np.flatnonzero(at_corner)]
     for _ in range(block.width - 1):
-        lowest.append(_step(right, lowest[-1]))
+        lowest.append(_neighbours(right, lowest[-1]))
     rows = [np.stack(lowest, axis=1)]
     for _ in range(block.height - 1):
-        rows.append(_step(above, rows[-1]))
+        rows.append(_neighbours(above, rows[-1]))
     grids = np.stack(rows, axis=1)
     whole = (grids != BORDER).all(axis=(1, 2))
     wanted = column[grids[:, :1, :1]] + np.arange(block.width)
@@ -61,7 +71,7 @@ def find_site(fabric: StitchMesh, placement: Placement, section: int, block: Blo
 
 
 def _first_faces(sites: list[Site]) -> list[IntArray]:
-    """Number of the first face of each copy among all faces put in."""
+    """Return the number of the first face of each copy among all added faces."""
     first, result = 0, []
     for site in sites:
         result.append(first + len(site.block.stitch) * np.arange(len(site.grids)))
@@ -69,15 +79,15 @@ def _first_faces(sites: list[Site]) -> list[IntArray]:
     return result
 
 
-def _step(step: IntArray, faces: IntArray) -> IntArray:
+def _neighbours(step: IntArray, faces: IntArray) -> IntArray:
     return np.where(faces == BORDER, BORDER, step[faces])
 
 
 class Replacement:
-    """The patch that puts blocks in, and the marks below them."""
+    """The patch that adds the blocks, and the changes of marks below them."""
 
     def __init__(self, fabric: StitchMesh, pattern: Pattern, sites: list[Site]) -> None:
-        """Number all that goes and comes."""
+        """Number the removed and added faces."""
         self.fabric, self.pattern, self.sites = fabric, pattern, sites
         self.removed = np.sort(np.concatenate([site.grids.ravel() for site in sites]))
         self.face = Renumbering.filling(fabric.face_count, self.removed, sum(site.face_count for site in sites))
@@ -85,7 +95,10 @@ class Replacement:
         self.across = self._sides_after()
 
     def _sides_after(self) -> IntArray:
-        """(face after, place) of each old side, of its successor on a block's border where its face goes, (C, 2)."""
+        """Return the face and place of each old side after the change, shape (C, 2).
+
+        A side of a removed face maps to the side of the block that replaces it on the border.
+        """
         fabric = self.fabric
         after = np.stack([self.face.after[fabric.side_face], fabric.side_place], axis=1)
         for site, first in zip(self.sites, self.first_face, strict=True):
@@ -96,7 +109,7 @@ class Replacement:
         return after
 
     def patch(self) -> Patch:
-        """The patch."""
+        """Return the patch that replaces the plain faces by the blocks."""
         fabric = self.fabric
         positions, corners = self._vertices()
         count = len(fabric.vertices)
@@ -123,17 +136,17 @@ class Replacement:
         )
 
     def _of_faces(self, name: str) -> IntArray:
-        """A number of each face put in."""
+        """Return an array of the blocks for all added faces."""
         return np.concatenate([np.tile(getattr(site.block, name), len(site.grids)) for site in self.sites])
 
     def _from_old(self, name: str) -> IntArray:
-        """A number that each face put in has from the one in its place."""
+        """Return an array of the fabric for all added faces, taken from the nearest replaced face."""
         old = [site.grids[:, site.block.row, site.block.column].ravel() for site in self.sites]
         numbers: IntArray = getattr(self.fabric, name)[np.concatenate(old)]
         return numbers
 
     def _of_sides(self, name: str) -> IntArray:
-        """A mark of all sides put in; loops on a top border are held as before."""
+        """Return a mark of all added sides; cable marks on a top border are those of the replaced sides."""
         parts = []
         for site in self.sites:
             marks = np.tile(getattr(site.block, name), (len(site.grids), 1))
@@ -144,7 +157,10 @@ class Replacement:
         return np.concatenate(parts)
 
     def _vertices(self) -> tuple[FloatArray, IntArray]:
-        """Positions of all vertices put in [cm], and the corners of all faces; new vertices count on from the old."""
+        """Return the positions of all added vertices [cm], shape (v, 3), and the corners of all added faces.
+
+        Added vertices are numbered after the old ones.
+        """
         positions, corners, count = [], [], len(self.fabric.vertices)
         for site in self.sites:
             lines = [_old_line(self.fabric, site.grids, level) for level in range(site.block.height + 1)]
@@ -184,8 +200,8 @@ class Replacement:
         return np.concatenate(parts)
 
     def marks(self, patch: Patch) -> list[Marks]:
-        """How the first rows hold the loops below them: twists and cables, on sides as numbered after the patch."""
-        wanted = self._held()
+        """Return the changes of marks of the loops below the first rows; sides are numbered as after the patch."""
+        wanted = self._marks_below()
         start = self._starts(patch)
         result = []
         for name, (sides, values) in wanted.items():
@@ -197,12 +213,12 @@ class Replacement:
         return result
 
     def _starts(self, patch: Patch) -> IntArray:
-        """First side of each face after the patch."""
+        """Return the first side of each face after the patch."""
         sizes = self.face.merged(np.diff(self.fabric.face_start), patch.face_size)
         return np.concatenate([[0], np.cumsum(sizes)])
 
-    def _held(self) -> dict[str, tuple[IntArray, IntArray]]:
-        """Marks of old top sides under first rows, wherever the pattern asks for some."""
+    def _marks_below(self) -> dict[str, tuple[IntArray, IntArray]]:
+        """Return the sides and values of the marks that the first row of the pattern changes, by name of the mark."""
         fabric = self.fabric
         crossing = CrossingMarks(fabric)
         twist, twisted = self._own_twists(), np.zeros(fabric.side_count, dtype=bool)
@@ -229,7 +245,7 @@ class Replacement:
         }
 
     def _own_twists(self) -> IntArray:
-        """Twist that the stitch below gives to each loop on a block's top border; none elsewhere, shape (C,)."""
+        """Return the half turn that the blocks give to the loops of their top borders; 0 elsewhere, shape (C,)."""
         twist = np.zeros(self.fabric.side_count, dtype=np.int64)
         for site in self.sites:
             twist[border_sides(self.fabric, site.grids)[TOP]] = site.block.twist[_flat(site.block, TOP)]
@@ -237,7 +253,7 @@ class Replacement:
 
 
 def border_sides(fabric: StitchMesh, grids: IntArray) -> dict[int, IntArray]:
-    """Old sides around grids of plain faces, in the order of ``Block.border``, each shape (copies, m)."""
+    """Return the old sides around grids of plain faces, in the order of ``Block.border``, each shape (copies, m)."""
     start = fabric.face_start
     return {
         BOTTOM: start[grids[:, 0]],
@@ -248,7 +264,7 @@ def border_sides(fabric: StitchMesh, grids: IntArray) -> dict[int, IntArray]:
 
 
 def _flat(block: Block, border: int) -> IntArray:
-    """Places of a border's sides among all sides of a block."""
+    """Return the places of a border's sides among all sides of a block."""
     first = np.cumsum(block.face_size) - block.face_size
     face, place = block.border[border].T
     places: IntArray = first[face] + place
@@ -256,14 +272,14 @@ def _flat(block: Block, border: int) -> IntArray:
 
 
 def _old_line(fabric: StitchMesh, grids: IntArray, level: int) -> IntArray:
-    """Vertices of a course line through grids, left to right, shape (copies, columns + 1)."""
+    """Return the vertices of a course line through grids, left to right, shape (copies, columns + 1)."""
     row, left, right = (level, 0, 1) if level < grids.shape[1] else (level - 1, 3, 2)
     first = fabric.face_start[grids[:, row]]
     return np.concatenate([fabric.face_vertex[first + left], fabric.face_vertex[first[:, -1:] + right]], axis=1)
 
 
 def _along(line: FloatArray, ends: FloatArray) -> FloatArray:
-    """Points on polylines, at numbers of segments from their starts, shape (copies, points, 3)."""
+    """Return the points of polylines at given distances from their starts, in segments, shape (copies, points, 3)."""
     segment = np.minimum(ends.astype(np.int64), line.shape[1] - 2)
     share = (ends - segment)[:, None]
     return line[:, segment] * (1.0 - share) + line[:, segment + 1] * share

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Texture maps of one period of a fabric."""
+"""Texture maps of one period of a fabric: colour, height, normal, opacity and yarn direction."""

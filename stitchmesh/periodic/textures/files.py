@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Texture maps as PNG pictures in a folder, with a ``textures.json`` that says what they are."""
+"""Texture maps as PNG images in a folder, with a ``textures.json`` that describes them."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.textures.textures import TextureMaps
 
 DESCRIPTIONS = {
-    "colour": "sRGB, no lamp in it, only hollows are darker",
+    "colour": "sRGB without lamps; hollows are darker",
     "height": "16 bits, linear from 0 at the lowest point of the yarns to 65535 at height_cm above it; 0 in holes",
-    "normal": "OpenGL convention: red along u, green up at right angles to u, blue out; 128 is 0",
-    "opacity": "255 where yarn covers the pixel, 0 where one sees through",
-    "tangent": "along the yarn: red and green a unit vector in the plane, blue the sine of its climb; 128 is 0",
+    "normal": "OpenGL convention: red along u, green upwards at right angles to u, blue out of the fabric; 128 is 0",
+    "opacity": "255 where yarn covers the pixel, 0 in holes",
+    "tangent": "along the yarn: red and green a unit vector in the plane, blue the sine of the slope; 128 is 0",
 }
-"""The pictures and how to read them."""
+"""The images and the meaning of their values."""
 
 
 def write_textures(folder: FilePath, maps: TextureMaps) -> None:
@@ -33,8 +33,8 @@ def write_textures(folder: FilePath, maps: TextureMaps) -> None:
     Raises:
         FileError: the folder cannot be made or written.
     """
-    for name, picture in pictures(maps).items():
-        write_bytes(Path(folder) / f"{name}.png", _png(picture))
+    for name, image in images(maps).items():
+        write_bytes(Path(folder) / f"{name}.png", _png(image))
     u, v = maps.lattice.periods
     content: dict[str, Any] = {
         "maps": {name: {"file": f"{name}.png", "is": text} for name, text in DESCRIPTIONS.items()},
@@ -42,13 +42,13 @@ def write_textures(folder: FilePath, maps: TextureMaps) -> None:
         "size_cm": [float(np.linalg.norm(u)), float(np.linalg.norm(v))],
         "periods_cm": [u.tolist(), v.tolist()],
         "height_cm": maps.depth,
-        "layout": "columns are shares of u from the left, rows shares of v from below",
+        "layout": "columns are fractions of u from the left, rows are fractions of v from the bottom",
     }
     write_json(fspath(Path(folder) / "textures.json"), content)
 
 
-def pictures(maps: TextureMaps) -> dict[str, NDArray[np.uint8] | NDArray[np.uint16]]:
-    """The maps as their files store them: 8 bits a channel, the height 16."""
+def images(maps: TextureMaps) -> dict[str, NDArray[np.uint8] | NDArray[np.uint16]]:
+    """Return the maps as the files store them: 16 bits for the height, 8 bits for each channel of the other maps."""
     return {
         "colour": _bytes(maps.colour),
         "height": np.round(65535 * np.clip(maps.height / maps.depth, 0.0, 1.0)).astype(np.uint16),
@@ -63,13 +63,13 @@ def _bytes(values: FloatArray) -> NDArray[np.uint8]:
 
 
 def _signed(values: FloatArray) -> NDArray[np.uint8]:
-    """From -1 ... 1 to 1 ... 255, so that 0 is a number too."""
+    """Map -1 ... 1 to 1 ... 255, so that 0 is stored exactly as 128."""
     return np.round(128 + 127 * np.clip(values, -1.0, 1.0)).astype(np.uint8)
 
 
-def _png(picture: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
+def _png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
     from PIL import Image
 
     content = io.BytesIO()
-    Image.fromarray(picture).save(content, format="PNG")
+    Image.fromarray(image).save(content, format="PNG")
     return content.getvalue()

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The plan of a periodic fabric: pixels over one period, seen from the right side.
+"""The plan of a periodic fabric: a grid of pixels over one period, seen from the right side.
 
-Column i and row j of w by h pixels stand at ((i + 1/2) / w) u + ((j + 1/2) / h) v, so that the picture repeats whether
-the periods u and v are at right angles or not. Coordinates in the plan are x along u, y across it in the fabric's
-plane, and z to its right side.
+In a plan of w by h pixels, column i and row j lie at ((i + 1/2) / w) u + ((j + 1/2) / h) v. The image therefore repeats
+whether or not the periods u and v are at right angles. In the coordinates of the plan, x runs along u, y runs at right
+angles to u in the plane of the fabric, and z points to the right side.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from stitchmesh.mesh import FloatArray
 
 @dataclass(frozen=True)
 class Plan:
-    """Pixels over one period."""
+    """A grid of pixels over one period."""
 
     lattice: Lattice
-    """The periods."""
+    """The periods of the fabric."""
     width: int
-    """Pixels along u."""
+    """Number of pixels along u."""
     height: int
-    """Pixels along v."""
+    """Number of pixels along v."""
 
     @cached_property
     def axes(self) -> FloatArray:
@@ -40,16 +40,16 @@ class Plan:
 
     @cached_property
     def periods(self) -> FloatArray:
-        """The periods in the plan [cm], shape (2, 2); the first has no y."""
+        """The periods in coordinates of the plan [cm], shape (2, 2); the y of the first is 0."""
         inside: FloatArray = self.lattice.periods @ self.axes[:2].T
         return np.array([[inside[0, 0], 0.0], inside[1]])
 
     @cached_property
     def pixel(self) -> FloatArray:
-        """From one pixel to the next along u and along v [cm], shape (2, 2)."""
+        """Vectors from one pixel to the next along u and along v [cm], shape (2, 2)."""
         return self.periods / [[self.width], [self.height]]
 
     def places(self, column: ArrayLike, row: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Coordinates x and y of pixels [cm]; columns and rows beyond the plan are those of its images."""
+        """Return x and y of pixels [cm]; columns and rows outside the plan give the coordinates of its images."""
         i, j = np.asarray(column) + 0.5, np.asarray(row) + 0.5
         return i * self.pixel[0, 0] + j * self.pixel[1, 0], j * self.pixel[1, 1]

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The surface of the yarn on top at each pixel: height, normal and direction.
+"""The surface of the uppermost yarn at each pixel: height, normal and direction.
 
-The place on the centre line is improved by Newton's method on the curve itself. With d = p - c_xy, w^2 = r^2 - d^2 and
-g = d c'_xy, the top f of the ball at s changes as
+The position on the centre line is improved by Newton's method on the curve. With d = p - c_xy, w^2 = r^2 - d^2 and
+g = d c'_xy, the top f of the ball at parameter s has the derivatives
 
     f' = c'_z + g / w,    f'' = c''_z + (d c''_xy - c'_xy^2) / w - g^2 / w^3
 
-A step that does not climb is not taken. The normal is that of the ball, (d, w) / r.
+A step that does not increase f is rejected. The normal is that of the ball, (d, w) / r.
 """
 
 from __future__ import annotations
@@ -22,20 +22,21 @@ from stitchmesh.periodic.textures.plan import Plan
 from stitchmesh.periodic.textures.tubes import Tubes
 from stitchmesh.periodic.textures.visibility import Visible
 
-TURNS = 2
-"""Newton steps; from a piece of the curve two leave less than 1e-4 of a normal, a hundredth of an eight-bit step."""
+NEWTON_STEPS = 2
+"""Number of Newton steps. From a straight piece of the curve, two steps leave an error below 1e-4 in the normal,
+a hundredth of a step of eight bits."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Surface at pixels of some rows of a plan, bottom row first; zero where there is no yarn."""
+    """The surface at the pixels of some rows of a plan, bottom row first; all values are 0 where there is no yarn."""
 
     covered: NDArray[np.bool_]
     """Whether there is yarn, shape (rows, width)."""
     yarn: IntArray
-    """Yarn on top, shape (rows, width)."""
+    """Number of the uppermost yarn, shape (rows, width)."""
     height: FloatArray
-    """z [cm], shape (rows, width)."""
+    """z of the surface [cm], shape (rows, width)."""
     normal: FloatArray
     """Unit normal, shape (rows, width, 3)."""
     direction: FloatArray
@@ -43,7 +44,7 @@ class Surface:
 
 
 def surface_at(tubes: Tubes, plan: Plan, visible: Visible, first: int, last: int) -> Surface:
-    """The surface at the rows ``first`` to ``last - 1``."""
+    """Return the surface at the rows ``first`` to ``last - 1`` of a plan."""
     rows = slice(first, last)
     covered = visible.segment[rows] >= 0
     row, column = np.nonzero(covered)
@@ -62,42 +63,42 @@ def surface_at(tubes: Tubes, plan: Plan, visible: Visible, first: int, last: int
         "normal": ball / np.linalg.norm(ball, axis=1)[:, None],
         "direction": along / np.linalg.norm(along, axis=1)[:, None],
     }
-    return Surface(covered, **{name: _spread(covered, value) for name, value in values.items()})
+    return Surface(covered, **{name: _expand(covered, value) for name, value in values.items()})
 
 
 def _highest(
     coefficients: FloatArray, start: FloatArray, x: FloatArray, y: FloatArray, radius: FloatArray, farthest: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Centre of the highest ball above each place and the curve's tangent there, shapes (n, 3)."""
+    """Return the centre of the highest ball above each point and the tangent of the curve there, shapes (n, 3)."""
     s, highest = start, np.full(len(start), -np.inf)
     trial = start
-    for turn in range(TURNS + 1):
+    for turn in range(NEWTON_STEPS + 1):
         c, c1, c2 = _curve(coefficients, trial)
         dx, dy = x - c[:, 0], y - c[:, 1]
         square = radius**2 - dx**2 - dy**2
         w = np.sqrt(np.maximum(square, 1e-12 * radius**2))
         top = np.where(square > 0.0, c[:, 2] + w, -np.inf)
-        climbs = (top > highest) | (turn == 0)
-        s, highest = np.where(climbs, trial, s), np.where(climbs, top, highest)
+        rises = (top > highest) | (turn == 0)
+        s, highest = np.where(rises, trial, s), np.where(rises, top, highest)
         g = dx * c1[:, 0] + dy * c1[:, 1]
         slope = c1[:, 2] + g / w
         level = c1[:, 0] ** 2 + c1[:, 1] ** 2
         bend = c2[:, 2] + (dx * c2[:, 0] + dy * c2[:, 1] - level) / w - g**2 / w**3
-        step = np.where(climbs & (bend < 0.0), -slope / np.minimum(bend, -1e-300), 0.0)
+        step = np.where(rises & (bend < 0.0), -slope / np.minimum(bend, -1e-300), 0.0)
         trial = np.clip(s + step, start - farthest, start + farthest)
     centre, along, _ = _curve(coefficients, s)
     return centre, along
 
 
 def _curve(coefficients: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points of the curves and their first two derivatives by the parameter."""
+    """Return the points of the curves, and their first two derivatives by the parameter, shapes (n, 3)."""
     t = s[:, None]
     a, b, c, d = (coefficients[:, power] for power in range(4))
     return a + t * (b + t * (c + t * d)), b + t * (2 * c + 3 * t * d), 2 * c + 6 * t * d
 
 
-def _spread(covered: NDArray[np.bool_], values: NDArray) -> NDArray:
-    """Values of the covered pixels in the shape of all."""
-    spread = np.zeros((*covered.shape, *values.shape[1:]), dtype=values.dtype)
-    spread[covered] = values
-    return spread
+def _expand(covered: NDArray[np.bool_], values: NDArray) -> NDArray:
+    """Return an array of all pixels from the values of the covered pixels, 0 elsewhere."""
+    expanded = np.zeros((*covered.shape, *values.shape[1:]), dtype=values.dtype)
+    expanded[covered] = values
+    return expanded

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarns as round tubes above a plan.
 
-A tube is what a ball swept along the centre line c(s) fills. Above a place p of the plan the top of the ball at s is at
+A tube is the volume swept by a ball that moves along the centre line c(s). Above a point p of the plan, the top of the
+ball at parameter s has the height
 
     f(s) = c_z(s) + sqrt(r^2 - |p - c_xy(s)|^2)
 
-and the surface at the largest f. Centre lines are cut into short straight pieces to find which piece is on top
-(``texture_visibility``); then s is improved on the curve itself (``texture_surface``).
+and the surface lies at the maximum of f. Each centre line is divided into short straight pieces to find the uppermost
+piece (``visibility``); then s is improved on the curve (``surface``).
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ from stitchmesh.periodic.textures.plan import Plan
 from stitchmesh.yarn import YarnSet
 
 POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
-"""Coefficients of 1, s, s^2, s^3 of a segment from its control points."""
+"""Matrix from the control points of a segment to the coefficients of 1, s, s^2, s^3."""
 SHORTEST, LONGEST = 1 / 8, 1 / 2
-"""Length of a piece in radii; between them it is one pixel long."""
+"""Smallest and largest length of a piece in yarn radii; between them a piece has the length of a pixel."""
 
 
 @dataclass(frozen=True)
 class Tubes:
-    """The segments of yarns above a plan."""
+    """The segments of yarns in the coordinates of a plan."""
 
     coefficients: FloatArray
     """c(s) of each segment in the plan's coordinates [cm], shape (S, 4, 3)."""
@@ -37,7 +38,7 @@ class Tubes:
     yarn: IntArray
     """Yarn of each segment, shape (S,)."""
     pieces: int
-    """Pieces that each segment is cut into."""
+    """Number of pieces of each segment."""
 
     @property
     def ends(self) -> FloatArray:
@@ -47,13 +48,13 @@ class Tubes:
 
     @property
     def depth(self) -> tuple[float, float]:
-        """Lowest and highest z of the tubes [cm], to what the pieces are short of the curve."""
+        """Lowest and highest z of the tubes [cm], with the error of the straight pieces."""
         z = self.ends[:, :, 2]
         return float((z - self.radius[:, None]).min()), float((z + self.radius[:, None]).max())
 
 
 def tubes_above(yarns: YarnSet, plan: Plan) -> Tubes:
-    """The tubes of a set that repeats with the plan's periods."""
+    """Return the tubes of yarns whose periods are those of the plan."""
     corners = yarns.points[yarns.segment_points]
     if yarns.point_shift is not None:
         corners = corners + yarns.point_shift

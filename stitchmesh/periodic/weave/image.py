@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Weaves as images: one pixel a crossing, the top row of pixels the first weft.
+"""Weaves as images: one pixel for each crossing; the top row of pixels is the first weft.
 
-As on weavers' point paper a dark square is a warp that passes over the weft, a light one a weft that passes over.
+As on the point paper of weavers, a dark pixel is a warp that passes over the weft, and a light pixel is a weft that
+passes over the warp.
 """
 
 from __future__ import annotations
@@ -19,19 +20,20 @@ from stitchmesh.periodic.weave.weave import Weave
 
 
 def read_weave_image(path: FilePath) -> Weave:
-    """A weave from the pixels of a PNG of two colours.
+    """Read a weave from a PNG of two colours.
 
     Args:
         path: the file.
 
     Raises:
-        FileError: the file cannot be read, is no PNG, is too large, or has transparent pixels.
-        PatternError: there are more or fewer than two colours, both are equally light, or the weave falls apart.
+        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
+        PatternError: the image does not have exactly two colours, both are equally light, or the weave falls apart.
     """
     rows = read_colour_chart(path).rows
     colour = np.array([[cell.yarn for cell in row.cells] for row in reversed(rows)])
     palette = chart_palette(path)
-    colour = np.unique(palette, axis=0, return_inverse=True)[1].ravel()[colour]  # a palette may say a colour twice
+    # a palette can hold one colour several times
+    colour = np.unique(palette, axis=0, return_inverse=True)[1].ravel()[colour]
     light = np.unique(palette, axis=0).sum(axis=1)
     first, second = _two_colours(colour, fspath(path))
     if light[first] == light[second]:
@@ -44,13 +46,13 @@ def read_weave_image(path: FilePath) -> Weave:
 
 
 def _two_colours(colour: np.ndarray, name: str) -> tuple[int, int]:
-    """The two numbers that occur, the one of the upper left pixel first."""
+    """Return the two colour numbers of an image, that of the upper left pixel first."""
     others = colour.ravel()[colour.ravel() != colour[0, 0]]
     if not len(others):
         raise PatternError(f"{name}: got one colour; expected light pixels (weft over) and dark ones (warp over)")
-    strange = (colour != colour[0, 0]) & (colour != others[0])
-    if strange.any():
-        row, column = divmod(int(strange.argmax()), colour.shape[1])
+    third = (colour != colour[0, 0]) & (colour != others[0])
+    if third.any():
+        row, column = divmod(int(third.argmax()), colour.shape[1])
         where = f"pixel {column + 1} from the left in row {row + 1} from the top"
-        raise PatternError(f"{name}: {where}: got a third colour; expected black and white alone, not smoothed")
+        raise PatternError(f"{name}: {where}: got a third colour; expected only black and white, without smoothing")
     return int(colour[0, 0]), int(others[0])

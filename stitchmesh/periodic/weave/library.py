@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The library of weaves that comes with the package, and weaves from files."""
+"""The library of weaves that comes with the package, and the reading of weaves from files."""
 
 from __future__ import annotations
 
@@ -11,32 +11,31 @@ from pathlib import Path
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.patterns.library import pattern_folder
 from stitchmesh.periodic.weave.image import read_weave_image
 from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.periodic.weave.weave import Weave
 
 SUFFIX = ".weave"
-_PACKAGE = Path(__file__).resolve().parents[2]
-_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
-"""Where the library lies: in an installed package, or beside it in the repository."""
 
 
 def weave_names() -> tuple[str, ...]:
-    """The names of the library's weaves, sorted."""
-    return tuple(sorted(path.stem for path in _folder().glob(f"*{SUFFIX}")))
+    """Return the names of the library's weaves, sorted."""
+    return tuple(sorted(path.stem for path in pattern_folder().glob(f"*{SUFFIX}")))
 
 
 def read_weave(name_or_path: FilePath) -> Weave:
-    """A weave of the library, or of a file.
+    """Read a weave from the library or from a file.
 
     Args:
-        name_or_path: a name of ``weave_names``, such as ``satin-2x3``; else the path of a text file in the language of
-            ``weave_text``, or of an image of two colours as PNG. What has neither folder nor suffix is a name.
+        name_or_path: a name of ``weave_names``, such as ``satin-2x3``, or the path of a file. The file is a text in the
+            language of ``weave/text.py``, or an image of two colours (``.png``). A string with neither a folder nor a
+            suffix is taken as a name.
 
     Raises:
         ParameterError: the library has no weave of that name.
         FileError: the file cannot be read, is empty or holds binary data.
-        PatternError: the file says no weave, or one that falls apart.
+        PatternError: the file does not describe a weave, or describes one that falls apart.
     """
     path = Path(name_or_path)
     if path.name == fspath(name_or_path) and not path.suffix:
@@ -50,11 +49,7 @@ def read_weave(name_or_path: FilePath) -> Weave:
 def _from_library(name: str) -> Weave:
     if name not in weave_names():
         near = difflib.get_close_matches(name.lower(), weave_names(), n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else "a file needs its suffix"
+        hint = f"did you mean {' or '.join(near)}?" if near else "the path of a file needs its suffix"
         raise ParameterError(f"weave {name!r}: is not in the library of {len(weave_names())} weaves; {hint}")
-    path = _folder() / f"{name}{SUFFIX}"
+    path = pattern_folder() / f"{name}{SUFFIX}"
     return parse_weave("\n".join(read_lines(path)), path.name)
-
-
-def _folder() -> Path:
-    return next((folder for folder in _FOLDERS if folder.is_dir()), _FOLDERS[0])

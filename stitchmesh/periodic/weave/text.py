@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Weaves as text.
+"""The text language of weaves.
 
     text    = { "weave" string | "source" string | threads } ( matrix | layers )
     matrix  = a line of 0 and 1 for each weft, from the top; 1 where it passes over the warp
@@ -9,10 +9,11 @@
     yarn    = layer "." number                                                 both from 1, from the top or the left
     threads = ( "wefts" | "warps" ) ( "layer" | "radius" | "spacing" | "length" | "colour" ) ":" number { number }
 
-A matrix alone is the whole fabric. Layers lie on each other, and a stitch binds two of them: it brings a yarn over one
-of a layer before its own, or weft and warp the other way round. Numbers of threads go over all wefts from the top, or
-all warps from the left, and start over where they are fewer; the yarns of equal layers lie in turn, one of each.
-Radius, spacing and length are factors. Blanks between figures do not matter, and comments run from # to the line's end.
+A matrix alone describes the whole fabric. Layers lie one behind another, and a stitch binds two layers: it brings a
+yarn over a crossing yarn of a layer in front of its own layer. The numbers of threads apply to all wefts from the top
+or to all warps from the left, and repeat if there are fewer numbers than yarns; yarns of equal layers alternate.
+Radius, spacing and length are factors. Blanks between the signs of a matrix are ignored, and a comment runs from # to
+the end of the line.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from numpy.typing import NDArray
 from stitchmesh.errors import PatternError
 from stitchmesh.mesh import IntArray
 from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
-from stitchmesh.periodic.weave.layers import Stack, stacked
+from stitchmesh.periodic.weave.layers import Stack, stack_layers
 from stitchmesh.periodic.weave.weave import Thread, Weave
 
 STATEMENTS = "weave, source, layer, stitch, wefts, warps or a line of 0 and 1"
 PROPERTIES = {"layer": int, "radius": float, "spacing": float, "length": float, "colour": int}
-"""What can be said of each thread, and the kind of number."""
+"""Properties of a thread, and the type of their numbers."""
 _COUNT = re.compile(r"\d{1,6}", re.ASCII)
 _NUMBER = re.compile(r"\d+(\.\d*)?([eE][-+]?\d+)?|\.\d+([eE][-+]?\d+)?", re.ASCII)
 _YARN = re.compile(r"(\d{1,6})\.(\d{1,6})", re.ASCII)
@@ -42,38 +43,39 @@ def parse_weave(text: str, name: str = "weave") -> Weave:
     """Read a weave from its text.
 
     Args:
-        text: the text, in the language that stands at the head of this module.
-        name: what messages call the text, and the weave's name where the text gives none.
+        text: a text in the language that the docstring of this module describes.
+        name: the name of the text in messages, and the name of the weave if the text gives none.
 
     Raises:
-        PatternError: the text says no weave; with line, column, what was found and what was expected.
+        PatternError: the text does not describe a valid weave; the message gives the line, the column, what was found
+            and what was expected.
     """
-    return _Text(name).weave(split_lines(text, name))
+    return _WeaveParser(name).parse(split_lines(text, name))
 
 
 def format_weave(weave: Weave) -> str:
-    """The text of a weave, its whole matrix: ``parse_weave(format_weave(weave)) == weave``."""
+    """Write a weave with its whole matrix as text, so that ``parse_weave(format_weave(weave)) == weave``."""
     lines = [f'weave "{weave.name}"', f'source "{weave.source}"']
     for kind, threads in (("wefts", weave.wefts), ("warps", weave.warps)):
-        for what in PROPERTIES:
-            values = [getattr(thread, what) for thread in threads]
-            if any(value != getattr(Thread(), what) for value in values):
-                lines.append(f"{kind} {what}: {' '.join(_repeated(what, values))}")
+        for attribute in PROPERTIES:
+            values = [getattr(thread, attribute) for thread in threads]
+            if any(value != getattr(Thread(), attribute) for value in values):
+                lines.append(f"{kind} {attribute}: {' '.join(_shortest_repeat(attribute, values))}")
     lines += ["".join(str(sign) for sign in row) for row in weave.matrix]
     return "\n".join(lines) + "\n"
 
 
-def _repeated(what: str, values: list[float]) -> list[str]:
-    """The fewest numbers that give all values by starting over."""
+def _shortest_repeat(attribute: str, values: list[float]) -> list[str]:
+    """Return the shortest list of numbers whose repetition gives all values."""
     lengths = [count for count in range(1, len(values) + 1) if len(values) % count == 0]
     shortest = next(count for count in lengths if values == values[:count] * (len(values) // count))
-    if what == "layer":
+    if attribute == "layer":
         return [str(value + 1) for value in values[:shortest]]
     return [str(int(value)) if value == int(value) else repr(float(value)) for value in values[:shortest]]
 
 
-class _Text:
-    """Reads one statement after another."""
+class _WeaveParser:
+    """Parser of the statements of a text, one after another."""
 
     def __init__(self, file: str) -> None:
         self.file = file
@@ -83,15 +85,15 @@ class _Text:
         self.stitches: list[_Stitch] = []
         self.threads: dict[tuple[str, str], list[Token]] = {}
 
-    def weave(self, lines: list[Line]) -> Weave:
-        """The weave that all statements make."""
+    def parse(self, lines: list[Line]) -> Weave:
+        """Read all statements and return the weave."""
         for line in lines:
             if line.text.strip():
                 self._statement(line)
         end = lines[-1].place if lines else Place(self.file, 1, 1)
         if not self.layers or not self.layers[-1]:
             raise end.error("got the end of a weave without a matrix; expected a line of 0 and 1 for each weft")
-        stack = stacked([np.array(layer, dtype=np.bool_) for layer in self.layers])
+        stack = stack_layers([np.array(layer, dtype=np.bool_) for layer in self.layers])
         for stitch in self.stitches:
             stitch.bind(stack)
         wefts, warps = (self._threads(kind, stack) for kind in ("wefts", "warps"))
@@ -134,7 +136,7 @@ class _Text:
     def _next_layer(self, tokens: list[Token]) -> None:
         number = len(self.layers) + 1
         if self.layers and not self.layered:
-            raise tokens[0].unexpected("no layer after a matrix without one; begin with layer 1:")
+            raise tokens[0].unexpected("no layer after a matrix without a layer; begin with layer 1:")
         if self.layers and not self.layers[-1]:
             raise tokens[0].unexpected(f"a line of 0 and 1 for each weft of layer {number - 1}")
         if tokens[1].text != str(number):
@@ -145,29 +147,29 @@ class _Text:
         self.layers.append([])
 
     def _read_threads(self, kind: str, tokens: list[Token]) -> None:
-        what = tokens[1].text.lower()
-        if what not in PROPERTIES:
+        attribute = tokens[1].text.lower()
+        if attribute not in PROPERTIES:
             raise tokens[1].unexpected(", ".join(PROPERTIES))
-        if (kind, what) in self.threads:
-            raise tokens[1].unexpected(f"it once, as the {what} of {kind} stands above")
+        if (kind, attribute) in self.threads:
+            raise tokens[1].unexpected(f"the {attribute} of {kind} only once")
         _expect(tokens, 2, ":", expected="':'")
         if tokens[3].text == END:
             raise tokens[3].unexpected(f"a number for each of the {kind}")
         for token in tokens[3:-1]:
-            _value(token, what)
-        self.threads[kind, what] = tokens[3:-1]
+            _value(token, attribute)
+        self.threads[kind, attribute] = tokens[3:-1]
 
     def _threads(self, kind: str, stack: Stack) -> tuple[Thread, ...]:
         threads = stack.threads(kind)
-        for (of, what), tokens in self.threads.items():
-            if of != kind:
+        for (owner, attribute), tokens in self.threads.items():
+            if owner != kind:
                 continue
             if len(threads) % len(tokens):
-                expected = f"as many as there are {kind}, or fewer that start over a whole number of times"
+                expected = f"as many as there are {kind}, or a divisor of that number"
                 raise tokens[0].place.error(f"got {len(tokens)} numbers for {len(threads)} {kind}; expected {expected}")
-            values = [_value(token, what) for token in tokens] * (len(threads) // len(tokens))
-            said: list[dict[str, Any]] = [{what: value} for value in values]
-            threads = tuple(replace(thread, **one) for thread, one in zip(threads, said, strict=True))
+            values = [_value(token, attribute) for token in tokens] * (len(threads) // len(tokens))
+            changes: list[dict[str, Any]] = [{attribute: value} for value in values]
+            threads = tuple(replace(thread, **change) for thread, change in zip(threads, changes, strict=True))
         return threads
 
 
@@ -182,17 +184,17 @@ class _Stitch:
         _expect(tokens, 6, END)
 
     def bind(self, stack: Stack) -> None:
-        """Bring the first yarn over the second."""
+        """Bring the first yarn over the second yarn."""
         wefts, warps = (self.yarn, self.other) if self.kind == "weft" else (self.other, self.yarn)
         weft, warp = _place(stack.wefts, "weft", wefts), _place(stack.warps, "warp", warps)
         behind = int(stack.wefts[weft, 0] - stack.warps[warp, 0]) * (1 if self.kind == "weft" else -1)
         if behind <= 0:
-            raise self.yarn.unexpected("a yarn of a layer behind the other's; all others pass as their layers lie")
+            raise self.yarn.unexpected("a yarn of a layer behind the layer of the other yarn")
         stack.over[weft, warp] = self.kind == "weft"
 
 
 def _named_yarn(tokens: list[Token], index: int, kinds: tuple[str, ...]) -> tuple[str, Token]:
-    """Kind and number of a yarn, the two tokens from an index on."""
+    """Read the kind and the number of a yarn from two tokens."""
     _expect(tokens, index, *kinds)
     if not _YARN.fullmatch(tokens[index + 1].text):
         raise tokens[index + 1].unexpected(f"layer and number of a {tokens[index].text.lower()}, such as 2.1")
@@ -200,13 +202,13 @@ def _named_yarn(tokens: list[Token], index: int, kinds: tuple[str, ...]) -> tupl
 
 
 def _place(places: IntArray, kind: str, token: Token) -> int:
-    """Place among all of its kind of the yarn that a token names."""
+    """Return the index of a yarn among all yarns of its kind."""
     layer, number = (int(part) for part in token.text.split("."))
     found = np.flatnonzero((places == [layer - 1, number - 1]).all(axis=1))
     if not len(found):
         counts = np.bincount(places[:, 0])
-        there = ", ".join(f"{index}.1 to {index}.{count}" for index, count in enumerate(counts, start=1))
-        raise token.unexpected(f"a {kind} that is there: {there}")
+        existing = ", ".join(f"{index}.1 to {index}.{count}" for index, count in enumerate(counts, start=1))
+        raise token.unexpected(f"a {kind} of the weave: {existing}")
     return int(found[0])
 
 
@@ -220,14 +222,14 @@ def _expect(tokens: list[Token], index: int, *words: str, expected: str = "") ->
         raise token.unexpected(expected or " or ".join(words))
 
 
-def _value(token: Token, what: str) -> float:
-    if PROPERTIES[what] is int:
-        least = 1 if what == "layer" else 0
+def _value(token: Token, attribute: str) -> float:
+    if PROPERTIES[attribute] is int:
+        least = 1 if attribute == "layer" else 0
         if not _COUNT.fullmatch(token.text) or int(token.text) < least:
-            raise token.unexpected(f"the number of a {what}, from {least}")
+            raise token.unexpected(f"the number of a {attribute}, from {least}")
         return int(token.text) - least
     if not _NUMBER.fullmatch(token.text) or not 0.0 < float(token.text) < float("inf"):
-        raise token.unexpected(f"a positive factor of the {what}, such as 1.5")
+        raise token.unexpected(f"a positive factor of the {attribute}, such as 1.5")
     return float(token.text)
 
 

@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A weave: which yarn lies over which wherever a weft crosses a warp (Leaf et al. 2018, section 4).
+"""A weave: a matrix that gives the upper yarn at each crossing of a weft and a warp (Leaf et al. 2018, section 4).
 
-One repeat is a matrix, a row for each weft from the top of the picture down and a column for each warp from the left,
-seen from the front. 1 says that the weft passes over the warp, 0 that the warp passes over the weft. The matrix is of
-the whole fabric: in a fabric of several layers it has the yarns of all of them, side by side as seen from the front,
-and a yarn of the front layer passes over those of the layers behind except where the layers are stitched together.
+One repeat is a matrix, seen from the front, with a row for each weft from the top and a column for each warp from the
+left. The value is 1 if the weft passes over the warp, and 0 if the warp passes over the weft. The matrix describes the
+whole fabric: for a fabric of several layers it contains the yarns of all layers, side by side as seen from the front.
+A yarn of the front layer then passes over the yarns of the layers behind, except where the layers are stitched
+together.
 
-A fabric hangs together if no yarns can be lifted off the others: if from every yarn a way leads down to every other,
-from yarns to yarns they lie over somewhere (C. R. J. Clapham 1980, "When a fabric hangs together").
+A fabric hangs together if no set of yarns can be lifted off the others. This is so if every yarn can be reached from
+every other yarn along the relation "lies over at some crossing" (C. R. J. Clapham 1980, "When a fabric hangs
+together").
 """
 
 from __future__ import annotations
@@ -29,22 +31,22 @@ from stitchmesh.mesh import IntArray
 
 @dataclass(frozen=True)
 class Thread:
-    """What one weft or warp is like; factors of what holds for all yarns.
+    """Properties of one weft or warp, as factors of the values for all yarns.
 
     Raises:
         PatternError: a factor is not a positive number, or a number is negative.
     """
 
     layer: int = 0
-    """Layer that it belongs to, 0 the front one; how it passes the others is in the matrix alone."""
+    """Layer of the yarn, 0 for the front layer; the matrix alone decides which yarns it passes over."""
     radius: float = 1.0
     """Factor of the radius."""
     spacing: float = 1.0
-    """Factor of the room it takes beside its neighbours, from centre to centre."""
+    """Factor of the width of the strip that the yarn occupies; two yarns have the mean of their widths as distance."""
     length: float = 1.0
-    """Factor of its rest length, 1 as long as it is drawn."""
+    """Factor of the rest length; with 1 the rest length is the generated length."""
     colour: int = 0
-    """Number of its colour."""
+    """Number of the colour."""
 
     def __post_init__(self) -> None:
         for name in ("radius", "spacing", "length"):
@@ -61,20 +63,20 @@ class Weave:
     """One repeat of a woven fabric.
 
     Raises:
-        PatternError: the matrix is empty, not rectangular or holds other numbers than 0 and 1, there is not one thread
-            for each of its rows and columns, a yarn never interlaces, or the fabric falls apart.
+        PatternError: the matrix is empty, not rectangular or holds numbers other than 0 and 1, the number of threads
+            differs from its rows or columns, a yarn never interlaces, or the fabric falls apart.
     """
 
     matrix: tuple[tuple[int, ...], ...]
-    """1 where the weft of a row passes over the warp of a column, else 0."""
+    """1 where the weft of a row passes over the warp of a column, otherwise 0."""
     wefts: tuple[Thread, ...] = ()
-    """One for each row, from the top; alike where none are given."""
+    """Properties of the weft of each row, from the top; all equal by default."""
     warps: tuple[Thread, ...] = ()
-    """One for each column, from the left; alike where none are given."""
+    """Properties of the warp of each column, from the left; all equal by default."""
     name: str = "weave"
-    """What people call it."""
+    """The name weavers use for the weave."""
     source: str = ""
-    """Where it comes from."""
+    """The publication or tradition from which the weave comes."""
 
     def __post_init__(self) -> None:
         self._check_matrix()
@@ -97,7 +99,7 @@ class Weave:
 
     @cached_property
     def stitching(self) -> IntArray:
-        """Weft and warp of each crossing where a yarn passes over one of a layer before its own, shape (n, 2)."""
+        """Weft and warp of each crossing at which a yarn passes over a yarn of a layer in front, shape (n, 2)."""
         weft, warp = (np.array([thread.layer for thread in threads]) for threads in (self.wefts, self.warps))
         behind = weft[:, None] - warp[None, :]
         return np.argwhere(np.where(self.over, behind > 0, behind < 0))
@@ -108,7 +110,7 @@ class Weave:
         return 1 + max(thread.layer for thread in (*self.wefts, *self.warps))
 
     def number(self, kind: str, index: int) -> str:
-        """The number of a yarn from 1; with its layer, and within it, where there are several."""
+        """Return the number of a yarn from 1; with several layers, the layer and the number in the layer ("2.1")."""
         threads: Sequence[Thread] = self.wefts if kind == "weft" else self.warps
         if self.layer_count == 1:
             return str(index + 1)
@@ -145,21 +147,22 @@ class Weave:
         warps = [self.number("warp", index) for index in np.flatnonzero(top[count:]).tolist()]
         raise PatternError(
             f"weave: the fabric falls apart: wefts {first_few(wefts)} and warps {first_few(warps)} lie over all "
-            "other yarns wherever they cross, and lift off; let one of the others pass over one of them"
+            "other yarns wherever they cross, and lift off; let one of the other yarns pass over one of them"
         )
 
 
 def top_sheet(over: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Yarns that lie over all others wherever they cross; all of them if the fabric hangs together.
+    """Find a set of yarns that can be lifted off the others; all yarns if the fabric hangs together.
 
-    Yarns that hang together are a strong component of the graph that leads from each yarn to those it lies over. That
-    is so for the endless fabric if it is so for one repeat, as two yarns cross alike in all their images.
+    Consider the graph with an edge from each yarn to every yarn it lies over at some crossing. Yarns that hang together
+    are a strongly connected component of this graph. One repeat is sufficient, because two yarns cross in the same way
+    in all their images.
 
     Args:
         over: whether each weft passes over each warp, shape (wefts, warps).
 
     Returns:
-        For the wefts and then the warps, shape (wefts + warps,).
+        Whether each yarn belongs to the set: first the wefts, then the warps, shape (wefts + warps,).
     """
     wefts, warps = over.shape
     below = np.zeros((wefts + warps, wefts + warps), dtype=np.bool_)

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns of a weave: wefts along x and warps along y, over and under each other as its matrix says.
+"""Yarns of a weave: wefts along x and warps along y, which pass over and under one another as the matrix gives.
 
-At each crossing the yarns lie at the heights of taut strings, one radius and the other apart; between crossings a yarn
-goes from one height to the next without overshooting (Fritsch and Carlson 1980). The spline interpolates these curves.
+At each crossing the yarns have the heights of taut strings whose distance is the sum of the two radii. Between
+crossings a yarn changes from one height to the next monotonically (Fritsch and Carlson 1980). The spline interpolates
+these curves.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
 CROSSINGS_PER_STITCH = 3
-"""A crossing takes a third of the control points of a knitted stitch, 4 for a draft: half a wave of a plain weave."""
+"""A crossing has a third of the control points of a knitted stitch, and at least 4: half a wave of a plain weave."""
 
 
 def weave_yarns(
@@ -35,23 +36,23 @@ def weave_yarns(
     spacing: float | tuple[float, float] | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
 ) -> YarnSet:
-    """One period of a woven fabric in the plane z = 0, its front towards +z.
+    """Generate the yarns of one period of a woven fabric in the plane z = 0, with its front towards +z.
 
-    The wefts come first, from the top (the largest y) down, then the warps from the left; a weft goes on in its image
-    (1, 0) and a warp in (0, 1).
+    The wefts come first, from the top (the largest y) downwards, then the warps from the left. A weft continues in its
+    image (1, 0), and a warp in its image (0, 1).
 
     Args:
-        weave: which yarn lies over which, and what is particular to each.
+        weave: the weave.
         yarn_radius: radius of a yarn of factor 1 [cm].
-        spacing: distance from centre to centre [cm] of neighbouring yarns of factor 1; or of warps and of wefts.
-            ``SPACING`` yarn diameters where not given.
+        spacing: distance between the centres of adjacent yarns of factor 1 [cm], or the distances between warps and
+            between wefts; by default ``SPACING`` yarn diameters.
         quality: a preset or a ``Quality``.
 
     Returns:
-        Closed yarns on a lattice, as long at rest as they are drawn times each one's factor.
+        Closed yarns on a lattice; the rest length of a yarn is its generated length times its length factor.
 
     Raises:
-        ParameterError: the radius or a spacing is not a positive number, or an unknown quality.
+        ParameterError: the radius or a spacing is not a positive number, or the quality is unknown.
     """
     _check_positive("yarn radius", yarn_radius)
     between = _spacings(2 * SPACING * yarn_radius if spacing is None else spacing)
@@ -59,7 +60,7 @@ def weave_yarns(
     x, width = _places(weave.warps, between[0])
     below, height = _places(weave.wefts[::-1], between[1])
     y = below[::-1]
-    weft_radius, warp_radius = (_of(threads, "radius") * yarn_radius for threads in (weave.wefts, weave.warps))
+    weft_radius, warp_radius = (_factors(threads, "radius") * yarn_radius for threads in (weave.wefts, weave.warps))
     weft_z, warp_z = taut_heights(
         weave.over, weft_radius[:, None] + warp_radius, _steps(x, width), -_steps(y, -height)
     )
@@ -87,35 +88,38 @@ def _yarn_set(weave: Weave, curves: Sequence[FloatArray], lattice: Lattice, radi
         lattice=lattice,
         lattice_step=np.repeat([[1, 0], [0, 1]], [len(weave.wefts), len(weave.warps)], axis=0),
     )
-    return replace(drawn, rest_length=drawn.lengths * np.repeat(_of(threads, "length"), counts))
+    return replace(drawn, rest_length=drawn.lengths * np.repeat(_factors(threads, "length"), counts))
 
 
-def _of(threads: Sequence[Thread], what: str) -> FloatArray:
-    return np.array([getattr(thread, what) for thread in threads], dtype=np.float64)
+def _factors(threads: Sequence[Thread], attribute: str) -> FloatArray:
+    return np.array([getattr(thread, attribute) for thread in threads], dtype=np.float64)
 
 
 def _places(threads: Sequence[Thread], spacing: float) -> tuple[FloatArray, float]:
-    """Where each yarn lies, in the middle of its room, and the period [cm]."""
-    room = _of(threads, "spacing") * spacing
-    return np.cumsum(room) - room / 2, float(room.sum())
+    """Return the position of each yarn, in the middle of its strip, and the period [cm]."""
+    width = _factors(threads, "spacing") * spacing
+    return np.cumsum(width) - width / 2, float(width.sum())
 
 
 def _steps(place: FloatArray, period: float) -> FloatArray:
-    """Distance from each place to the next one, from the last to the first of the next period."""
+    """Return the distance from each position to the next; the last entry leads to the first one of the next period."""
     return np.diff(place, append=place[0] + period)
 
 
 def _control_points(
     place: FloatArray, period: float, height: FloatArray, aside: float, per_crossing: int
 ) -> FloatArray:
-    """Control points of a spline through a yarn: place along it, place across, height [cm], shape (n, 3).
+    """Return the control points of a spline through a yarn: position along it, position across it, height [cm].
 
     Args:
-        place: where the yarn crosses others [cm], ascending within the period.
-        period: how far it is to the next image of it [cm].
-        height: its height there [cm].
-        aside: where it lies across [cm].
-        per_crossing: control points from one crossing to the next.
+        place: positions of the crossings along the yarn [cm], ascending within the period.
+        period: length of the period along the yarn [cm].
+        height: height of the yarn at each crossing [cm].
+        aside: position of the yarn across its direction [cm].
+        per_crossing: number of control points from one crossing to the next.
+
+    Returns:
+        Control points, shape (n, 3).
     """
     around = np.concatenate([place - period, place, place + period])
     curve = PchipInterpolator(around, np.tile(height, 3))
@@ -127,13 +131,13 @@ def _control_points(
 
 
 def _interpolating(values: FloatArray) -> FloatArray:
-    """Control values of the closed uniform cubic B-spline that has these values where its segments meet."""
+    """Return the control values of the closed uniform cubic B-spline with the given values at its knots."""
     angle = 2 * np.pi * np.arange(len(values) // 2 + 1) / len(values)
     return np.fft.irfft(np.fft.rfft(values) / ((2 + np.cos(angle)) / 3), len(values))
 
 
 def _spacings(spacing: float | tuple[float, float]) -> tuple[float, float]:
-    """Of warps and of wefts."""
+    """Check the spacings, and return those of the warps and of the wefts [cm]."""
     both = spacing if isinstance(spacing, tuple) else (spacing, spacing)
     for name, value in zip(("warp", "weft"), both, strict=True):
         _check_positive(f"{name} spacing", value)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colour charts: pixels and stitches say the same, and what is no chart is refused."""
+"""Colour charts: pixels and stitches agree, and images that are not charts are refused."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_round_trip(tmp_path, name):
     np.testing.assert_array_equal(chart_palette(tmp_path / "c.png")[:2], palette)
 
 
-def test_one_pixel_a_stitch_and_the_lowest_is_row_one(tmp_path):
+def test_each_pixel_is_a_stitch_and_the_lowest_row_of_pixels_is_row_one(tmp_path):
     write_colour_chart(tmp_path / "c.png", parse_pattern(TEXT), [RED, GREEN, BLUE])
     with Image.open(tmp_path / "c.png") as image:
         pixels = np.asarray(image.convert("RGB"))
@@ -45,7 +45,7 @@ def test_colours_without_a_palette_are_numbered_by_first_use(tmp_path):
     assert yarns(read_colour_chart(tmp_path / "c.png", [RED, GREEN, BLUE])) == [[1, 1, 0], [0, 1, 2]]
 
 
-def test_a_colour_that_no_yarn_has_is_named_at_its_place(tmp_path):
+def test_the_message_gives_the_place_of_a_colour_that_no_yarn_has(tmp_path):
     write_colour_chart(tmp_path / "c.png", parse_pattern(TEXT), [RED, GREEN, BLUE])
     with pytest.raises(PatternError, match="row 2, stitch 3 from the left: got colour #0000ff; expected one of the 2"):
         read_colour_chart(tmp_path / "c.png", [RED, GREEN])

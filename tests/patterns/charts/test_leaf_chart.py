@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Painted tile codes: a pixel for each character, both ways, and other colours are refused."""
+"""Images of tile codes: one pixel for each character when reading and writing; other colours are refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.patterns.language.test_leaf_codes import TEXT, WRITTEN
 
 
 def painted(path, text):
-    """A PNG of characters, without a palette of its own."""
+    """Write a PNG of characters that has no palette."""
     pixels = [[PALETTE[character] for character in line] for line in text.splitlines()]
     Image.fromarray(np.array(pixels, dtype=np.uint8)).save(path)
 
@@ -29,7 +29,7 @@ def test_round_trip(tmp_path, name):
     assert read_pattern(tmp_path / f"{name}.leaf.png").name == name
 
 
-def test_a_pixel_is_a_character_and_the_top_row_the_last(tmp_path):
+def test_a_pixel_is_a_character_and_the_top_row_of_pixels_is_the_last_row(tmp_path):
     painted(tmp_path / "a.png", TEXT)
     assert read_leaf_chart(tmp_path / "a.png") == parse_leaf_codes(TEXT, "a")
     write_leaf_chart(tmp_path / "b.png", parse_leaf_codes(TEXT))
@@ -37,7 +37,7 @@ def test_a_pixel_is_a_character_and_the_top_row_the_last(tmp_path):
         assert np.array_equal(np.asarray(one), np.asarray(other.convert("RGB")))
 
 
-def test_the_palette_has_a_colour_for_each_character_and_stands_in_the_document():
+def test_the_palette_has_a_colour_for_each_character_and_is_documented():
     assert set("".join(TEXT.split())) == set(PALETTE)
     assert len(set(PALETTE.values())) == 9
     document = (ROOT / "docs" / "patterns.md").read_text()
@@ -45,7 +45,7 @@ def test_the_palette_has_a_colour_for_each_character_and_stands_in_the_document(
         assert f"| `{character}` | `#{bytes(colour).hex()}` |" in document
 
 
-def test_a_colour_without_a_character_is_named_at_its_pixel(tmp_path):
+def test_the_message_gives_the_pixel_of_a_colour_without_a_character(tmp_path):
     painted(tmp_path / "a.leaf.png", TEXT)
     with Image.open(tmp_path / "a.leaf.png") as image:
         pixels = np.array(image)
@@ -55,13 +55,13 @@ def test_a_colour_without_a_character_is_named_at_its_pixel(tmp_path):
         read_pattern(tmp_path / "a.leaf.png")
 
 
-def test_characters_that_are_no_code_are_named_at_their_pixels(tmp_path):
+def test_the_message_gives_the_pixels_of_characters_that_form_no_code(tmp_path):
     painted(tmp_path / "a.leaf.png", "KKK\nK3Y")
     with pytest.raises(PatternError, match=r"a\.leaf\.png: line 2, column 2: got '3Y'; expected one of K P F B YS"):
         read_pattern(tmp_path / "a.leaf.png")
 
 
-def test_what_is_no_png_or_has_no_code_is_refused(tmp_path):
+def test_other_files_and_patterns_without_codes_are_refused(tmp_path):
     (tmp_path / "a.leaf.png").write_bytes(b"no picture")
     with pytest.raises(FileError, match="is not a whole PNG"):
         read_pattern(tmp_path / "a.leaf.png")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Files of tile codes: they say what a chart of these codes says, come back from what is written, or are refused."""
+"""Texts of tile codes: reading equals a chart of the codes, writing and reading agree, bad texts are refused."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WRITTEN = [name for name in NAMES if not name.startswith("jacquard")]
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a.leaf", "a.TXT", "a.LEAF"])
-def test_a_file_of_codes_is_a_chart_of_them(tmp_path, name):
+def test_a_file_of_codes_equals_a_chart_of_the_codes(tmp_path, name):
     (tmp_path / name).write_text("\n" + TEXT.lower().replace("y3yk", "y3y K") + "\n\n")
     pattern = read_pattern(tmp_path / name)
     assert pattern.rows == parse_pattern(f"chart leaf:\n{TEXT}").rows
@@ -32,7 +32,7 @@ def test_the_top_line_is_the_last_row():
 @pytest.mark.parametrize(
     "first", ['pattern "x"', 'source "x"', "row 2 WS: p", "rows 2 WS: p", "round 2: k", "Rounds 2:k"]
 )
-def test_a_text_that_begins_with_a_statement_is_in_the_language(tmp_path, first):
+def test_a_text_that_begins_with_a_statement_is_read_as_the_language(tmp_path, first):
     (tmp_path / "a.txt").write_text(f"# K\n\n{first}\nrow 1 RS: k\n")
     assert read_pattern(tmp_path / "a.txt").rows == parse_pattern(f"{first}\nrow 1 RS: k").rows
     (tmp_path / "b.txt").write_text("chart:\np k\n")
@@ -40,7 +40,7 @@ def test_a_text_that_begins_with_a_statement_is_in_the_language(tmp_path, first)
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-def test_patterns_of_tile_codes_come_back_from_them(tmp_path, name):
+def test_a_pattern_of_tile_codes_is_unchanged_after_writing_and_reading(tmp_path, name):
     pattern = read_pattern(name)
     text = leaf_codes(pattern)
     assert len(set(map(len, text.splitlines()))) == 1
@@ -50,7 +50,7 @@ def test_patterns_of_tile_codes_come_back_from_them(tmp_path, name):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_any_tiles_side_by_side_come_back(seed):
+def test_any_sequence_of_tiles_is_unchanged_after_writing_and_reading(seed):
     dice = random.Random(seed)
     lines = ["".join(dice.choices(list(LEAF), k=30)).upper() for _ in range(5)]
     width = max(map(len, lines))
@@ -71,7 +71,7 @@ def test_any_tiles_side_by_side_come_back(seed):
     ],
 )
 @pytest.mark.parametrize("suffix", ["txt", "leaf"])
-def test_what_is_no_chart_of_codes_is_refused(tmp_path, text, found, suffix):
+def test_texts_that_hold_no_codes_are_refused(tmp_path, text, found, suffix):
     (tmp_path / f"bad.{suffix}").write_text(text)
     with pytest.raises(PatternError, match=rf"bad\.{suffix}: {found}"):
         read_pattern(tmp_path / f"bad.{suffix}")
@@ -94,6 +94,6 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path):
         ("p k k@1 k", "row 1, stitch 2: got k with a twist or another yarn"),
     ],
 )
-def test_what_has_no_code_cannot_be_written(row, found):
+def test_patterns_without_codes_cannot_be_written(row, found):
     with pytest.raises(PatternError, match=found):
         leaf_codes(parse_pattern(f"row 1 RS: {row}"))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The text language: rows, repeats, sections, charts, tucks; and every bad text is refused at its place."""
+"""The text language: rows, repeats, sections, charts and tucks; the message for a bad text gives its place."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ CHARS = {Stitch.KNIT: "k", Stitch.PURL: "p", Stitch.YARN_OVER: "o"}
 
 
 def picture(text: str) -> list[str]:
-    """Rows from the bottom up, as seen from the right side."""
+    """Return the rows of a pattern from the bottom up, as seen from the right side."""
     rows = parse_pattern(text).rows
     return ["".join(CHARS.get(cell.stitch, "?") for cell in row.cells) for row in rows]
 
 
-def test_the_document_has_examples_that_read():
+def test_the_examples_of_the_document_can_be_read():
     assert len(EXAMPLES) == 5
     for text in EXAMPLES:
         pattern = parse_pattern(text)
@@ -31,13 +31,13 @@ def test_the_document_has_examples_that_read():
         assert parse_pattern(format_pattern(pattern)) == pattern
 
 
-def test_counts_groups_and_commas_say_the_same():
+def test_counts_groups_and_commas_are_equivalent():
     assert picture("row 1 RS: [k2 p]*2") == picture("row 1 RS: k2, p, k k p1") == ["pkkpkk"]
     assert picture("row 1 RS: [[k p]*2 k]*2") == ["kpkpkkpkpk"]
-    assert picture("row 1 RS: k2,\n  p2  # the row goes on\n") == ["ppkk"]
+    assert picture("row 1 RS: k2,\n  p2  # the row continues\n") == ["ppkk"]
 
 
-def test_rows_said_together_and_copied():
+def test_rows_can_be_written_together_and_repeated():
     text = "rows 2, 4-5 WS: p k2\nrow 1 RS: k3\nrow 3: repeat 1\nrows 6-9: repeat 2-1\n"
     assert picture(text) == ["kkk", "kpp", "kkk", "kpp", "kpp", "kpp", "kkk", "kpp", "kkk"]
 
@@ -49,7 +49,7 @@ def test_names_come_from_the_text_or_from_the_file():
 
 
 @pytest.mark.parametrize("text", ["row 1 RS: k2 | p k | k3", "row 1 WS: p3 | p k | p2", "chart:\nk3 | k p | k2"])
-def test_bars_part_the_borders_from_the_tile(text):
+def test_bars_separate_the_borders_from_the_tile(text):
     row = parse_pattern(text).rows[0]
     assert (row.left, row.right, row.bottoms, row.tops) == (3, 2, (3, 2, 2), (3, 2, 2))
     assert [cell.stitch for cell in row.sections[1]] == [Stitch.KNIT, Stitch.PURL]
@@ -60,7 +60,7 @@ def test_a_border_can_be_missing_at_one_side():
     assert (row.left, row.right) == (3, 0)
 
 
-def test_counts_carry_over_section_by_section():
+def test_loop_counts_must_agree_in_each_section():
     pattern = parse_pattern("row 1 RS: k | [yo k]*2 | k\nrow 2 WS: p | p4 | p")
     assert (pattern.width, pattern.height, pattern.closes) == (2, 2, False)
     assert pattern.rows[0].tops == (1, 4, 1)
@@ -88,7 +88,7 @@ def test_signs_of_charts():
     ]  # fmt: skip
 
 
-def test_codes_of_leaf_have_a_letter_for_each_loop():
+def test_codes_of_leaf_have_one_character_for_each_loop():
     text = "KYSF2UBY3YP"
     row = parse_pattern(f"chart leaf:\n{text}").rows[0]
     assert row.n_bottom == row.n_top == len(text)
@@ -140,19 +140,19 @@ BAD = {
     "row 2 RS: k": "got row 2, but not row 1; expected all rows from 1",
     "row 1 RS: k\nrow 1 WS: k": r"line 2, column 5: got row 1 a second time",
     "rows 1, 1 RS: k": "got row 1 a second time",
-    "rows 1-2: repeat 3-4": "got row 3 to repeat; expected rows that stand above",
-    "rows 1-2 RS: k\nrows 3-5: repeat 1-2": "got 2 rows to repeat for 3; expected a whole number of times",
+    "rows 1-2: repeat 3-4": "got row 3 to repeat; expected rows that are written above",
+    "rows 1-2 RS: k\nrows 3-5: repeat 1-2": "got 2 rows to repeat for 3; expected a whole number of repeats",
     "row 1 RS: k\nrow 2 RS: repeat 1": "leave RS and WS out",
     "row 1 RS: k\nrow 2: repeat 1 k": r"column 17: got 'k'; expected the end of the line",
     "row 1 RS: k2\nrow 2 RS: k3": "row 2: its tile is worked on 3 loops, but the row below leaves 2",
     "row 1 RS: [k2 p": r"line 1, column 11: got '\[' without its partner",
     "row 1 RS: k2 ]": r"column 14: got '\]'; expected a stitch",
-    "row 1 RS: " + "[" * 40: "expected brackets no more than 32 deep",
+    "row 1 RS: " + "[" * 40: "expected at most 32 nested brackets",
     "row 1 RS: k | p": r"column 13: got '\|'; expected no bars, or two",
     "row 1 RS: [k | p]": r"column 14: got '\|'; expected a stitch",
     "row 1 RS: | | k": "a tile on 0 loops",
-    "row 1 RS: k*x": r"got 'x'; expected how many times",
-    "row 1 RS: k*0": r"got '0'; expected how many times, 1 to",
+    "row 1 RS: k*x": r"got 'x'; expected the number of repeats",
+    "row 1 RS: k*0": r"got '0'; expected the number of repeats, 1 to",
     "row 1 RS: [[k*9999]*9999]*9999": "got more than 100000 stitches in a row",
     "row 1 RS yarn x: k": "got 'x'; expected the number of a yarn",
     "knit 2": r"line 1, column 1: got 'knit'; expected pattern, source, row",
@@ -170,13 +170,13 @@ BAD = {
     "chart colours:\n0-": r"line 2, column 2: got '-'; expected the number of a yarn",
     "chart letters:\nk|k": "got 1 bars; expected none, or two",
     "chart letters:\n...": "a tile on 0 loops",
-    "chart:\nk\n\nrow 1 RS: k": "line 4, column 1: got 'row'; expected no more of it: a pattern is either rows or one",
-    "row 1 RS: k\nchart:\nk": "got 'chart'; expected no more of it",
+    "chart:\nk\n\nrow 1 RS: k": "line 4, column 1: got 'row'; expected nothing more: a pattern consists",
+    "row 1 RS: k\nchart:\nk": "got 'chart'; expected nothing more",
 }
 
 
 @pytest.mark.parametrize(("text", "found"), BAD.items())
-def test_a_bad_text_is_refused_at_its_place(text, found):
+def test_the_message_for_a_bad_text_gives_its_place(text, found):
     with pytest.raises(PatternError, match=found) as caught:
         parse_pattern(text, "shawl.knit")
     assert str(caught.value).startswith("shawl.knit: line ")

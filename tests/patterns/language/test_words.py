@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What each word works, from the right side, from the wrong side and in a chart."""
+"""The stitches of each word, on the right side, on the wrong side and in a chart."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def stitches(words: str, side: str = "RS") -> list[Stitch]:
 
 
 @pytest.mark.parametrize(("word", "codes"), MEANINGS.items())
-def test_an_abbreviation_is_what_its_codes_are(word, codes):
-    # two more loops, so that every row stands on loops and leaves some
+def test_an_abbreviation_equals_its_codes(word, codes):
+    # two more loops, so that every row is worked on loops and makes loops
     assert row_of(f"k2 {word}").rows == row_of(f"k2 {codes}").rows
 
 
@@ -48,7 +48,7 @@ def test_every_abbreviation_is_tested_and_documented():
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_a_code_is_as_seen_from_the_side_that_works_it(code):
+def test_a_code_is_read_as_seen_from_the_side_that_works_it(code):
     assert stitches(f"k2 {code}") == [CODES[code], Stitch.KNIT, Stitch.KNIT]
     assert stitches(f"k2 {code}", "WS") == [Stitch.PURL, Stitch.PURL, from_wrong_side(CODES[code])]
     chart = parse_pattern(f"chart:\n  k2 {code}")
@@ -56,7 +56,7 @@ def test_a_code_is_as_seen_from_the_side_that_works_it(code):
 
 
 @pytest.mark.parametrize("code", [code for code in CODES if VOCABULARY[CODES[code]].made not in ("s", "sy", "ys")])
-def test_a_row_turned_twice_is_itself(code):
+def test_a_row_that_is_turned_twice_is_unchanged(code):
     stitch = CODES[code]
     assert from_wrong_side(from_wrong_side(stitch)) == stitch
     turned = VOCABULARY[from_wrong_side(stitch)].code
@@ -79,7 +79,7 @@ def test_garter_alternates_and_stockinette_does_not():
 
 @pytest.mark.parametrize(("right", "wrong"), [("k2tog", "p2tog"), ("ssk", "ssp"), ("k3tog", "p3tog"), ("sssk", "sssp")])
 def test_decreases_of_the_wrong_side_lean_as_knitters_say(right, wrong):
-    # p2tog on the wrong side is what k2tog on the right side is
+    # p2tog on the wrong side is the same stitch as k2tog on the right side
     assert row_of(f"k {right}").rows[0].cells == row_of(f"{wrong} p", "WS").rows[0].cells
 
 
@@ -87,7 +87,7 @@ def test_the_yarn_lies_in_front_for_the_side_that_slips():
     assert stitches("slwyif") == stitches("slwyib", "WS") == [Stitch.SLIP_FRONT]
 
 
-def test_twists_are_named_for_each_loop_and_mirrored_with_the_row():
+def test_twists_are_given_for_each_loop_and_mirrored_with_the_row():
     assert row_of("kyk+0-1+1").rows[0].cells == (Cell(Stitch.KYK, (0, -1, 1)),)
     assert row_of("pyp+0-1+1", "WS").rows[0].cells == (Cell(Stitch.KYK, (1, -1, 0)),)
     assert row_of("k2tog~+0-1").rows[0].loops == (Loop(), Loop(twist=-1))
@@ -120,12 +120,12 @@ def test_yarns():
         ("k0", "got 'k0'; expected a count of 1 or more"),
         ("kyk+1", "got 'kyk\\+1'; expected a twist for each of its loops or for none: 3 on top and 1 below"),
         ("c4f+1", r"expected no twists on c4f"),
-        ("c5f", r"expected an even number of loops, or say 3/2lc"),
+        ("c5f", r"expected an even number of loops, or write 3/2lc"),
         ("t1b", "expected 2 loops or more"),
         ("2/0lc", "got 2 loops over 0; expected at least 1 of each"),
         ("k+2", "got 'k\\+2'"),
     ],
 )
-def test_what_is_no_word_is_named_at_its_place(words, found):
+def test_the_message_for_an_unknown_word_gives_its_place(words, found):
     with pytest.raises(PatternError, match=r"lace: line 1, column 13: .*" + found):
         parse_pattern(f"row 1 RS: k {words}", "lace")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns on fabrics: where they come to lie, and what stays."""
+"""Patterns on fabrics: where the tiles lie, and which parts of the fabric stay unchanged."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SHIFTING = pattern("k k y d21k k d12k y", "k k k k k k k", "y k k k k k k k", "d
 
 
 def restored(fabric: StitchMesh, *args, **kwargs) -> StitchMesh:
-    """The fabric after a pattern and its inverse."""
+    """Apply a pattern and its inverse, and return the fabric."""
     inverses = []
     for change in pattern_changes(fabric, *args, **kwargs):
         inverses.append(inverse_change(fabric, change))
@@ -47,12 +47,12 @@ def restored(fabric: StitchMesh, *args, **kwargs) -> StitchMesh:
 
 @cache
 def garment(name: str) -> StitchMesh:
-    """A garment of the assets in wide stitches."""
+    """Return a garment of the assets with wide stitches."""
     return tessellate(label(read_mesh(ASSETS / f"{name}.obj")), stitch_width=1.6)
 
 
 def narrowing_tube() -> StitchMesh:
-    """A tube of plain stitches but for four decreases of each slant."""
+    """Return a tube of plain stitches with four decreases of each slant."""
     return tessellate(label(coarse_tube(4, 1, radius=5.0, height=6.0, top_radius=3.8)), stitch_width=0.8)
 
 
@@ -61,18 +61,18 @@ def test_ribs_run_along_wales_of_a_tube():
     assert codes(made) == ["c" * 12, *["kkpp" * 3] * 4]
 
 
-def test_loops_left_over_stay_as_they_are():
+def test_loops_that_no_tile_covers_stay_unchanged():
     assert codes(apply_pattern(tube(11, 3), PURL))[1:] == ["kkkpppppppp"] * 2
     assert codes(apply_pattern(flat(11, 3), PURL))[1:] == ["kppppppppkk"] * 2
 
 
-def test_borders_stand_at_the_ends_of_flat_rows_only():
+def test_borders_lie_only_at_the_ends_of_flat_rows():
     bordered = pattern("p k p p", left=1, right=1)
     assert codes(apply_pattern(flat(8, 2), bordered))[1] == "pkpkpkpp"
     assert codes(apply_pattern(tube(8, 2), bordered))[1] == "kpkpkpkp"
 
 
-def test_stretched_tiles_cover_all():
+def test_stretched_tiles_cover_all_loops():
     assert codes(apply_pattern(tube(10, 2), RIB, remainder="stretch"))[1] == "kkpppkkppp"
     assert codes(apply_pattern(flat(7, 2), RIB, remainder="stretch"))[1] == "kkpkkpp"
 
@@ -85,14 +85,14 @@ def test_stretched_lace_has_plain_stitches_between_its_tiles():
     assert signs.count("KNIT") == 2
 
 
-def test_refused_remainders_say_what_would_do():
+def test_the_message_for_a_refused_remainder_suggests_loop_counts():
     with pytest.raises(ParameterError, match=r"row 0 \(face 0\): got 10 loops for pattern 'tried'; .* 8 or 12"):
         apply_pattern(tube(10, 3), RIB, remainder="refuse")
     with pytest.raises(ParameterError, match="grid at face 8: got 5 rows for the 2 of pattern 'tried'"):
         apply_pattern(tube(8, 6), LACE, face=9, remainder="refuse")
 
 
-def test_a_pattern_that_keeps_counts_goes_on_to_the_last_row():
+def test_a_pattern_that_keeps_counts_continues_to_the_last_row():
     rows = codes(apply_pattern(tube(4, 5), pattern("p p", "k k", "k p")))
     assert rows == ["cccc", "pppp", "kkkk", "kpkp", "pppp"]
 
@@ -102,7 +102,7 @@ def test_applying_twice_changes_nothing_more():
     assert pattern_changes(made, CROSSED) == []
 
 
-def test_yarns_of_the_fabric_stay_under_a_pattern_of_one():
+def test_a_pattern_of_one_yarn_keeps_the_yarns_of_the_fabric():
     base = tube(8, 3)
     striped = apply_change(base, Marks("yarn", np.arange(8, 16), np.full(8, 2)))
     assert "yarn" not in differing(apply_pattern(striped, RIB), striped)
@@ -118,7 +118,7 @@ def test_the_inverse_restores_every_array(chosen, fabric):
 
 
 @pytest.mark.parametrize("chosen", [LACE, SHIFTING])
-def test_new_faces_fit_where_plain_stitches_were(chosen):
+def test_new_faces_fit_in_the_place_of_plain_stitches(chosen):
     fabric = tube(22, 9)
     made = checked(apply_pattern(fabric, chosen))
     for row in (0, 8):
@@ -151,7 +151,7 @@ def test_relaxed_stretch_is_unknown_at_new_edges_only():
     assert np.isnan(made.stretch).any()
 
 
-def test_shaping_stays_and_becomes_knit_or_purl_as_the_pattern_is():
+def test_shaping_keeps_its_loops_and_becomes_knit_or_purl_as_the_pattern_is():
     fabric = narrowing_tube()
     left, right = (np.flatnonzero(fabric.stitch == stitch) for stitch in (Stitch.D21K, Stitch.D12K))
     assert len(left) and len(right)
@@ -168,14 +168,14 @@ def test_ribs_follow_the_wales_of_every_garment(name):
     below = np.flatnonzero(plain_above(made) != BORDER)
     assert (made.stitch[below] == made.stitch[plain_above(made)[below]]).all()
     purl = (made.stitch == Stitch.PURL).sum() / made.face_count
-    assert 0.3 < purl < 0.7  # half, but for cast-on rows, shaping, and ribs that shaping cuts
+    assert 0.3 < purl < 0.7  # half of the stitches, except for cast-on rows, shaping, and ribs that shaping cuts
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_lace_fits_every_garment(name):
     fabric, lace = garment(name), read_pattern("openwork-trellis")
     made = checked(apply_pattern(fabric, lace))
-    assert changed_face_count(pattern_changes(fabric, lace)) > 0.1 * fabric.face_count  # it finds room
+    assert changed_face_count(pattern_changes(fabric, lace)) > 0.1 * fabric.face_count  # tiles fit
     assert (made.n_top - made.n_bottom).sum() == (fabric.n_top - fabric.n_bottom).sum()
     assert differing(restored(fabric, lace), fabric) == []
 
@@ -210,7 +210,7 @@ def test_the_grid_is_the_largest_rectangle():
     assert beside == ["c" * 9, *["ppppkkkkk"] * 2, "ppppckkkk", *["ppppkkkkk"] * 4]
 
 
-def test_a_crossing_that_does_not_fit_is_worked_without():
+def test_stitches_of_a_crossing_that_does_not_fit_are_worked_without_the_crossing():
     fabric = flat(8, 4)
     barred = apply_change(fabric, Marks("stitch", np.array([8 * 2 + 1]), np.array([Stitch.CAST_ON])))
     made = apply_pattern(barred, CROSSED)
@@ -220,12 +220,12 @@ def test_a_crossing_that_does_not_fit_is_worked_without():
 def test_nothing_crosses_from_one_turn_of_a_spiral_to_the_next():
     crossed = pattern("k k k k", below={0: CROSSED.rows[1].loops})
     made = apply_pattern(make_spiral(tube(9, 6)), crossed, face=9 * 3)
-    groups = cable_groups(made)  # which raises where a loop is moved off its row
-    assert len(groups) == 8  # of 11: three would begin in one turn and end in the next
+    groups = cable_groups(made)  # raises an error if a loop is moved off its row
+    assert len(groups) == 8  # 8 of 11 crossings: the other three would begin in one turn and end in the next
 
 
 @pytest.mark.parametrize("chosen", [RIB, LACE])
-def test_old_crossings_go_as_a_whole(chosen):
+def test_old_crossings_are_removed_as_a_whole(chosen):
     crossed = apply_pattern(flat(8, 5), CROSSED)
     assert len(cable_groups(crossed)) == 4
     made = apply_pattern(crossed, chosen, face=8 * 2 + 1)
@@ -233,14 +233,14 @@ def test_old_crossings_go_as_a_whole(chosen):
     assert differing(restored(crossed, chosen, face=8 * 2 + 1), crossed) == []
 
 
-def test_a_small_grid_of_lace_leaves_the_rest():
+def test_lace_on_a_small_grid_leaves_the_other_stitches_unchanged():
     fabric = apply_pattern(tube(16, 8), pattern("p", "p", "k", "k", "k", "k", "k"))
     changes = pattern_changes(fabric, LACE, face=16 * 3)
     assert sum(isinstance(change, Patch) for change in changes) == 1
     assert changed_face_count(changes) == 16 * 6
 
 
-def test_tiles_are_laid_anew_beside_what_is_no_plain_stitch():
+def test_new_tiles_begin_beside_stitches_that_are_not_plain():
     barred = apply_change(flat(11, 3), Marks("stitch", np.array([11 + 1]), np.array([Stitch.CAST_ON])))
     made = apply_pattern(barred, LACE)
     lace = made.corner_position[made.sides_of(np.flatnonzero(made.n_bottom != made.n_top)), 0]
@@ -250,14 +250,14 @@ def test_tiles_are_laid_anew_beside_what_is_no_plain_stitch():
 @pytest.mark.parametrize(
     ("chosen", "face", "message"),
     [
-        (RIB, 999, "face 999: is gone; the mesh has faces 0 to 39"),
+        (RIB, 999, "face 999: does not exist; the mesh has faces 0 to 39"),
         (RIB, 3, "face 3: is CAST_ON .* plain stitch such as KNIT"),
         (pattern("k " * 9), 12, "grid at face 8: got 8 columns; pattern 'tried' needs at least 9"),
         (pattern("k " * 9), None, "pattern 'tried': its 9 columns are more than any first row"),
-        (pattern("k y d12k", *["k k k"] * 5), None, "needs 6 rows of 3 plain stitches together; found none"),
+        (pattern("k y d12k", *["k k k"] * 5), None, "needs 6 rows of 3 adjacent plain stitches; found none"),
     ],
 )
-def test_what_does_not_fit_is_refused(chosen, face, message):
+def test_patterns_that_do_not_fit_are_refused(chosen, face, message):
     with pytest.raises(ParameterError, match=message):
         apply_pattern(flat(8, 5), chosen, face=face)
 

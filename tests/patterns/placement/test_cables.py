@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Crossings: which loops go where, which lie in front, and what cannot cross."""
+"""Crossings: the new places of loops, the loops in front, and crossings that are refused."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stitchmesh.patterns import Cell, Loop, Row, parse_pattern
 
 
 def crossing(words: str, side: str = "RS") -> tuple[list[int], list[int], str]:
-    """Shifts and layers of the loops, and the stitches as k and p; left to right."""
+    """Return the shifts and layers of the loops, and the stitches as k and p, all from left to right."""
     row = parse_pattern(f"row 1 {side}: {words}").rows[0]
     made = "".join("k" if cell.stitch == Stitch.KNIT else "p" for cell in row.cells)
     return [loop.shift for loop in row.loops], [loop.layer for loop in row.loops], made
@@ -21,7 +21,7 @@ def crossing(words: str, side: str = "RS") -> tuple[list[int], list[int], str]:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        # the two at the right are worked first: held in front they go left
+        # the two loops on the right are worked first; if they are held in front, they move left
         ("c4f", ([2, 2, -2, -2], [0, 0, 1, 1], "kkkk")),
         ("c4b", ([2, 2, -2, -2], [1, 1, 0, 0], "kkkk")),
         ("c2f", ([1, -1], [0, 1], "kk")),
@@ -39,12 +39,12 @@ def test_crossings_as_seen_from_the_right_side(words, expected):
 
 
 @pytest.mark.parametrize(("word", "seen"), [("c4f", "c4f"), ("c6b", "c6b"), ("2/1lc", "1/2lc"), ("3/1rc", "1/3rc")])
-def test_a_crossing_keeps_its_hand_when_worked_from_behind(word, seen):
-    # a screw looks the same from both ends; what went behind for the knitter lies in front on the right side
+def test_a_crossing_keeps_its_handedness_when_worked_from_the_wrong_side(word, seen):
+    # a screw has the same hand from both ends: loops behind for the knitter lie in front on the right side
     assert crossing(word, "WS")[:2] == crossing(seen)[:2]
 
 
-def test_a_crossing_written_out_is_the_word():
+def test_a_crossing_written_with_places_equals_its_word():
     assert crossing("cross(2 3 0 1; 1 1 0 0: k4)") == crossing("c4f")
     assert crossing("cross(1 2 0; 0 0 1: p k2)", "WS") == crossing("cross(2 0 1; 0 1 1: p2 k)")
     chart = parse_pattern("chart:\n cross(2 3 0 1; 0 0 1 1: k4)").rows[0]
@@ -64,7 +64,7 @@ def test_decreases_and_back_legs_after_a_crossing():
         ("cross(1 0; 0 0: k2)", "loops 1 and 2 from the left cross in one layer"),
         ("cross(0 0; 0 1: k2)", "cables must not overlap"),
         ("cross(0 2; 0 1: k2)", "is crossed to place 0 of 2"),
-        ("cross(1 0; 0 1: k3)", "got 2 places, 2 layers and stitches on 3 loops; expected as many of each"),
+        ("cross(1 0; 0 1: k3)", "got 2 places, 2 layers and stitches on 3 loops; expected equal numbers"),
         ("cross(1 0; 0: k2)", "got 2 places, 1 layers"),
         ("cross(1 0; 0 1: lt)", "a cable within a crossing; cables must not overlap"),
         ("cross(1 0; 0 1: cross(1 0; 0 1: k2))", "a crossing within a crossing; cables must not overlap"),
@@ -74,12 +74,12 @@ def test_decreases_and_back_legs_after_a_crossing():
         ("cross(1 k; 0 1: k2)", "got 'k'; expected places or layers counted from 0"),
     ],
 )
-def test_what_cannot_cross(words, found):
+def test_invalid_crossings_are_refused(words, found):
     with pytest.raises(PatternError, match=r"line 1, column \d+: .*" + found):
         parse_pattern(f"row 1 RS: {words}")
 
 
-def test_a_cable_wider_than_its_row_does_not_carry_over():
+def test_a_cable_wider_than_the_row_below_is_refused():
     with pytest.raises(PatternError, match=r"line 2, column 1: row 2: its tile is worked on 6 loops, .* leaves 4"):
         parse_pattern("row 1 RS: k4\nrow 2 RS: c6f")
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Texture maps are the round tubes of yarns seen from above, and repeat without a seam."""
+"""Texture maps show the round tubes of yarns from above, and repeat without a seam."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PIL import Image
 
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.lattice import Lattice
-from stitchmesh.periodic.textures.files import DESCRIPTIONS, pictures, write_textures
+from stitchmesh.periodic.textures.files import DESCRIPTIONS, images, write_textures
 from stitchmesh.periodic.textures.plan import Plan
 from stitchmesh.periodic.textures.surface import Surface, surface_at
 from stitchmesh.periodic.textures.textures import TextureMaps, texture_maps
@@ -29,7 +29,7 @@ RADIUS = 0.25
 
 
 def straight(height: float = 0.5) -> YarnSet:
-    """One yarn along x in a cell of 1.5 by 1."""
+    """Return one yarn along x in a cell of 1.5 cm by 1 cm."""
     line = np.stack([np.arange(6) * 0.25, np.full(6, height), np.zeros(6)], axis=1)
     bare = YarnSet.from_curves([line], closed=[True], radius=RADIUS, rest_lengths=[np.full(6, 0.25)])
     lattice = Lattice([[1.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -37,13 +37,13 @@ def straight(height: float = 0.5) -> YarnSet:
 
 
 def ring_cell(points: NDArray[np.float64], radius: float = 0.2) -> YarnSet:
-    """A ring in the middle of a square cell of 2."""
+    """Return a ring in the middle of a square cell of 2 cm."""
     bare = YarnSet.from_curves([points + np.array([1.0, 1.0, 0.0])], closed=[True], radius=radius)
     return replace(bare, lattice=Lattice(2 * np.eye(3)[:2]), lattice_step=np.array([[0, 0]]))
 
 
 def seen(yarns: YarnSet, width: int, height: int) -> tuple[Plan, Surface]:
-    """The surface at the pixels of a plan."""
+    """Return a plan and the surface at its pixels."""
     assert yarns.lattice is not None
     plan = Plan(yarns.lattice, width, height)
     tubes = tubes_above(yarns, plan)
@@ -56,14 +56,14 @@ def places(plan: Plan) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def assert_alike(first: TextureMaps, second: dict[str, NDArray]) -> None:
-    """Equal as stored, but for the last step of a channel where a value rounds the other way."""
-    for name, picture in pictures(first).items():
+    """Check that stored maps are equal, except for one step of a channel where a value is rounded differently."""
+    for name, picture in images(first).items():
         difference = np.abs(picture.astype(int) - second[name].astype(int))
         assert difference.max() <= 1, name
         assert (difference > 0).mean() < 0.01, name
 
 
-def test_a_straight_yarn_is_a_half_cylinder():
+def test_a_straight_yarn_gives_a_half_cylinder():
     maps = texture_maps(straight(), width=96, height=64)
     samples = (np.arange(128) + 0.5) / 128 - 0.5
     inside = np.abs(samples) < RADIUS
@@ -79,32 +79,33 @@ def test_a_straight_yarn_is_a_half_cylinder():
     np.testing.assert_array_equal(maps.tangent[~yarn], 0.0)
 
 
-def test_normals_point_up_the_picture_and_out():
+def test_normals_point_upwards_in_the_image_and_outwards():
     maps = texture_maps(straight(), width=12, height=64)
     np.testing.assert_allclose(np.linalg.norm(maps.normal, axis=2), 1.0, rtol=1e-12)
     np.testing.assert_array_equal(maps.normal[0], np.tile([0.0, 0.0, 1.0], (12, 1)))
-    above, below = maps.normal[20, 0], maps.normal[43, 0]  # the top row first: above the middle of the yarn
+    # the top row comes first; row 20 lies above the middle of the yarn
+    above, below = maps.normal[20, 0], maps.normal[43, 0]
     assert above[1] > 0.5
     np.testing.assert_allclose(below, above * [1, -1, 1], atol=1e-12)
-    # between the samples of the row, a quarter of a pixel off its middle either way
+    # the samples of a row lie a quarter of a pixel above and below its middle
     assert above[1] == pytest.approx((31.5 - 20) / 64 / RADIUS, abs=0.01)
 
 
-def test_the_colour_of_a_crest_is_the_dye_and_of_holes_the_mean():
+def test_a_crest_has_the_colour_of_the_yarn_and_a_hole_the_mean_colour():
     maps = texture_maps(straight(), width=24, height=64)
     np.testing.assert_allclose(maps.colour[31:33], np.tile(WOOLS[1], (2, 24, 1)), atol=1e-9)
     woven = texture_maps(woven_cell(), width=64)
     yarn = woven.opacity == 1.0
     deep, high = woven.height[yarn].argmin(), woven.height[yarn].argmax()
     np.testing.assert_allclose(woven.colour[yarn][high], WOOLS[0], atol=1e-9)
-    assert (woven.colour[yarn][deep] < 0.9 * WOOLS[0]).all()  # less light gets down beside a yarn that passes over
+    assert (woven.colour[yarn][deep] < 0.9 * WOOLS[0]).all()  # less light arrives beside a yarn that passes over
     hole = woven.colour[woven.opacity == 0.0]
     assert (hole == hole[0]).all()
     assert (woven.colour[yarn].min(axis=0) < hole[0]).all()
     assert (hole[0] < WOOLS[0]).all()
 
 
-def test_a_ring_is_a_torus():
+def test_a_ring_gives_a_torus():
     _, surface = seen(ring_cell(ring([0, 0, 0.3], 0.6)), 100, 100)
     x, y = places(Plan(Lattice(2 * np.eye(3)[:2]), 100, 100))
     around = np.hypot(x - 1, y - 1)
@@ -115,14 +116,14 @@ def test_a_ring_is_a_torus():
     assert not surface.covered[np.abs(across) > 0.2 + 1e-4].any()
     top = np.sqrt(np.maximum(0.04 - across**2, 0))
     expected = np.stack([across / around * (x - 1), across / around * (y - 1), top])
-    # between knots the spline leaves the circle by 1e-6; the normal turns fast near the rim, where the tube is upright
+    # between knots the spline deviates from the circle by 1e-6; the normal changes fast near the edge of the tube
     np.testing.assert_allclose(surface.normal[inside], expected[:, inside].T / 0.2, atol=5e-3)
     np.testing.assert_allclose(surface.height[inside], 0.3 + top[inside], atol=1e-3)
     middle = np.abs(across) < 0.15
     np.testing.assert_allclose(surface.height[middle], 0.3 + top[middle], atol=1e-5)
 
 
-def test_an_upright_ring_is_an_upright_torus():
+def test_an_upright_ring_gives_an_upright_torus():
     _, surface = seen(ring_cell(ring([0, 0, 0], 0.6, 80)[:, [0, 2, 1]]), 100, 100)
     x, y = places(Plan(Lattice(2 * np.eye(3)[:2]), 100, 100))
     size = 0.6 * (2 + np.cos(2 * np.pi / 80)) / 3
@@ -131,12 +132,12 @@ def test_an_upright_ring_is_an_upright_torus():
     inside = across & (np.abs(x - 1) < outer - 0.01)
     assert surface.covered[inside].all()
     expected = np.sqrt(outer[inside] ** 2 - (x[inside] - 1) ** 2)
-    # 1e-6 of the spline, times the slope of an upright wall seen a hundredth from its rim
+    # error of 1e-6 of the spline, times the slope of an upright wall at a hundredth from its edge
     np.testing.assert_allclose(surface.height[inside], expected, atol=1e-4)
 
 
 @pytest.mark.parametrize("cell", [periodic_patch(1, 1), woven_cell()], ids=["one stitch", "woven"])
-def test_the_surface_is_the_highest_of_all_balls(cell):
+def test_the_surface_is_the_maximum_over_all_balls(cell):
     rng = np.random.default_rng(1)
     cell = replace(cell, points=cell.points + rng.normal(scale=0.02, size=cell.points.shape))
     plan, surface = seen(cell, 40, 30)
@@ -154,38 +155,38 @@ def test_the_surface_is_the_highest_of_all_balls(cell):
     np.testing.assert_array_equal(surface.covered, top > -np.inf)
     inside = surface.covered & (surface.normal[:, :, 2] > 0.2)
     assert inside.mean() > 0.5
-    # balls a hundredth of a radius apart leave dents of 1e-5 radii on a crest, more where a flank is steep; in the
-    # crease between two yarns pieces that are short of the curve by up to 1e-3 radii tell which is on top
+    # balls at distances of 0.01 radii leave hollows of 1e-5 radii on a crest, more on a steep side; between two yarns,
+    # straight pieces with an error of up to 1e-3 radii decide which yarn is uppermost
     gap = surface.height[inside] - top[inside]
     assert np.abs(gap).max() < 1e-3 * cell.radius[0]
     assert (gap > -1e-9).mean() > 0.99
 
 
-def test_rolling_the_yarns_rolls_the_maps():
+def test_shifted_yarns_give_shifted_maps():
     cell = periodic_patch(1, 1)
     moved = replace(cell, points=cell.points + cell.lattice.shift([0.5, -0.25]))
     first, second = texture_maps(cell, width=64, height=48), texture_maps(moved, width=64, height=48)
-    rolled = {name: np.roll(picture, (12, 32), axis=(0, 1)) for name, picture in pictures(first).items()}
+    rolled = {name: np.roll(picture, (12, 32), axis=(0, 1)) for name, picture in images(first).items()}
     assert_alike(second, rolled)
 
 
-def test_where_a_yarn_is_stored_does_not_matter():
+def test_the_image_in_which_a_yarn_is_stored_does_not_matter():
     cell = periodic_patch(2, 1)
     shift = cell.lattice.shift(np.array([[3, -2], [0, 5]]))[cell.point_yarn]
     away = replace(cell, points=cell.points + shift)
-    assert_alike(texture_maps(away, width=64, height=96), pictures(texture_maps(cell, width=64, height=96)))
+    assert_alike(texture_maps(away, width=64, height=96), images(texture_maps(cell, width=64, height=96)))
 
 
-def test_tiles_show_the_same_period_again():
+def test_tiles_repeat_the_same_period():
     cell = replace(woven_cell(), colour=[0, 0, 1, 2])
     one, six = texture_maps(cell, width=32), texture_maps(cell, width=96, tiles=(3, 2))
-    repeated = {name: np.tile(p, (2, 3, *[1] * (p.ndim - 2))) for name, p in pictures(one).items()}
+    repeated = {name: np.tile(p, (2, 3, *[1] * (p.ndim - 2))) for name, p in images(one).items()}
     assert_alike(six, repeated)
     np.testing.assert_allclose(six.lattice.periods, cell.lattice.periods * [[3], [2]])
 
 
 def test_a_sheared_cell_shows_the_same_fabric():
-    """With v + 2 u for v, the place of column i and row j becomes that of column i + 2 j + 1, as w = h."""
+    """If v is replaced by v + 2 u and w = h, column i of row j moves to column i + 2 j + 1."""
     cell = periodic_patch(1, 1)
     u, v = cell.lattice.periods
     sheared = replace(cell, lattice=Lattice([u, v + 2 * u]))
@@ -194,7 +195,7 @@ def test_a_sheared_cell_shows_the_same_fabric():
     same = row, (column + 2 * row + 1) % 60
     np.testing.assert_array_equal(second.covered, first.covered[same])
     np.testing.assert_allclose(second.height, first.height[same], atol=1e-9)  # rounding near rims
-    # other pieces, from which Newton's two steps leave 4e-5 near rims, where half of an eight-bit step is 4e-3
+    # other straight pieces: two Newton steps leave 4e-5 near edges; half a step of eight bits is 4e-3
     np.testing.assert_allclose(second.normal, first.normal[same], atol=1e-3)
 
 
@@ -202,25 +203,25 @@ def test_a_turned_fabric_has_the_same_maps():
     cell = periodic_patch(1, 1)
     turn = np.array([[0.0, 1.0, 0.0], [-0.6, 0.0, 0.8], [0.8, 0.0, 0.6]])
     turned = replace(cell, points=cell.points @ turn, lattice=Lattice(cell.lattice.periods @ turn))
-    assert_alike(texture_maps(turned, width=48), pictures(texture_maps(cell, width=48)))
+    assert_alike(texture_maps(turned, width=48), images(texture_maps(cell, width=48)))
 
 
-def test_pixels_are_as_high_as_wide_where_no_height_is_given():
+def test_pixels_are_square_by_default():
     maps = texture_maps(straight(), width=96)
     assert maps.height.shape == (64, 96)
     assert maps.colour.shape == maps.normal.shape == maps.tangent.shape == (64, 96, 3)
 
 
-def test_files_are_the_maps_and_say_what_they_are(tmp_path):
+def test_files_hold_the_maps_and_their_descriptions(tmp_path):
     maps = texture_maps(woven_cell(), width=32)
     write_textures(tmp_path / "new" / "folder", maps)
     folder = tmp_path / "new" / "folder"
     assert sorted(path.name for path in folder.iterdir()) == sorted(
         [f"{name}.png" for name in DESCRIPTIONS] + ["textures.json"]
     )
-    for name, picture in pictures(maps).items():
+    for name, picture in images(maps).items():
         np.testing.assert_array_equal(np.array(Image.open(folder / f"{name}.png")), picture)
-    assert pictures(maps)["height"].max() > 65000
+    assert images(maps)["height"].max() > 65000
     content = json.loads((folder / "textures.json").read_text())
     assert content["pixels"] == [32, 32]
     assert content["size_cm"] == [0.75, 0.75]
@@ -228,7 +229,7 @@ def test_files_are_the_maps_and_say_what_they_are(tmp_path):
     assert sorted(content["maps"]) == sorted(DESCRIPTIONS)
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path):
+def test_impossible_maps_are_refused(tmp_path):
     for size in (0, 8193, 1.5):
         with pytest.raises(ParameterError, match="expected a whole number from 1 to 8192"):
             texture_maps(straight(), width=size)

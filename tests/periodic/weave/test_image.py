@@ -19,7 +19,7 @@ def painted(over: np.ndarray, light: tuple = WHITE, dark: tuple = BLACK) -> Imag
 
 
 @pytest.mark.parametrize("name", weave_names())
-def test_a_painted_matrix_reads_back(name, tmp_path):
+def test_an_image_of_a_matrix_is_read_as_that_matrix(name, tmp_path):
     weave = read_weave(name)
     painted(weave.over).save(tmp_path / "cloth.png")
     read = read_weave(tmp_path / "cloth.png")
@@ -28,19 +28,19 @@ def test_a_painted_matrix_reads_back(name, tmp_path):
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "P", "RGB", "RGBA"])
-def test_every_kind_of_png_is_read_alike(mode, tmp_path):
+def test_all_kinds_of_png_give_the_same_weave(mode, tmp_path):
     weave = read_weave("twill-2x1")
     painted(weave.over).convert(mode).save(tmp_path / "cloth.png")
     assert read_weave(tmp_path / "cloth.png").matrix == weave.matrix
 
 
-def test_any_two_colours_will_do_the_lighter_is_the_weft(tmp_path):
+def test_of_any_two_colours_the_lighter_is_the_weft(tmp_path):
     weave = read_weave("satin-2x3")
     painted(weave.over, light=LINEN, dark=INDIGO).save(tmp_path / "cloth.png")
     assert read_weave(tmp_path / "cloth.png").matrix == weave.matrix
 
 
-def test_what_is_no_picture_of_a_weave_is_refused(tmp_path):
+def test_images_that_show_no_weave_are_refused(tmp_path):
     path = tmp_path / "cloth.png"
     picture = painted(read_weave("plain").over)
     picture.putpixel((1, 1), (128, 128, 128))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The library of weaves: each is what weavers call by its name."""
+"""The library of weaves: each weave agrees with its name."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ SINGLE_LAYER = {
     "satin-2x3": (5, lambda i, j: (j - 2 * i) % 5 < 2),
     "satin-3x2": (5, lambda i, j: (j - 2 * i) % 5 < 3),
 }
-"""Size of the repeat, and where weft i passes over warp j; the eight of Leaf et al. 2018, table 3."""
+"""Size of the repeat, and whether weft i passes over warp j, for the eight weaves of Leaf et al. 2018, table 3."""
 LAYERED = {"double-plain-stitched": 2, "triple-plain-stitched": 3, "orthogonal-interlock": 3}
-"""How many layers."""
+"""Number of layers of each weave with several layers."""
 
 
 @pytest.mark.parametrize("name", SINGLE_LAYER)
-def test_weaves_are_their_formulas(name):
+def test_weaves_agree_with_their_formulas(name):
     size, weft_is_over = SINGLE_LAYER[name]
     wefts, warps = np.indices((size, size))
     assert np.array_equal(read_weave(name).over, weft_is_over(wefts, warps))
 
 
 @pytest.mark.parametrize("name", weave_names())
-def test_every_weave_says_its_name_and_source(name):
+def test_every_weave_has_a_name_and_a_source(name):
     weave = read_weave(name)
     assert weave.source
     assert weave.name != f"{name}.weave"
 
 
-def test_the_names_are_all_there():
+def test_the_library_holds_all_names():
     assert set(weave_names()) == {*SINGLE_LAYER, *LAYERED, "double-cloth-exchanging"}
 
 
@@ -50,8 +50,8 @@ def test_layers_are_stitched(name):
     assert len(weave.stitching) >= LAYERED[name] - 1
 
 
-def test_layers_exchange_in_checks():
-    """Seen from the back the checks have changed colours: each set of yarns is in front in half of them."""
+def test_layers_exchange_in_a_checked_pattern():
+    """Seen from the back, the checks have exchanged colours: each set of yarns lies in front in half of the checks."""
     over = read_weave("double-cloth-exchanging").over
     first_in_front = over[0::2, 1::2]
     assert first_in_front[:4, :4].all() and not first_in_front[:4, 4:].any()

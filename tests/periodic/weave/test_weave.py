@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is a weave and what is not: it must be a matrix of 0 and 1 whose yarns hang together."""
+"""Valid and invalid weaves: a weave must be a matrix of 0 and 1 whose yarns hang together."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stitchmesh.periodic.weave.weave import Thread, Weave, top_sheet
 
 PLAIN = ((0, 1), (1, 0))
 TWO_PLAIN_CLOTHS = ((1, 1, 0, 1), (0, 1, 0, 0), (0, 1, 1, 1), (0, 0, 0, 1))
-"""Wefts and warps of two layers in turn, not stitched."""
+"""Threads that alternate between two layers."""
 IN_TURN = (Thread(layer=0), Thread(layer=1)) * 2
 
 
@@ -25,14 +25,14 @@ def with_sign(matrix, weft: int, warp: int, sign: int):
 
 
 def lies_over_all_others(over: np.ndarray, chosen: np.ndarray) -> bool:
-    """Whether chosen wefts and warps pass over the others wherever they cross them."""
+    """Whether the chosen wefts and warps pass over the other yarns at all crossings with them."""
     wefts, warps = chosen[: len(over)], chosen[len(over) :]
     return bool(over[np.ix_(wefts, ~warps)].all() and not over[np.ix_(~wefts, warps)].any())
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_fabric_hangs_together_if_no_set_of_its_yarns_can_be_lifted_off(seed):
-    """The definition, all sets tried."""
+    """The result equals the definition, tested with all sets of yarns."""
     random = np.random.default_rng(seed)
     fallen = 0
     for _ in range(25):
@@ -44,10 +44,10 @@ def test_a_fabric_hangs_together_if_no_set_of_its_yarns_can_be_lifted_off(seed):
         fallen += bool(lifting)
         if lifting:
             assert lies_over_all_others(over, top)
-    assert 0 < fallen < 25  # both kinds were met
+    assert 0 < fallen < 25  # both kinds of fabrics occurred
 
 
-def test_two_cloths_fall_apart_until_they_are_stitched():
+def test_two_layers_fall_apart_unless_they_are_stitched():
     with pytest.raises(PatternError, match=r"falls apart: wefts 1, 3 and warps 1, 3 lie over all other yarns"):
         Weave(TWO_PLAIN_CLOTHS)
     with pytest.raises(PatternError, match=r"falls apart: wefts 1\.1, 1\.2 and warps 1\.1, 1\.2 lie over"):
@@ -57,8 +57,8 @@ def test_two_cloths_fall_apart_until_they_are_stitched():
     assert stitched.layer_count == 2
 
 
-def test_a_stitch_downwards_binds_as_one_upwards_does():
-    """A back weft over a front warp."""
+def test_a_stitch_of_a_weft_binds_like_a_stitch_of_a_warp():
+    """A back weft passes over a front warp."""
     stitched = Weave(with_sign(TWO_PLAIN_CLOTHS, 1, 2, 1), wefts=IN_TURN, warps=IN_TURN)
     assert stitched.stitching.tolist() == [[1, 2]]
 
@@ -78,12 +78,12 @@ def test_a_stitch_downwards_binds_as_one_upwards_does():
         (((0, 1, 1), (1, 0, 1)), "warp 3 passes under every weft.*let one weft pass under it"),
     ],
 )
-def test_what_is_no_weave_is_refused(matrix, message):
+def test_invalid_weaves_are_refused(matrix, message):
     with pytest.raises(PatternError, match=message):
         Weave(matrix)
 
 
-def test_threads_are_one_for_each_weft_and_warp():
+def test_there_is_one_thread_for_each_weft_and_warp():
     assert Weave(PLAIN).warps == (Thread(), Thread())
     with pytest.raises(PatternError, match="got 3 warps for 2 in the matrix"):
         Weave(PLAIN, warps=(Thread(),) * 3)
@@ -98,6 +98,6 @@ def test_bad_threads_are_refused(what, value):
         Thread(**{what: value})
 
 
-def test_names_are_lines_without_quotes():
+def test_a_name_with_quotes_or_line_ends_is_refused():
     with pytest.raises(PatternError, match="expected one line without quotes"):
         Weave(PLAIN, name='the "best"')

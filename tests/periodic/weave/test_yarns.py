@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Woven yarns pass over and under as the matrix says, drawn and relaxed, and start clear of one another."""
+"""Woven yarns pass over and under as in the matrix, generated and relaxed, and do not overlap when generated."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ NEAREST = {
     "orthogonal-interlock": 0.6,
     "triple-plain-stitched": 0.45,
 }
-"""How near yarns of layered weaves may start, of both radii: the more layers, the steeper they dip between others."""
+"""Smallest generated distance of yarns of layered weaves over both radii; more layers make the yarns steeper."""
 
 
 def matrix_of(yarns: YarnSet, weft_count: int) -> list[list[int]]:
-    """Whether each weft is above each warp where they cross, seen from the front."""
+    """Return 1 where a weft lies above a warp at their crossing, seen from the front, otherwise 0."""
     assert yarns.lattice is not None
     across, up = yarns.lattice.periods
     curves = yarns.sampled(8)
@@ -47,7 +47,7 @@ def matrix_of(yarns: YarnSet, weft_count: int) -> list[list[int]]:
 
 
 def smallest_distance(yarns: YarnSet) -> float:
-    """Smallest distance of two yarns, images among them, as a part of both radii."""
+    """Return the smallest distance of two yarns and their images, relative to the sum of their radii."""
     assert yarns.lattice is not None and yarns.lattice_step is not None
     curves = yarns.sampled(4)
     points, yarn = np.concatenate(curves), np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
@@ -55,7 +55,7 @@ def smallest_distance(yarns: YarnSet) -> float:
     smallest = np.inf
     for a, b in np.ndindex(3, 3):
         distance, near = tree.query(points + yarns.lattice.shift((a - 1, b - 1)), k=min(40, len(points)))
-        along = step[:, 0] * (b - 1) == step[:, 1] * (a - 1)  # the image goes on in the yarn itself
+        along = step[:, 0] * (b - 1) == step[:, 1] * (a - 1)  # this image is a continuation of the same yarn
         other = (yarn[near] != yarn[:, None]) | ~along[:, None]
         ratio = distance / (yarns.radius[yarn][:, None] + yarns.radius[yarn[near]])
         smallest = min(smallest, ratio[other].min())
@@ -64,7 +64,7 @@ def smallest_distance(yarns: YarnSet) -> float:
 
 @pytest.mark.parametrize("name", weave_names())
 @pytest.mark.parametrize("quality", ["draft", "standard"])
-def test_yarns_pass_as_the_matrix_says_and_start_apart(name, quality):
+def test_generated_yarns_pass_as_in_the_matrix_and_do_not_overlap(name, quality):
     weave = read_weave(name)
     yarns = weave_yarns(weave, yarn_radius=RADIUS, quality=quality)
     assert matrix_of(yarns, len(weave.wefts)) == [list(row) for row in weave.matrix]
@@ -72,7 +72,7 @@ def test_yarns_pass_as_the_matrix_says_and_start_apart(name, quality):
 
 
 @pytest.mark.parametrize("name", ["plain", "twill-4x1", "double-plain-stitched", "orthogonal-interlock"])
-def test_relaxed_yarns_pass_as_the_matrix_says(name):
+def test_relaxed_yarns_pass_as_in_the_matrix(name):
     weave = read_weave(name)
     relaxed = relax_yarns(weave_yarns(weave, yarn_radius=RADIUS, quality="draft"), quality="draft", device="cpu")
     assert relaxed.report["converged"]
@@ -80,7 +80,7 @@ def test_relaxed_yarns_pass_as_the_matrix_says(name):
     assert matrix_of(relaxed.yarns, len(weave.wefts)) == [list(row) for row in weave.matrix]
 
 
-def test_the_cell_is_as_wide_as_all_warps_and_yarns_go_on_in_their_images():
+def test_the_cell_has_the_width_of_all_warps_and_yarns_continue_in_their_images():
     warps = (Thread(spacing=2.0), Thread(), Thread())
     weave = Weave(((1, 1, 0), (0, 0, 1)), warps=warps)
     yarns = weave_yarns(weave, yarn_radius=RADIUS, spacing=(0.5, 0.7))
@@ -93,18 +93,18 @@ def test_the_cell_is_as_wide_as_all_warps_and_yarns_go_on_in_their_images():
     assert yarns.closed.all()
     last, first = yarns.points[yarns.start[1:] - 1], yarns.points[yarns.start[:-1]]
     step = np.linalg.norm(first + yarns.lattice.shift(yarns.lattice_step) - last, axis=1)
-    assert step.max() < 0.7  # the way on to the first point is no longer than from crossing to crossing
+    assert step.max() < 0.7  # the distance to the first point of the next image is no longer than between crossings
 
 
 def test_a_plain_weave_touches_at_its_crossings():
-    """Wefts half a thickness up and down, warps likewise."""
+    """Wefts and warps lie half a yarn thickness above and below the middle plane."""
     yarns = weave_yarns(Weave(PLAIN), yarn_radius=RADIUS)
     knots = yarns.sampled(1)
     heights = np.array([curve[np.arange(2) * len(curve) // 2 - 1, 2] for curve in knots])
-    np.testing.assert_allclose(np.abs(heights), RADIUS, rtol=1e-12)  # rounding of the splines' equations
+    np.testing.assert_allclose(np.abs(heights), RADIUS, rtol=1e-12)  # rounding in the equations of the splines
 
 
-def test_threads_make_their_yarns_thick_long_and_coloured():
+def test_threads_give_radius_length_and_colour_of_their_yarns():
     wefts = (Thread(radius=1.5, colour=4), Thread(length=0.9))
     yarns = weave_yarns(Weave(PLAIN, wefts=wefts), yarn_radius=RADIUS)
     np.testing.assert_allclose(yarns.radius, RADIUS * np.array([1.5, 1, 1, 1]))
@@ -114,37 +114,39 @@ def test_threads_make_their_yarns_thick_long_and_coloured():
     np.testing.assert_allclose(np.concatenate([strain[0], *strain[2:]]), 0.0, atol=1e-15)
 
 
-def test_a_finer_quality_draws_more_points_on_the_same_curve():
+def test_a_finer_quality_puts_more_points_on_the_same_curve():
     twill = read_weave("twill-2x1")
     draft, reference = (weave_yarns(twill, yarn_radius=RADIUS, quality=quality) for quality in ("draft", "reference"))
     assert (len(draft.points), len(reference.points)) == (2 * 9 * 4, 2 * 9 * 8)
-    np.testing.assert_allclose(draft.lengths.sum(), reference.lengths.sum(), rtol=0.01)  # four points to a crossing
+    # four control points for each crossing
+    np.testing.assert_allclose(draft.lengths.sum(), reference.lengths.sum(), rtol=0.01)
 
 
-def test_twice_the_radius_is_twice_the_fabric():
+def test_twice_the_radius_gives_a_fabric_of_twice_the_size():
     one, two = (weave_yarns(read_weave("satin-3x2"), yarn_radius=radius) for radius in (RADIUS, 2 * RADIUS))
     np.testing.assert_array_equal(two.points, 2 * one.points)
 
 
-def test_a_weave_turned_over_is_the_mirror_image():
-    """Over and under exchanged: all heights change their signs, nothing else does."""
+def test_a_weave_with_over_and_under_exchanged_is_the_mirror_image():
+    """All heights change their signs, and nothing else changes."""
     weave = read_weave("double-plain-stitched")
     turned = Weave(tuple(map(tuple, 1 - np.array(weave.matrix))), weave.wefts, weave.warps)
     one, other = (weave_yarns(each, yarn_radius=RADIUS) for each in (weave, turned))
-    np.testing.assert_allclose(other.points, one.points * [1, 1, -1], atol=1e-12)  # heights of 0.2 cm, rounded
+    np.testing.assert_allclose(other.points, one.points * [1, 1, -1], atol=1e-12)  # heights of 0.2 cm are rounded
 
 
 @pytest.mark.parametrize("name", ["basket-3x3", "satin-2x3", "triple-plain-stitched"])
-def test_taut_strings_are_in_balance(name):
-    """Where a string bends, the string it rests on pushes it off, as hard as it is pushed; elsewhere it is straight."""
+def test_taut_strings_are_in_equilibrium(name):
+    """A string bends only at a contact, where both strings push on one another with equal force."""
     over = read_weave(name).over
     wefts, warps = taut_heights(over, np.ones(over.shape), np.ones(over.shape[1]), np.ones(over.shape[0]))
     sign = np.where(over, 1.0, -1.0)
     gap = sign * (wefts - warps) - 1.0
     push = [sign * (2 * wefts - np.roll(wefts, 1, 1) - np.roll(wefts, -1, 1)),
             -sign * (2 * warps - np.roll(warps, 1, 0) - np.roll(warps, -1, 0))]  # fmt: skip
-    assert gap.min() > -1e-12  # brought apart exactly, then rounded
-    np.testing.assert_allclose(push[0], push[1], atol=0.02)  # of pushes of 1: heights are final to 1e-4 a step
+    assert gap.min() > -1e-12  # the separation is exact except for rounding
+    # relative to forces of about 1; heights change by up to 1e-4 in the last iteration
+    np.testing.assert_allclose(push[0], push[1], atol=0.02)
     assert push[0].min() > -0.02
     assert np.abs(push[0][gap > 0.05]).max(initial=0.0) < 0.02
 
