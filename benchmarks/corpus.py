@@ -21,19 +21,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from leaf_convergence import LARGEST_PART, GradientNorms, first_converged
 from solvers import NotingIteration
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.periodic.source import pattern_or_weave
 from stitchmesh.periodic.swatch import SwatchOptions, drawn
 from stitchmesh.periodic.weave import Weave
 from stitchmesh.periodic.weave_library import weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.batch import relax_cells
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.leaf_convergence import LARGEST_PART, GradientNorms, first_converged
+from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.relaxation_loop import CHECK
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "gallery"
 LEAF: dict[str, tuple[float, float, int]] = {

@@ -27,7 +27,7 @@ from stitchmesh.patterns import Pattern, pattern_names
 from stitchmesh.periodic.weave_library import read_weave, weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.tube import tubes_around
-from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PICTURES = DOCS / "gallery"

@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
-from stitchmesh.yarnrelax.crossings import edge_crossings
-from stitchmesh.yarnrelax.linking import doubled_linking
-from stitchmesh.yarnrelax.picture import draw
+from stitchmesh.compute.device import device_named
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking
+from stitchmesh.yarnrelax.linking.crossings import edge_crossings
+from stitchmesh.yarnrelax.linking.projection import draw
 
 
 def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:

@@ -17,21 +17,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from leaf_convergence import GradientNorms, first_converged
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
+from stitchmesh.compute.captured import Recording
+from stitchmesh.compute.device import device_named
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.borders import KeepBorders
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.leaf_convergence import GradientNorms, first_converged
-from stitchmesh.yarnrelax.linking import doubled_linking
-from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.recording import Recording
-from stitchmesh.yarnrelax.shape import KeepShape
-from stitchmesh.yarnrelax.solver import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.relax import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.relaxation_loop import CHECK
+from stitchmesh.yarnrelax.simulation import Iteration
 
 YARN_SUFFIXES = (".bcc", ".h5")
 

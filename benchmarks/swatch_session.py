@@ -16,7 +16,7 @@ import platform
 from typing import Any
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 
 PATTERNS = ("stockinette", "rib2x2", "honeycomb")
 LONGEST = 300.0

@@ -25,16 +25,16 @@ from corpus import LEAF
 from swatch_session import LONGEST, changes_of
 
 import stitchmesh as sm
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.periodic.source import pattern_or_weave
 from stitchmesh.periodic.swatch import SwatchOptions, drawn
 from stitchmesh.quality import PRESETS
 from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.batch import relax_cells
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.relaxation_loop import CHECK
+from stitchmesh.yarnrelax.simulation import Iteration
 
 QUALITY = PRESETS["standard"]
 MATERIAL = YarnMaterial.named("leaf")

@@ -16,10 +16,10 @@ import numpy as np
 import warp as wp
 from scenes import stockinette_tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.material import YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.simulation import Iteration
 
 BANDWIDTH = {"cuda": 4.8e12, "cpu": 1.0e10}
 """Memory traffic a second: that of an H200, and of one core of a server."""

@@ -57,13 +57,13 @@ if TYPE_CHECKING:
         yarn_energies,
         yarn_forces,
     )
-    from stitchmesh.yarnrelax.body import Body
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
-    from stitchmesh.yarnrelax.friction import Friction
-    from stitchmesh.yarnrelax.gravity import Gravity
-    from stitchmesh.yarnrelax.pins import Pins
-    from stitchmesh.yarnrelax.pull import Pull
-    from stitchmesh.yarnrelax.twist import Twist
+    from stitchmesh.yarnrelax.constraints.pins import Pins
+    from stitchmesh.yarnrelax.energies.body import Body
+    from stitchmesh.yarnrelax.energies.friction import Friction
+    from stitchmesh.yarnrelax.energies.gravity import Gravity
+    from stitchmesh.yarnrelax.energies.point_load import Pull
+    from stitchmesh.yarnrelax.energies.twist import Twist
 
 __version__ = "0.1.0"
 
@@ -121,13 +121,13 @@ _HOME = {
     "relax_yarns": "yarnrelax",
     "yarn_energies": "yarnrelax",
     "yarn_forces": "yarnrelax",
-    "Body": "yarnrelax.body",
+    "Body": "yarnrelax.energies.body",
     "Checkpoints": "yarnrelax.checkpoint",
-    "Friction": "yarnrelax.friction",
-    "Gravity": "yarnrelax.gravity",
-    "Pins": "yarnrelax.pins",
-    "Pull": "yarnrelax.pull",
-    "Twist": "yarnrelax.twist",
+    "Friction": "yarnrelax.energies.friction",
+    "Gravity": "yarnrelax.energies.gravity",
+    "Pins": "yarnrelax.constraints.pins",
+    "Pull": "yarnrelax.energies.point_load",
+    "Twist": "yarnrelax.energies.twist",
 }
 """Module of each public name."""
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh import __version__
+from stitchmesh.compute.device import device_named
 from stitchmesh.description import stitch_counts
-from stitchmesh.device import device_named
 from stitchmesh.editing.spiral import spiral
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
@@ -38,7 +38,7 @@ from stitchmesh.yarngen import Finish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 
 STITCH_WIDTH = 0.8
 """Default wale spacing [cm]: worsted yarn by hand, about 13 stitches in 10 cm."""

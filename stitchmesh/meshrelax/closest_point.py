@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from stitchmesh.device import device_named
-from stitchmesh.kernel import kernel
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import FloatArray, IntArray
 
 

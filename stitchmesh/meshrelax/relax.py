@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.device import alone
+from stitchmesh.compute.device import alone
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.meshrelax.attachment import attach

@@ -16,7 +16,7 @@ from functools import partial
 from types import TracebackType
 from typing import Any
 
-from stitchmesh.device import alone, device_named
+from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.frames import Frame

@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.descent import CHECK, Descent
-from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.relaxation_loop import CHECK, Descent
+from stitchmesh.yarnrelax.simulation import Iteration
 
 
 class SwatchDescent:

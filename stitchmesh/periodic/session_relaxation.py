@@ -17,8 +17,8 @@ from stitchmesh.periodic.session_target import Drawing, Target, drawing_of, targ
 from stitchmesh.periodic.session_wishes import Wishes
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.solver import refuse_pull_through
+from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.relaxation_loop import CHECK
 
 NO_ROOM = "yarns cannot be parted on the way to these sizes; take thinner or longer yarn, or a larger repeat"
 """What keeps yarns that were drawn well from a rest."""

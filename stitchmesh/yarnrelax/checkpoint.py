@@ -31,11 +31,11 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint
-from stitchmesh.yarnrelax.material import YarnMaterial
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 NAME = "checkpoint.smc"
 """Name of the newest checkpoint in its folder."""

@@ -34,15 +34,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.kernel import kernel
-from stitchmesh.yarnrelax import forces
-from stitchmesh.yarnrelax.candidates import Candidates
-from stitchmesh.yarnrelax.cell import CellStrain
-from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.recording import Copying, Recording, Zeroing
-from stitchmesh.yarnrelax.reduction import Sums
-from stitchmesh.yarnrelax.state import State
-from stitchmesh.yarnrelax.term import Constraint, Run, Term
+from stitchmesh.compute.captured import Copying, Recording, Zeroing
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.reduction import Sums
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.term import Constraint, Run, Term
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
@@ -197,7 +198,7 @@ class Assessor:
         self.constraints, self.point_stiffness, self.strain = constraints, point_stiffness, strain
         self.rounding = rounding
         self.net, self.effort, self.contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
-        self.sums = Sums(forces.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
+        self.sums = Sums(evaluation.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
         self.noise = Sums(1, model.largest_cell, model.cell_count, model.device)
         self.recording = Recording(self._launches(model.record), model.device)
         self.nudging: Recording | None = None
@@ -237,9 +238,9 @@ class Assessor:
         launches: list[Any] = [Zeroing(array) for array in sums]
         if self.strain is not None:
             launches += self.strain.clear_launches()
-        launches.append(forces.sample_launch(model, state, run))
-        evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
-        for own in forces.term_launches(*evaluation, run).values():
+        launches.append(place_contact_samples(model, state, run))
+        arguments = (model, state, self.candidates, self.terms, self.point_stiffness)
+        for own in evaluation.term_launches(*arguments, run).values():
             launches += own
             inputs = [self.point_stiffness, state.points, state.point_force, state.stiffness]
             launches.append(run(add_effort, model.point_count, inputs, sums))
@@ -249,7 +250,7 @@ class Assessor:
             launches += constraint.filter_forces(self.net, run)
         squares = [model.empty(model.point_count) for _ in sums]
         launches.append(run(square_forces, model.point_count, list(sums), squares))
-        launches += forces.energy_launches(model, state, self.candidates, self.sums, run)
+        launches += evaluation.energy_launches(model, state, self.candidates, self.sums, run)
         for name, square in zip(("net", "effort", "contact noise"), squares, strict=True):
             launches.append(self.sums.add(name, square, model.cell_points, run))
         return [*launches, self.sums.total_launch(run)]
@@ -266,9 +267,9 @@ class Assessor:
         model, state = self.model, self.state
         n = model.point_count
         kept, change2 = wp.clone(state.points), model.empty(n)
-        evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
+        arguments = (model, state, self.candidates, self.terms, self.point_stiffness)
         launches = [Copying(state.points, kept), run(nudge, n, [model.number(_precision(model))], [state.points])]
-        launches += forces.all_forces(*evaluation, run)
+        launches += evaluation.all_forces(*arguments, run)
         launches.append(Copying(kept, state.points))
         for constraint in self.constraints:
             launches += constraint.filter_forces(state.point_force, run)

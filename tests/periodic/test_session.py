@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import stitchmesh as sm
-from stitchmesh import device
-from stitchmesh.device import alone
+from stitchmesh.compute import device
+from stitchmesh.compute.device import alone
 from stitchmesh.errors import ParameterError, PatternError, SolverError
 from stitchmesh.periodic.frames import Frame
 from stitchmesh.periodic.growing import GROWTH, LENGTHENING, STRETCH
@@ -22,7 +22,7 @@ from stitchmesh.periodic.session_wishes import Wishes
 from stitchmesh.periodic.swatch import SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.tiling import instances
-from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000)
 """Fine enough for two ways to one state of rest to end within 1e-5 of each other's sizes."""

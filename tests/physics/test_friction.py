@@ -14,17 +14,19 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, forces
-from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
-from stitchmesh.yarnrelax.friction import Friction
-from stitchmesh.yarnrelax.model import Model, put_model
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.state import State, make_state
-from stitchmesh.yarnrelax.term import Term
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, find_candidates, make_candidates
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.model.constants import Model, put_model
+from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.model.state import State, make_state
 
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
@@ -62,7 +64,7 @@ class Scene:
 
     def put(self, points: np.ndarray) -> None:
         wp.copy(self.state.points, self.model.upload(points, 3))
-        forces.sample(self.model, self.state)
+        place_contact_samples(self.model, self.state, self.model.launch)
 
     def list_candidates(self) -> None:
         find_candidates(self.model, self.state.samples, self.candidates)
@@ -86,13 +88,13 @@ class Scene:
         self.state.segment_pull.zero_()
         self.state.outer_force.zero_()
         self.sample_forces(points)
-        forces.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        evaluation.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
         return self.state.point_force.numpy().astype(np.float64)
 
     def all_forces(self, points: np.ndarray) -> np.ndarray:
         wp.copy(self.state.points, self.model.upload(points, 3))
         unheld = self.model.empty(self.model.point_count)
-        forces.all_forces(self.model, self.state, self.candidates, [self.friction], unheld, self.model.launch)
+        evaluation.all_forces(self.model, self.state, self.candidates, [self.friction], unheld, self.model.launch)
         return self.state.point_force.numpy().astype(np.float64)
 
 

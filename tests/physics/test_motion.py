@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.dynamics import Dynamics
-from stitchmesh.yarnrelax.gravity import STANDARD, Gravity
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
 
 FALL = -STANDARD[1]
 MOTION = Quality("float64", 5, 3, 12, 0.2, 1e-4, 20_000, "dynamics")

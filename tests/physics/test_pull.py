@@ -7,17 +7,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns
-from stitchmesh.yarnrelax.candidates import make_candidates
-from stitchmesh.yarnrelax.model import put_model
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.pull import Pull
-from stitchmesh.yarnrelax.state import make_state
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.point_load import Pull
+from stitchmesh.yarnrelax.model.constants import put_model
+from stitchmesh.yarnrelax.model.state import make_state
 
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000)
 """Three Gauss points integrate a uniform stretch without error."""
@@ -48,7 +49,7 @@ def pull_of(yarns: YarnSet, choice: Pull, precision: str, points: np.ndarray) ->
     state.points.assign(model.to_device(points))
     term.forces(state, candidates, model.launch)
     assert not term.stiffness().any()
-    forces.gather(model, state, model.empty(model.point_count), model.launch)
+    evaluation.gather(model, state, model.empty(model.point_count), model.launch)
     return term.energy(state, candidates), state.point_force.numpy().astype(np.float64) / model.unit
 
 

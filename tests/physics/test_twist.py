@@ -16,17 +16,18 @@ import pytest
 import warp as wp
 from scipy.optimize import brentq
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, forces
-from stitchmesh.yarnrelax.candidates import Candidates, make_candidates
-from stitchmesh.yarnrelax.model import Model, put_model
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.state import State, make_state
-from stitchmesh.yarnrelax.term import Term
-from stitchmesh.yarnrelax.twist import Twist
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.model.constants import Model, put_model
+from stitchmesh.yarnrelax.model.state import State, make_state
 
 RADIUS = 0.05
 MATERIAL = YarnMaterial(2000.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.006)
@@ -68,13 +69,13 @@ class Scene:
         self.put(points)
         self.state.segment_pull.zero_()
         self.twist.forces(self.state, self.candidates, self.model.launch)
-        forces.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        evaluation.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
         return self.state.point_force.numpy().astype(np.float64)
 
     def all_forces(self, points: np.ndarray) -> np.ndarray:
         self.put(points)
         unheld = self.model.empty(self.model.point_count)
-        forces.all_forces(self.model, self.state, self.candidates, [self.twist], unheld, self.model.launch)
+        evaluation.all_forces(self.model, self.state, self.candidates, [self.twist], unheld, self.model.launch)
         return self.state.point_force.numpy().astype(np.float64)
 
 

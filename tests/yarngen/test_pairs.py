@@ -23,8 +23,8 @@ from stitchmesh.yarngen.drawings import drawings
 from stitchmesh.yarngen.loop_linking import check_loops
 from stitchmesh.yarngen.template import RADIUS_OVER_WIDTH
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.pull import Pull
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.point_load import Pull
 from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
 
 KNIT = Stitch.KNIT

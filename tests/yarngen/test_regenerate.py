@@ -21,7 +21,7 @@ from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import NEAREST
 from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
 from stitchmesh.yarnrelax import Relaxation
-from stitchmesh.yarnrelax.descent import CHECK
+from stitchmesh.yarnrelax.relaxation_loop import CHECK
 from tests.gallery import GARMENTS
 
 QUALITY = quality_named("draft")

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from stockinette import fabric_of, tube
 
 from stitchmesh.errors import FileError, ParameterError, SolverError
 from stitchmesh.io.checkpoint_file import previous_of, read_checkpoint
@@ -25,18 +24,19 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
-from stitchmesh.yarnrelax import solver as solver_module
-from stitchmesh.yarnrelax.body import Body
+from stitchmesh.yarnrelax import relax as solver_module
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.friction import Friction
-from stitchmesh.yarnrelax.gravity import Gravity
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.material import YarnMaterial
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.twist import Twist
+from stitchmesh.yarnrelax.energies.body import Body
+from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.energies.gravity import Gravity
+from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.simulation import Iteration
 from tests.gallery import ROOT
 from tests.killing import count_calls, killed
+from tests.yarnrelax.stockinette import fabric_of, tube
 
 ROWS, STITCHES = 4, 6
 QUALITY = replace(PRESETS["draft"], tolerance=1e-6, max_iterations=300)
@@ -83,7 +83,7 @@ def kill_ten_times() -> dict[str, int | bool]:
 
 def test_ten_kills_at_random_moments_change_no_bit():
     code = "import json, test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
-    path = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
+    path = str(ROOT)
     # no GPU in there: a process that uses one cannot be doubled
     environment = {**os.environ, "PYTHONPATH": path, "CUDA_VISIBLE_DEVICES": ""}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=environment)

@@ -9,18 +9,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stockinette import fabric_of, flat_patch, periodic_patch, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
-from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.gravity import Gravity
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.shape import KeepShape
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.gravity import Gravity
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.simulation import Iteration
+from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube
 
 LEAF = YarnMaterial.named("leaf")
 DOUBLE = replace(PRESETS["draft"], precision="float64")

@@ -8,19 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stockinette import fabric_of, hopf_link, tube
 
-from stitchmesh.device import device_named
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
-from stitchmesh.yarnrelax import solver as solver_module
-from stitchmesh.yarnrelax.borders import KeepBorders
-from stitchmesh.yarnrelax.iteration import SMALLEST_CAUTION, Iteration
-from stitchmesh.yarnrelax.shape import KeepShape
+from stitchmesh.yarnrelax import relax as solver_module
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.simulation import SMALLEST_CAUTION, Iteration
+from tests.yarnrelax.stockinette import fabric_of, hopf_link, tube
 
 DRAFT = PRESETS["draft"]
 ROWS, STITCHES = 6, 8

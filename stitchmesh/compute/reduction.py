@@ -1,0 +1,226 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sums, minima and maxima in a fixed order, so that the same run gives the same bits.
+
+Each of some strands walks through an array with a stride and keeps its own result; the few results are then read back.
+How many strands there are depends on the length of the array alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.kernel import kernel
+
+FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
+"""Threads of a reduction."""
+TILE = 256
+"""Values that a block of threads sums together."""
+VALUES_PER_STRAND = 32
+"""Values that a strand walks through before there are more strands."""
+PARALLEL_CHUNK, MOST_PARALLEL = 4, 32_768
+"""Values that a strand of a GPU's walk takes, and the most strands it has."""
+
+
+def strands_for(count: int) -> int:
+    """How many strands an array of ``count`` values gets, a power of two."""
+    wanted = max(count // VALUES_PER_STRAND, 1)
+    return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_STRANDS))
+
+
+@kernel
+def strand_sums(
+    # state in
+    values: wp.array[Any],
+    # state out
+    sums: wp.array[wp.float64],
+) -> None:
+    """Sum of a strand's values, in ascending order."""
+    strand = wp.tid()
+    total = wp.float64(0.0)
+    for k in range(strand, values.shape[0], sums.shape[0]):
+        total += wp.float64(values[k])
+    sums[strand] = total
+
+
+@kernel
+def strand_maxima(
+    # state in
+    sign: wp.float64,
+    values: wp.array[Any],
+    # state out
+    maxima: wp.array[wp.float64],
+) -> None:
+    """Largest of sign times a strand's values; not a number where one of them is not."""
+    strand = wp.tid()
+    most = wp.float64(-1.0e300)
+    for k in range(strand, values.shape[0], maxima.shape[0]):
+        value = sign * wp.float64(values[k])
+        if most == most and not (value <= most):  # once it is not a number it stays so
+            most = value
+    maxima[strand] = most
+
+
+@kernel
+def row_totals(
+    # state in
+    parts: wp.array2d[wp.float64],
+    # state out
+    totals: wp.array[wp.float64],
+) -> None:
+    """Sum of each row, whose length is a multiple of 256; a block a row."""
+    row, lane = wp.tid()
+    whole = wp.tile_zeros(shape=(1, 256), dtype=wp.float64)
+    for k in range(parts.shape[1] // 256):
+        whole += wp.tile_load(parts, shape=(1, 256), offset=(row, k * 256))
+    total = wp.tile_sum(whole)
+    if lane == 0:
+        totals[row] = total[0]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """How the strands of a sum walk over an array: strand s takes s across + k along, for k below chunk."""
+
+    strands: int
+    across: int
+    along: int
+    chunk: int
+
+    @property
+    def numbers(self) -> list[int]:
+        """Arguments of a kernel."""
+        return [self.across, self.along, self.chunk]
+
+    def total(self, parts: wp.array[Any], totals: wp.array[Any], launch: Callable[..., Any]) -> Any:
+        """Sum what the strands have gathered, row by row."""
+        return launch(row_totals, len(totals), [parts], [totals], tile=TILE)
+
+
+def walk_over(count: int, device: wp.Device, strands: int | None = None) -> Walk:
+    """The walk for an array: side by side on a GPU, where neighbours read together; one after the other on a CPU.
+
+    There are as many ``strands`` as asked for, or as suit the length of the array.
+    """
+    if strands is None:
+        strands = _parallel_strands(count) if device.is_cuda else strands_for(count)
+    chunk = -(-count // strands)
+    return Walk(strands, 1, strands, chunk) if device.is_cuda else Walk(strands, chunk, 1, chunk)
+
+
+def _parallel_strands(count: int) -> int:
+    """How many strands an array of ``count`` values gets on a GPU, a power of two."""
+    wanted = max(count // PARALLEL_CHUNK, 1)
+    return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_PARALLEL))
+
+
+@kernel
+def range_sums(
+    # model
+    strands: int,
+    start: wp.array[wp.int32],
+    # state in
+    values: wp.array[Any],
+    # state out
+    sums: wp.array[wp.float64],
+) -> None:
+    """Sum of a strand's values in its range, in ascending order; so many strands a range."""
+    cell = wp.tid() // strands
+    strand = wp.tid() - cell * strands
+    total = wp.float64(0.0)
+    for k in range(start[cell] + strand, start[cell + 1], strands):
+        total += wp.float64(values[k])
+    sums[wp.tid()] = total
+
+
+@kernel
+def range_minima(
+    # model
+    strands: int,
+    start: wp.array[wp.int32],
+    # state in
+    values: wp.array[Any],
+    # state out
+    minima: wp.array[wp.float64],
+) -> None:
+    """Smallest of a strand's values in its range; not a number where one of them is not."""
+    cell = wp.tid() // strands
+    strand = wp.tid() - cell * strands
+    least = wp.float64(1.0e300)
+    for k in range(start[cell] + strand, start[cell + 1], strands):
+        value = wp.float64(values[k])
+        if least == least and not (value >= least):  # once it is not a number it stays so
+            least = value
+    minima[wp.tid()] = least
+
+
+def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDArray[np.float64]:
+    """Smallest of an array of scalars in each range, read back to the host; not a number where one is not."""
+    strands, ranges = strands_for(longest), len(start) - 1
+    partial = wp.empty(ranges * strands, dtype=wp.float64, device=values.device)
+    wp.launch(range_minima, len(partial), [strands, start, values], [partial], device=values.device)
+    smallest: NDArray[np.float64] = partial.numpy().reshape(ranges, strands).min(axis=1)
+    return smallest
+
+
+class Sums:
+    """Sums of several arrays over ranges, read back together: each wait for a GPU costs as much as an iteration."""
+
+    def __init__(self, count: int, longest: int, ranges: int, device: wp.Device) -> None:
+        """Room for ``count`` sums over so many ranges of at most ``longest`` values."""
+        self._strands = strands_for(longest)
+        self._parts = wp.zeros((count * ranges, self._strands), dtype=wp.float64, device=device)
+        self._totals = wp.zeros(count * ranges, dtype=wp.float64, device=device)
+        self._ranges = ranges
+        self._names: list[str] = []
+
+    def add(self, name: str, values: wp.array[Any], start: wp.array[Any], run: Callable[..., Any]) -> Any:
+        """Ask for the sums of an array of scalars; range k goes from ``start[k]`` to ``start[k + 1]``."""
+        first = len(self._names) * self._ranges
+        part = self._parts[first : first + self._ranges].flatten()
+        self._names.append(name)
+        return run(range_sums, len(part), [self._strands, start, values], [part])
+
+    def total_launch(self, run: Callable[..., Any]) -> Any:
+        """Add up what the strands have."""
+        return run(row_totals, len(self._totals), [self._parts], [self._totals], tile=TILE)
+
+    def totals(self) -> dict[str, NDArray[np.float64]]:
+        """The sums over each range as they were added up, in the order in which they were asked for."""
+        return dict(zip(self._names, self._totals.numpy().reshape(-1, self._ranges), strict=False))
+
+    def read(self) -> dict[str, NDArray[np.float64]]:
+        """Add up and read."""
+        count = len(self._totals)
+        wp.launch_tiled(
+            row_totals, dim=count, inputs=[self._parts], outputs=[self._totals], block_dim=TILE,
+            device=self._totals.device,
+        )  # fmt: skip
+        return self.totals()
+
+
+def ordered_sum(values: wp.array[Any]) -> float:
+    """Sum of an array of scalars, read back to the host."""
+    return float(np.sum(_reduced(strand_sums, [values], values)))
+
+
+def maximum(values: wp.array[Any]) -> float:
+    """Largest of an array of scalars, read back to the host; not a number where one of them is not."""
+    return float(np.max(_reduced(strand_maxima, [wp.float64(1.0), values], values)))
+
+
+def minimum(values: wp.array[Any]) -> float:
+    """Smallest of an array of scalars, read back to the host; not a number where one of them is not."""
+    return -float(np.max(_reduced(strand_maxima, [wp.float64(-1.0), values], values)))
+
+
+def _reduced(kernel: wp.Kernel, inputs: list[Any], values: wp.array[Any]) -> NDArray[np.float64]:
+    partial = wp.empty(strands_for(len(values)), dtype=wp.float64, device=values.device)
+    wp.launch(kernel, dim=len(partial), inputs=inputs, outputs=[partial], device=values.device)
+    return partial.numpy()

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Energies and forces of yarns as they lie, for checks and for other programs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, find_candidates, make_candidates
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.model.constants import Model, put_model
+from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.state import State, make_state
+
+SMALLEST_MARGIN = 1e-4
+"""Margin of the candidate lists, in mean radii; any would do."""
+
+
+@alone()
+def yarn_energies(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    *,
+    precision: str = "float64",
+    quadrature_points: int = 11,
+    contact_samples: int = 11,
+    device: str | None = None,
+) -> dict[str, float]:
+    """Energies of yarns as they lie [erg].
+
+    Args:
+        yarns: the yarns, on a lattice or not (energies are then those of one cell).
+        material: stiffnesses, taken as they are (``YarnMaterial.scaled`` adapts them to another radius).
+        precision: "float32" or "float64".
+        quadrature_points: Gauss points a segment for stretch, length and bending; three reach what eleven
+            equidistant samples do.
+        contact_samples: contact samples a segment; a good number puts them closer than half a radius.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+
+    Returns:
+        Energies under "stretch", "length", "bend" and "contact".
+
+    Raises:
+        ParameterError: an unknown device or precision, or a count below 1.
+    """
+    model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    return evaluation.energies(model, state, candidates, ())
+
+
+@alone()
+def yarn_forces(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    *,
+    precision: str = "float64",
+    quadrature_points: int = 11,
+    contact_samples: int = 11,
+    device: str | None = None,
+) -> NDArray[np.float64]:
+    """Minus the gradient of the sum of ``yarn_energies`` by the control points [dyn], shape (N, 3).
+
+    Arguments and errors are those of ``yarn_energies``.
+    """
+    model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    unheld = model.empty(model.point_count)
+    evaluation.all_forces(model, state, candidates, (), unheld, model.launch)
+    return state.point_force.numpy().astype(np.float64) / model.unit
+
+
+def put_evaluation(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    precision: str,
+    quadrature_points: int,
+    contact_samples: int,
+    device: str | None,
+) -> tuple[Model, State, Candidates]:
+    """Everything that an evaluation needs, samples placed and candidates listed."""
+    model = put_model(
+        yarns,
+        material,
+        quadrature_points=quadrature_points,
+        contact_samples=contact_samples,
+        scalar=scalar_named(precision),
+        device=device_named(device),
+    )
+    state = make_state(model)
+    candidates = make_candidates(model, margin=SMALLEST_MARGIN)
+    place_contact_samples(model, state, model.launch)
+    find_candidates(model, state.samples, candidates)
+    return model, state, candidates

@@ -1,0 +1,397 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The constants of a relaxation, on the device: who belongs to whom, rest lengths, quadrature, stiffnesses.
+
+On the device lengths are in units of the mean yarn radius and relative to the middle of the yarns, so that single
+precision keeps its digits whatever the units of the scene and wherever it lies. Energies stay in erg; a force is in
+erg per unit. By the similarity of L section 6.2 the material is scaled to match.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.precision import vector
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarn import YarnSet, basis
+from stitchmesh.yarnrelax.model.contact_samples import sample_counts
+from stitchmesh.yarnrelax.model.image_table import put_images
+from stitchmesh.yarnrelax.model.lattice_images import Images32, Images64, NoImages
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.self_contact import UNENDING, neighbour_reach
+from stitchmesh.yarnrelax.model.spline import gauss_rule, leg_weights, sample_places
+
+BLOCK = 64
+"""Threads of a block on a GPU; small blocks spread a swatch over all of it, and large scenes lose nothing."""
+
+
+CONTACT = 3
+"""Column of contact in ``Model.stiffness``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One of the fabrics that are relaxed together: a cell on its lattice, or the only one."""
+
+    yarns: YarnSet
+    """Its yarns as they were given [cm]."""
+    material: YarnMaterial
+    """Stiffnesses, for lengths in its units."""
+
+    @cached_property
+    def origin(self) -> NDArray[np.float64]:
+        """Middle of the yarns [cm], the origin of positions on the device, shape (3,)."""
+        return (self.yarns.points.min(axis=0) + self.yarns.points.max(axis=0)) / 2
+
+    @cached_property
+    def unit(self) -> float:
+        """Length unit on the device [cm]: the mean yarn radius."""
+        return float(self.yarns.radius.mean())
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Constants on the device, and the host values that launches need."""
+
+    yarns: YarnSet
+    """All yarns as they were given [cm], member by member; without lattices if there are several."""
+    members: tuple[Member, ...]
+    """The fabrics that are relaxed together."""
+    device: wp.Device
+    """Where the kernels run."""
+    scalar: Any
+    """Warp's floating-point type."""
+    sample_start: NDArray[np.int64]
+    """Where each segment's contact samples start, shape (S + 1,)."""
+    quadrature_points: int
+    """Gauss points a segment."""
+    constants: Any
+    """The struct that kernels receive."""
+
+    @property
+    def material(self) -> YarnMaterial:
+        """Stiffnesses of the first member, for lengths in units."""
+        return self.members[0].material
+
+    @property
+    def unit(self) -> float:
+        """Length unit of the first member [cm]."""
+        return self.members[0].unit
+
+    @property
+    def on_lattice(self) -> bool:
+        """Whether all members are cells."""
+        return self.members[0].yarns.lattice is not None
+
+    @property
+    def cell_count(self) -> int:
+        """Number of members."""
+        return len(self.members)
+
+    @property
+    def point_count(self) -> int:
+        """Number of control points."""
+        return len(self.yarns.points)
+
+    @property
+    def segment_count(self) -> int:
+        """Number of segments."""
+        return len(self.yarns.rest_length)
+
+    @property
+    def sample_count(self) -> int:
+        """Number of contact samples."""
+        return int(self.sample_start[-1])
+
+    @cached_property
+    def point_start(self) -> NDArray[np.int64]:
+        """Where each member's control points start, shape (C + 1,)."""
+        return _starts(len(member.yarns.points) for member in self.members)
+
+    @cached_property
+    def segment_start(self) -> NDArray[np.int64]:
+        """Where each member's segments start, shape (C + 1,)."""
+        return _starts(len(member.yarns.rest_length) for member in self.members)
+
+    @cached_property
+    def yarn_start(self) -> NDArray[np.int64]:
+        """Where each member's yarns start, shape (C + 1,)."""
+        return _starts(member.yarns.yarn_count for member in self.members)
+
+    @cached_property
+    def cell_points(self) -> wp.array[Any]:
+        """``point_start`` on the device."""
+        return self.integers(self.point_start)
+
+    @cached_property
+    def cell_segments(self) -> wp.array[Any]:
+        """``segment_start`` on the device."""
+        return self.integers(self.segment_start)
+
+    @cached_property
+    def cell_samples(self) -> wp.array[Any]:
+        """Where each member's contact samples start, on the device."""
+        return self.integers(self.sample_start[self.segment_start])
+
+    @cached_property
+    def largest_cell(self) -> int:
+        """Contact samples of the member that has the most."""
+        return int(np.diff(self.sample_start[self.segment_start]).max())
+
+    @cached_property
+    def stiffness(self) -> NDArray[np.float64]:
+        """k_len, k_length, k_bend and k_contact of each member, shape (C, 4)."""
+        materials = [member.material for member in self.members]
+        return np.array([[m.k_len, m.k_length, m.k_bend, m.k_contact] for m in materials])
+
+    @cached_property
+    def segment_stiffness(self) -> NDArray[np.float64]:
+        """k_len, k_length and k_bend of each segment, shape (S, 3)."""
+        return np.repeat(self.stiffness[:, :CONTACT], np.diff(self.segment_start), axis=0)
+
+    @cached_property
+    def size(self) -> float:
+        """Largest coordinate of the yarns as given in units, at least one."""
+        return max(float(np.abs(self.to_device(self.yarns.points)).max()), 1.0)
+
+    @cached_property
+    def radius(self) -> NDArray[np.float64]:
+        """Radius of each yarn in units, shape (Y,)."""
+        return np.concatenate([member.yarns.radius / member.unit for member in self.members])
+
+    @cached_property
+    def rest_length(self) -> NDArray[np.float64]:
+        """Rest length of each segment in units, shape (S,)."""
+        return np.concatenate([member.yarns.rest_length / member.unit for member in self.members])
+
+    @cached_property
+    def natural_ends(self) -> NDArray[np.float64]:
+        """Natural curvature at both ends of each segment in 1 / units, shape (S, 2), or (0, 2) if all are straight."""
+        ends = np.concatenate([member.yarns.natural_ends * member.unit for member in self.members])
+        return ends if ends.any() else ends[:0]
+
+    @cached_property
+    def lattice_step(self) -> NDArray[np.int64]:
+        """Image from each yarn's last control point to its first, shape (Y, 2)."""
+        steps = [member.yarns.lattice_step for member in self.members]
+        counts = np.diff(self.yarn_start)
+        return np.concatenate([np.zeros((n, 2), dtype=np.int64) if step is None else step
+                               for step, n in zip(steps, counts, strict=True)])  # fmt: skip
+
+    @cached_property
+    def wrapped(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Corners that lie in another image: their segments and slots, shape (E,), and their images, shape (E, 2)."""
+        points = self.yarns.segment_points
+        rows = np.flatnonzero(points[:, 3] < points[:, 0])
+        wraps = np.cumsum(np.diff(points[rows], axis=1) < 0, axis=1)
+        image = wraps[:, :, None] * self.lattice_step[self.yarns.segment_yarn[rows]][:, None, :]
+        row, leg = np.nonzero(image.any(axis=2))
+        return rows[row], leg + 1, image[row, leg]
+
+    @cached_property
+    def units(self) -> NDArray[np.float64]:
+        """Unit of length of each member [cm], shape (C,)."""
+        return np.array([member.unit for member in self.members])
+
+    def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions [cm] of control points in units from the origin of their member, or of any in the first's."""
+        origin, unit = self._frames if self.cell_count > 1 else (self.members[0].origin, self.unit)
+        return (points - origin) / unit
+
+    def from_device(self, points: wp.array[Any]) -> NDArray[np.float64]:
+        """Positions [cm] of the control points on the device, shape (N, 3)."""
+        origin, unit = self._frames if self.cell_count > 1 else (self.members[0].origin, self.unit)
+        return points.numpy()[: self.point_count].astype(np.float64) * unit + origin
+
+    @cached_property
+    def _frames(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Origin and unit of each control point."""
+        counts = np.diff(self.point_start)
+        origin = np.repeat([member.origin for member in self.members], counts, axis=0)
+        return origin, np.repeat([member.unit for member in self.members], counts)[:, None]
+
+    def upload(self, values: NDArray[Any], size: int = 1) -> wp.array[Any]:
+        """An array of scalars, or of vectors of ``size``, on the device."""
+        return wp.array(values, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
+
+    def integers(self, values: NDArray[Any]) -> wp.array[Any]:
+        """An array of 32-bit integers on the device."""
+        return wp.array(values.astype(np.int32), dtype=wp.int32, device=self.device)
+
+    def empty(self, count: int | tuple[int, int], size: int = 1) -> wp.array[Any]:
+        """Zeros: scalars, or vectors of ``size``."""
+        return wp.zeros(count, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
+
+    def launch(
+        self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
+    ) -> None:
+        """Run a kernel once: ``count`` threads, or ``count`` blocks that share tiles of ``tile`` elements."""
+        if tile:
+            wp.launch_tiled(kernel, dim=count, inputs=inputs, outputs=outputs, device=self.device, block_dim=tile)
+        else:
+            wp.launch(kernel, count, inputs, outputs, device=self.device, block_dim=BLOCK)
+
+    def record(
+        self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
+    ) -> wp.Launch:
+        """Prepare a launch that will be repeated; arguments as for ``launch``."""
+        if tile:
+            return wp.launch_tiled(
+                kernel, dim=count, inputs=inputs, outputs=outputs, device=self.device, block_dim=tile, record_cmd=True
+            )
+        return wp.launch(kernel, count, inputs, outputs, device=self.device, block_dim=BLOCK, record_cmd=True)
+
+    def number(self, value: float) -> Any:
+        """A scalar for a kernel argument."""
+        return self.scalar(value)
+
+    def numbers(self, *values: float) -> Any:
+        """A vector of scalars for a kernel argument."""
+        return vector(len(values), self.scalar)(*(float(value) for value in values))
+
+
+@functools.cache
+def _constants_type(scalar: Any, images: Any) -> Any:
+    """The struct of constants in one precision, with or without images; lengths in units."""
+    scalars = wp.array(dtype=scalar)
+    integers = wp.array(dtype=wp.int32)
+    indices = wp.array(dtype=wp.vec4i)
+    annotations = {
+        "images": images,
+        "segment_points": indices,
+        "segment_rest_length": scalars,
+        "segment_yarn": integers,
+        "segment_stiffness": wp.array(dtype=vector(3, scalar)),
+        "segment_natural": wp.array(dtype=vector(2, scalar)),
+        "segment_skip": integers,
+        "segment_cycle": integers,
+        "yarn_step": wp.array(dtype=wp.vec2i),
+        "yarn_segments": integers,
+        "sample_start": integers,
+        "sample_segment": integers,
+        "sample_weight": scalars,
+        "sample_stiffness": scalars,
+        "yarn_radius": scalars,
+        "point_segments": indices,
+        "rule": wp.array(dtype=vector(6, scalar)),
+        "sample_basis": wp.array(dtype=vector(4, scalar)),
+        "sample_legs": wp.array(dtype=vector(3, scalar)),
+        "quadrature_points": wp.int32,
+    }
+    name = f"YarnConstants_{scalar.__name__}_{images.__name__ if hasattr(images, '__name__') else images.key}"
+    return wp.struct(type(name, (), {"__annotations__": annotations}))
+
+
+def put_model(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    *,
+    quadrature_points: int,
+    contact_samples: int,
+    scalar: Any,
+    device: wp.Device,
+) -> Model:
+    """Send everything that stays constant to the device.
+
+    Args:
+        yarns: the yarns, on a lattice or not.
+        material: stiffnesses, CGS.
+        quadrature_points: Gauss points a segment.
+        contact_samples: contact samples a segment; a long segment gets as many as leave no gap (``sampling``).
+        scalar: Warp's floating-point type.
+        device: where the kernels run.
+
+    Raises:
+        ParameterError: fewer than one quadrature point or contact sample.
+    """
+    counts = {"quadrature_points": quadrature_points, "contact_samples": contact_samples}
+    return put_cells([(yarns, material)], **counts, scalar=scalar, device=device)
+
+
+def put_cells(
+    given: Sequence[tuple[YarnSet, YarnMaterial]],
+    *,
+    quadrature_points: int,
+    contact_samples: int,
+    scalar: Any,
+    device: wp.Device,
+) -> Model:
+    """Likewise for several cells that know nothing of one another; arguments and errors as for ``put_model``."""
+    for name, count in (("quadrature_points", quadrature_points), ("contact_samples", contact_samples)):
+        if count < 1:
+            raise ParameterError(f"{name}: got {count}; expected at least 1")
+    members = tuple(Member(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
+    counts = np.concatenate([sample_counts(member.yarns, contact_samples) for member in members])
+    kind = NoImages if members[0].yarns.lattice is None else Images32 if scalar is wp.float32 else Images64
+    model = Model(
+        members[0].yarns if len(members) == 1 else together([member.yarns for member in members]),
+        members,
+        device,
+        scalar,
+        np.concatenate([[0], np.cumsum(counts)]),
+        quadrature_points,
+        _constants_type(scalar, kind)(),
+    )
+    model.constants.images = put_images(model, kind)
+    _put_segments(model)
+    _put_samples(model, counts)
+    _put_points(model)
+    model.constants.rule = model.upload(gauss_rule(quadrature_points), 6)
+    model.constants.quadrature_points = quadrature_points
+    return model
+
+
+def together(sets: Sequence[YarnSet]) -> YarnSet:
+    """Yarns of several sets one after the other, their lattices left out."""
+    names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature")
+    joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
+    return YarnSet(**joined, start=_starts(np.concatenate([np.diff(yarns.start) for yarns in sets]).tolist()))
+
+
+def _starts(counts: Iterable[int]) -> NDArray[np.int64]:
+    return np.concatenate([[0], np.cumsum(list(counts))]).astype(np.int64)
+
+
+def _put_segments(model: Model) -> None:
+    yarns, constants = model.yarns, model.constants
+    counts = np.diff(yarns.segment_start)
+    returns = yarns.closed & ~model.lattice_step.any(axis=1)
+    constants.yarn_step = wp.array(model.lattice_step.astype(np.int32), dtype=wp.vec2i, device=model.device)
+    constants.yarn_segments = model.integers(counts)
+    constants.segment_points = wp.array(yarns.segment_points.astype(np.int32), dtype=wp.vec4i, device=model.device)
+    constants.segment_rest_length = model.upload(model.rest_length)
+    constants.segment_stiffness = model.upload(model.segment_stiffness, 3)
+    constants.segment_natural = model.upload(model.natural_ends, 2)
+    constants.segment_yarn = model.integers(yarns.segment_yarn)
+    constants.segment_skip = model.integers(neighbour_reach(yarns))
+    constants.segment_cycle = model.integers(np.where(returns, counts, UNENDING)[yarns.segment_yarn])
+
+
+def _put_samples(model: Model, counts: NDArray[np.int64]) -> None:
+    constants = model.constants
+    place = sample_places(int(counts.max()))
+    constants.sample_start = model.integers(model.sample_start)
+    constants.sample_segment = model.integers(np.repeat(np.arange(model.segment_count), counts))
+    weight = np.repeat(model.rest_length / counts, counts)
+    k_contact = np.repeat(np.repeat(model.stiffness[:, CONTACT], np.diff(model.segment_start)), counts)
+    constants.sample_weight, constants.sample_stiffness = model.upload(weight), model.upload(k_contact * weight)
+    constants.sample_basis = model.upload(basis(place), 4)
+    constants.sample_legs = model.upload(leg_weights(place), 3)
+    constants.yarn_radius = model.upload(model.radius)
+
+
+def _put_points(model: Model) -> None:
+    yarns = model.yarns
+    slots = np.full((len(yarns.points), 4), -1, dtype=np.int32)
+    segments = np.arange(model.segment_count)
+    for slot in range(4):
+        slots[yarns.segment_points[:, slot], slot] = segments
+    model.constants.point_segments = wp.array(slots, dtype=wp.vec4i, device=model.device)

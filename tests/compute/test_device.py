@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Functions that launch kernels take turns, whichever thread calls them."""
+
+from __future__ import annotations
+
+import inspect
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute import device
+from stitchmesh.compute.device import alone
+from stitchmesh.errors import MeshError
+from stitchmesh.meshrelax import relax_mesh
+from stitchmesh.patterns import read_pattern
+from stitchmesh.periodic.torus import torus_mesh
+from stitchmesh.periodic.weave_library import read_weave
+from stitchmesh.periodic.weave_yarns import weave_yarns
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
+from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking
+from stitchmesh.yarnrelax.relax import refuse_pull_through, settled_yarns
+from stitchmesh.yarnrelax.relax_cells import relax_cells
+
+SAFETY = 120.0  # seconds until a test that hangs ends; no test waits so long
+RADIUS = 0.125
+MATERIAL = YarnMaterial.named("kaldor-simulation")
+CPU: dict[str, Any] = {"device": "cpu"}
+
+
+def woven(name: str) -> YarnSet:
+    return weave_yarns(read_weave(name), yarn_radius=RADIUS, quality="draft")
+
+
+def refused_mesh() -> None:
+    """A mesh that is refused once it has its turn."""
+    fabric = torus_mesh(read_pattern("stockinette"), stitch_width=1.0, stitch_height=0.8)
+    with suppress(MeshError):
+        relax_mesh(fabric, surface=fabric)
+
+
+PLAIN = woven("plain")
+CALLS: dict[str, Callable[[], Any]] = {
+    "relax_yarns": partial(relax_yarns, PLAIN, quality="draft", **CPU),
+    "settled_yarns": partial(settled_yarns, PLAIN, material=MATERIAL, quality=PRESETS["draft"], iterations=20, **CPU),
+    "refuse_pull_through": partial(refuse_pull_through, PLAIN, PLAIN, **CPU),
+    "relax_cells": partial(relax_cells, [PLAIN], quality="draft", **CPU),
+    "cell_stress": partial(cell_stress, PLAIN, MATERIAL, **CPU),
+    "yarn_energies": partial(yarn_energies, PLAIN, MATERIAL, **CPU),
+    "yarn_forces": partial(yarn_forces, PLAIN, MATERIAL, **CPU),
+    "doubled_linking": partial(doubled_linking, PLAIN, **CPU),
+    "linking_certificate": partial(linking_certificate, PLAIN, **CPU),
+    "relax_mesh": refused_mesh,
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_what_launches_kernels_waits_for_its_turn(name: str) -> None:
+    thread = threading.Thread(target=CALLS[name])
+    with alone():
+        thread.start()
+        while thread.is_alive() and len(device._queue) < 2:
+            pass
+        assert thread.is_alive()
+    thread.join(SAFETY)
+    assert not thread.is_alive() and not device._queue
+
+
+def test_it_may_be_called_during_a_turn() -> None:
+    with alone():
+        assert cell_stress(PLAIN, MATERIAL, **CPU) == cell_stress(PLAIN, MATERIAL, **CPU)
+    assert not device._queue
+
+
+def test_a_call_that_fails_ends_its_turn() -> None:
+    with pytest.raises(TypeError):
+        doubled_linking()  # type: ignore[call-arg]
+    assert not device._queue
+
+
+def test_functions_that_take_turns_keep_their_names_and_arguments() -> None:
+    assert relax_yarns.__name__ == "relax_yarns" and "Relax yarns to a state of rest" in str(relax_yarns.__doc__)
+    assert list(inspect.signature(doubled_linking).parameters) == ["yarns", "device"]
+
+
+def test_relaxations_side_by_side_end_in_the_bits_that_each_ends_in_by_itself() -> None:
+    cells = [woven(name) for name in ("plain", "twill-2x1", "basket-2x2")]
+    found: list[YarnSet | None] = [None] * len(cells)
+
+    def relax(number: int) -> None:
+        cell = RelaxCell(shear=False)
+        found[number] = relax_yarns(cells[number], quality="draft", cell=cell, **CPU).yarns
+
+    threads = [threading.Thread(target=relax, args=[number]) for number in range(len(cells))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(SAFETY)
+    together = [yarns.points for yarns in found if yarns is not None]
+    for number in range(len(cells)):
+        relax(number)
+    singly = [yarns.points for yarns in found if yarns is not None]
+    assert len(together) == len(singly) == len(cells)
+    assert all(np.array_equal(*pair) for pair in zip(together, singly, strict=True))
