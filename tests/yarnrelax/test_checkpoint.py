@@ -82,7 +82,7 @@ def kill_ten_times() -> dict[str, int | bool]:
 
 
 def test_ten_kills_at_random_moments_change_no_bit():
-    code = "import json, test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
+    code = "import json, tests.yarnrelax.test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
     path = str(ROOT)
     # no GPU in there: a process that uses one cannot be doubled
     environment = {**os.environ, "PYTHONPATH": path, "CUDA_VISIBLE_DEVICES": ""}
