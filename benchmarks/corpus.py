@@ -33,7 +33,7 @@ from stitchmesh.periodic.weave_library import weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.relax_cells import relax_cells
-from stitchmesh.yarnrelax.relaxation_loop import CHECK
+from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "gallery"
 LEAF: dict[str, tuple[float, float, int]] = {
@@ -114,7 +114,7 @@ def together(
           f"slowest, {sum(len(yarns.points) for yarns in cells)} control points, {told['device']}")  # fmt: skip
     tenths = [cell.report["tenth_iterations"] for cell in batch.cells]
     longest = max(tenth or cell.report["iterations"] for tenth, cell in zip(tenths, batch.cells, strict=True))
-    rough = replace(quality, max_iterations=-(-longest // CHECK) * CHECK)
+    rough = replace(quality, max_iterations=-(-longest // ASSESSMENT_INTERVAL) * ASSESSMENT_INTERVAL)
     seconds = relax_cells(cells, materials=materials, quality=rough, device=device).report["seconds"]
     print(f"to a tenth of the first gradient (L's eq 5, first line): {seconds:.2f} s, {longest} iterations of the "
           "slowest")  # fmt: skip
@@ -125,13 +125,13 @@ def together(
 def stepped(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.ndarray:
     """Norms of the gradient in so many time steps."""
     moving = replace(quality_named(quality), solver="dynamics")
-    solver = NotingIteration.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
-    solver.norms = GradientNorms(solver.model, 2 * CHECK)
-    solver._record()
+    simulation = NotingIteration.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
+    simulation.norms = GradientNorms(simulation.model, 2 * ASSESSMENT_INTERVAL)
+    simulation._record()
     norms = []
-    for _ in range(0, steps, CHECK):
-        solver.run(CHECK)
-        norms.append(solver.norms.new())
+    for _ in range(0, steps, ASSESSMENT_INTERVAL):
+        simulation.run(ASSESSMENT_INTERVAL)
+        norms.append(simulation.norms.new())
     return np.concatenate(norms)
 
 

@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 
@@ -35,14 +35,14 @@ HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarray:
     """Force of one optional term after a small shake, double precision, in the solver's units."""
     material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
-    scene = Iteration.start(yarns, material, quality_named("reference"), device_named(device), [choice])
+    scene = YarnSimulation.start(yarns, material, quality_named("reference"), device_named(device), [choice])
     shake = np.random.default_rng(5).normal(scale=0.01, size=yarns.points.shape)
     scene.state.points.assign(scene.state.points.numpy() + shake)
     place_contact_samples(scene.model, scene.state, scene.model.launch)
     found = np.zeros_like(shake)
     for name in evaluation.each_term(scene.model, scene.state, scene.candidates, scene.terms, scene.point_stiffness):
         if name == scene.terms[0].name:
-            found = scene.state.point_force.numpy().copy()
+            found = scene.state.force.numpy().copy()
     return found
 
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import strand_sums, strands_for
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.time_step import FEW_STRANDS
@@ -55,13 +55,13 @@ def first_converged(norms: NDArray[np.float64], in_a_row: int = 1) -> int | None
 @kernel
 def square_gradient(
     # state in
-    point_force: wp.array[Any],
+    force: wp.array[Any],
     # state out
     square: wp.array[Any],
 ) -> None:
     """Squared gradient by each control point [erg^2 / unit^2]."""
     i = wp.tid()
-    square[i] = wp.dot(point_force[i], point_force[i])
+    square[i] = wp.dot(force[i], force[i])
 
 
 @kernel
@@ -92,13 +92,13 @@ class GradientNorms:
         self.count = wp.zeros(1, dtype=wp.int32, device=model.device)
         self.ring = wp.zeros(room, dtype=wp.float64, device=model.device)
 
-    def launches(self, state: State, run: Run) -> list[Any]:
-        """Note the norm of ``state.point_force``, filtered by the constraints, once an iteration."""
+    def launches(self, state: State, launcher: Launcher) -> list[Any]:
+        """Note the norm of ``state.force``, filtered by the constraints, once an iteration."""
         return [
-            run(square_gradient, len(self.square), [state.point_force], [self.square]),
-            run(strand_sums, len(self.many), [self.square], [self.many]),
-            run(strand_sums, len(self.few), [self.many], [self.few]),
-            run(note_norm, 1, [self.few], [self.count, self.ring]),
+            launcher(square_gradient, len(self.square), [state.force], [self.square]),
+            launcher(strand_sums, len(self.many), [self.square], [self.many]),
+            launcher(strand_sums, len(self.few), [self.many], [self.few]),
+            launcher(note_norm, 1, [self.few], [self.count, self.ring]),
         ]
 
     def new(self) -> NDArray[np.float64]:

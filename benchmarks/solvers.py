@@ -20,7 +20,7 @@ import numpy as np
 from leaf_convergence import GradientNorms, first_converged
 
 import stitchmesh as sm
-from stitchmesh.compute.captured import Recording
+from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import device_named
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import Quality, quality_named
@@ -30,8 +30,8 @@ from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.relax import Relaxation, relax_yarns
-from stitchmesh.yarnrelax.relaxation_loop import CHECK
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 YARN_SUFFIXES = (".bcc", ".h5")
 
@@ -60,7 +60,7 @@ def show(name: str, quality: Quality, result: Relaxation, certificate: float, le
         print(f"{'':<28}energy {level:.6g}: {found}")
 
 
-class NotingIteration(Iteration):
+class NotingIteration(YarnSimulation):
     """Iterations that note the norm of each gradient."""
 
     norms: GradientNorms | None = None
@@ -68,8 +68,8 @@ class NotingIteration(Iteration):
     def _record(self) -> None:
         super()._record()
         if self.norms is not None:
-            noting = self.norms.launches(self.state, self.model.record)
-            self.recording = Recording([*self.launches, *noting], self.model.device, times=self.burst)
+            noting = self.norms.launches(self.state, self.model.prepare)
+            self.recording = CapturedLaunches([*self.launches, *noting], self.model.device, times=self.burst)
 
 
 def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality, device: str | None) -> int | None:
@@ -77,13 +77,13 @@ def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality,
     material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     terms = [] if fabric is None else [KeepShape(fabric)]
     constraints = [] if fabric is None else [KeepBorders(fabric)]
-    solver = NotingIteration.start(yarns, material, quality, device_named(device), terms, constraints)
-    solver.norms = GradientNorms(solver.model, 2 * CHECK)
-    solver._record()
+    simulation = NotingIteration.start(yarns, material, quality, device_named(device), terms, constraints)
+    simulation.norms = GradientNorms(simulation.model, 2 * ASSESSMENT_INTERVAL)
+    simulation._record()
     seen = np.zeros(0)
-    for _ in range(0, quality.max_iterations, CHECK):
-        solver.run(CHECK)
-        seen = np.concatenate([seen, solver.norms.new()])
+    for _ in range(0, quality.max_iterations, ASSESSMENT_INTERVAL):
+        simulation.run(ASSESSMENT_INTERVAL)
+        seen = np.concatenate([seen, simulation.norms.new()])
         found = first_converged(seen)
         if found is not None:
             return found

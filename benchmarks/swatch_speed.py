@@ -33,8 +33,8 @@ from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.relax_cells import relax_cells
-from stitchmesh.yarnrelax.relaxation_loop import CHECK
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 QUALITY = PRESETS["standard"]
 MATERIAL = YarnMaterial.named("leaf")
@@ -109,51 +109,51 @@ def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
     return math.exp(float(np.mean([math.log(first / second) for first, second in pairs])))
 
 
-def advance(solver: Iteration, rounds: int) -> None:
+def advance(simulation: YarnSimulation, rounds: int) -> None:
     """Iterations and assessments as in a relaxation."""
     for _ in range(rounds):
-        solver.run(CHECK)
-        solver.assess()
-        solver.keep()
-    wp.synchronize_device(solver.model.device)
+        simulation.run(ASSESSMENT_INTERVAL)
+        simulation.assess()
+        simulation.keep()
+    wp.synchronize_device(simulation.model.device)
 
 
-def stand_still(solver: Iteration) -> None:
+def stand_still(simulation: YarnSimulation) -> None:
     """Let iterations repeat for as long as it takes, none of which moves anything."""
-    solver.step_fraction = 0.0
-    solver._record()
-    solver.state.budget.fill_(ENDLESS)
-    solver.method.begin(np.full(solver.model.cell_count, ENDLESS))
+    simulation.step_fraction = 0.0
+    simulation._record()
+    simulation.state.budget.fill_(ENDLESS)
+    simulation.solver.begin(np.full(simulation.model.cell_count, ENDLESS))
 
 
-def launch_seconds(solver: Iteration) -> float:
+def launch_seconds(simulation: YarnSimulation) -> float:
     """Seconds of the launches of one iteration, the shortest measurement of some."""
-    assert solver.recording is not None
+    assert simulation.recording is not None
     count, taken = 1, list[float]()
     while len(taken) < REPEATS:
-        wp.synchronize_device(solver.model.device)
+        wp.synchronize_device(simulation.model.device)
         began = time.perf_counter()
         for _ in range(count):
-            solver.recording.launch()
-        wp.synchronize_device(solver.model.device)
+            simulation.recording.launch()
+        wp.synchronize_device(simulation.model.device)
         seconds = time.perf_counter() - began
         if seconds < LEAST_SECONDS:
             count *= 2
         else:
-            taken.append(seconds / (count * solver.burst))
+            taken.append(seconds / (count * simulation.burst))
     return min(taken)
 
 
 def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> Timing:
     """Time the iterations of yarns from where they are drawn; the second of two runs."""
     for _ in range(2 if len(yarns.points) <= LOADED else 1):
-        solver = Iteration.start(yarns, MATERIAL, QUALITY, device, cell=cell)
-        advance(solver, WARM)
+        simulation = YarnSimulation.start(yarns, MATERIAL, QUALITY, device, cell=cell)
+        advance(simulation, WARM)
         began = time.perf_counter()
-        advance(solver, ROUNDS)
-        in_run = (time.perf_counter() - began) / (ROUNDS * CHECK)
-    stand_still(solver)
-    return Timing(len(yarns.points), launch_seconds(solver), in_run)
+        advance(simulation, ROUNDS)
+        in_run = (time.perf_counter() - began) / (ROUNDS * ASSESSMENT_INTERVAL)
+    stand_still(simulation)
+    return Timing(len(yarns.points), launch_seconds(simulation), in_run)
 
 
 def iteration(device: wp.Device, given: argparse.Namespace) -> None:
@@ -297,7 +297,7 @@ def frame(device: wp.Device, given: argparse.Namespace) -> None:
         for _ in range(1 + EDITS):  # the first of them loads kernels
             for name, edit in edits.items():
                 taken.setdefault(name, []).append(seconds_of_edit(session, edit))
-    head("change", "as drawn ms", f"after {CHECK} iterations ms", "at rest ms")
+    head("change", "as drawn ms", f"after {ASSESSMENT_INTERVAL} iterations ms", "at rest ms")
     medians = {name: np.median(times[1:], axis=0) for name, times in taken.items()}
     for name, times in medians.items():
         row(name, *(f"{1e3 * seconds:.1f}" for seconds in times))

@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.energies.body import Body
     from stitchmesh.yarnrelax.energies.friction import Friction
     from stitchmesh.yarnrelax.energies.gravity import Gravity
-    from stitchmesh.yarnrelax.energies.point_load import Pull
+    from stitchmesh.yarnrelax.energies.point_load import PointLoad
     from stitchmesh.yarnrelax.energies.twist import Twist
 
 __version__ = "0.1.0"
@@ -126,7 +126,7 @@ _HOME = {
     "Friction": "yarnrelax.energies.friction",
     "Gravity": "yarnrelax.energies.gravity",
     "Pins": "yarnrelax.constraints.pins",
-    "Pull": "yarnrelax.energies.point_load",
+    "PointLoad": "yarnrelax.energies.point_load",
     "Twist": "yarnrelax.energies.twist",
 }
 """Module of each public name."""
@@ -143,7 +143,7 @@ __all__ = [
     "Mesh",
     "Pattern",
     "Pins",
-    "Pull",
+    "PointLoad",
     "Quality",
     "RelaxCell",
     "RestLengths",

@@ -1,59 +1,62 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Launches that are prepared once and repeated: one graph on a GPU, one after the other on a CPU."""
+"""Launches that are prepared once and repeated: one graph on a GPU, one launch after the other on a CPU."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import warp as wp
 
+Launcher = Callable[..., Any]
+"""``Model.launch``, which runs a kernel at once, or ``Model.prepare``, which returns a launch for later."""
+
 
 @dataclass(frozen=True, eq=False)
-class Zeroing:
-    """Sets an array to zero when it is launched."""
+class ZeroArray:
+    """A launch that sets an array to zero."""
 
     array: wp.array[Any]
 
     def launch(self) -> None:
-        """Do it."""
+        """Set the array to zero."""
         self.array.zero_()
 
 
 @dataclass(frozen=True, eq=False)
-class Copying:
-    """Copies an array to another when it is launched."""
+class CopyArray:
+    """A launch that copies an array to another."""
 
     source: wp.array[Any]
     target: wp.array[Any]
 
     def launch(self) -> None:
-        """Do it."""
+        """Copy the array."""
         wp.copy(self.target, self.source)
 
 
-class Recording:
-    """Recorded launches, in their order."""
+class CapturedLaunches:
+    """Prepared launches in a fixed order."""
 
     def __init__(self, launches: Sequence[Any], device: wp.Device, *, times: int = 1) -> None:
-        """Make a graph of them on a GPU, in which they come so many times."""
+        """Capture the launches, ``times`` times in a row, as a graph on a GPU."""
         self.launches, self.times = list(launches), times
         self.graph: Any = None
         if device.is_cuda:
             with wp.ScopedCapture(device=device) as capture:
-                self._one_by_one()
+                self._launch_each()
             self.graph = capture.graph
 
     def launch(self) -> None:
-        """Run them all."""
+        """Run all launches."""
         if self.graph is not None:
             wp.capture_launch(self.graph)
         else:
-            self._one_by_one()
+            self._launch_each()
 
-    def _one_by_one(self) -> None:
+    def _launch_each(self) -> None:
         for _ in range(self.times):
             for launch in self.launches:
                 launch.launch()

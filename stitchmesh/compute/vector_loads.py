@@ -33,24 +33,24 @@ _WRITE_FLOATS = """
 
 
 @wp.func_native(_READ_FLOATS)
-def read_whole(values: wp.array(dtype=wp.vec4f), i: int) -> wp.vec4f:
+def load_vector(values: wp.array(dtype=wp.vec4f), i: int) -> wp.vec4f:
     """Element ``i``."""
     ...
 
 
 @wp.func
-def read_whole(values: wp.array(dtype=wp.vec4d), i: int) -> wp.vec4d:
+def load_vector(values: wp.array(dtype=wp.vec4d), i: int) -> wp.vec4d:
     """Element ``i``."""
     return values[i]
 
 
 @wp.func_native(_WRITE_FLOATS)
-def write_whole(values: wp.array(dtype=wp.vec4f), i: int, value: wp.vec4f):
+def store_vector(values: wp.array(dtype=wp.vec4f), i: int, value: wp.vec4f):
     """Set element ``i``."""
     ...
 
 
 @wp.func
-def write_whole(values: wp.array(dtype=wp.vec4d), i: int, value: wp.vec4d):
+def store_vector(values: wp.array(dtype=wp.vec4d), i: int, value: wp.vec4d):
     """Set element ``i``."""
     values[i] = value

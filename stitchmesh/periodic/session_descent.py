@@ -9,8 +9,8 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.relaxation_loop import CHECK, Descent
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL, RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 
 class SwatchDescent:
@@ -25,8 +25,8 @@ class SwatchDescent:
             SolverError: their energy is not finite.
         """
         self.quality = quality
-        self.solver = Iteration.start(yarns, material, quality, device_named(device), cell=cell)
-        self.descent = Descent.start(self.solver, quality.tolerance)
+        self.simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
+        self.descent = RelaxationLoop.start(self.simulation, quality.tolerance)
         self.iterations = 0
 
     def advance(self) -> None:
@@ -36,7 +36,7 @@ class SwatchDescent:
             SolverError: the relaxation cannot go on.
         """
         self.descent.advance()
-        self.iterations += CHECK
+        self.iterations += ASSESSMENT_INTERVAL
 
     @property
     def last(self) -> Assessment:
@@ -56,4 +56,4 @@ class SwatchDescent:
     @property
     def yarns(self) -> YarnSet:
         """The yarns in the last good state."""
-        return self.solver.good_yarns()
+        return self.simulation.good_yarns()

@@ -34,7 +34,7 @@ from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.pairs import from_entry
 from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.energies.contact import contact_push
+from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.evaluate import put_evaluation
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -79,7 +79,7 @@ def segment_shares(
     frame: wp.mat33d,
     # state in
     points: wp.array[wp.vec3d],
-    segment_pull: wp.array2d[wp.vec3d],
+    leg_force: wp.array2d[wp.vec3d],
     # state out
     shares: wp.array2d[wp.float64],
 ) -> None:
@@ -89,9 +89,9 @@ def segment_shares(
     half = wp.float64(0.5)
     centre = (q1 + q2) * half
     first, last = (q0 + q1) * half, (q2 + q3) * half
-    share = with_element(Shares(), frame, first - centre, first, q1 - q0, segment_pull[0, s])
-    share = with_element(share, frame, centre - centre, centre, q2 - q1, segment_pull[1, s])
-    share = with_element(share, frame, last - centre, last, q3 - q2, segment_pull[2, s])
+    share = with_element(Shares(), frame, first - centre, first, q1 - q0, leg_force[0, s])
+    share = with_element(share, frame, centre - centre, centre, q2 - q1, leg_force[1, s])
+    share = with_element(share, frame, last - centre, last, q3 - q2, leg_force[2, s])
     for k in range(5):
         shares[k, s] = share[k]
 
@@ -121,7 +121,7 @@ def contact_shares(
         distance2, reach2 = wp.dot(gap, gap), gap4[3] * gap4[3]
         if distance2 < reach2:
             weight = model.sample_weight[sample_number(model.images, entry)]
-            size, _stiff, _inverse = contact_push(distance2, reach2, weight * stiffness)
+            size, _stiff, _inverse = contact_force_scale(distance2, reach2, weight * stiffness)
             middle = wp.vec3d(here[0], here[1], here[2]) - gap * half
             share = with_element(share, frame, wp.vec3d(), middle, gap, gap * size)
     for k in range(5):
@@ -148,7 +148,7 @@ def cell_stress(
         raise ParameterError("cell stress: the yarns repeat on no lattice")
     model, state, candidates = put_evaluation(yarns, material, "float64", quadrature_points, contact_samples, device)
     unheld = model.empty(model.point_count)
-    evaluation.all_forces(model, state, candidates, (), unheld, model.launch)
+    evaluation.force_launches(model, state, candidates, (), unheld, model.launch)
     along, across, normal = lattice_frame(yarns.lattice.periods)
     middle = np.array([np.concatenate(yarns.sampled(4)).mean(axis=0)])
     shift = model.to_device(middle)[0] @ normal
@@ -156,7 +156,7 @@ def cell_stress(
     of_segments = wp.zeros((SUMS, model.segment_count), dtype=wp.float64, device=model.device)
     of_contacts = wp.zeros((SUMS, model.sample_count), dtype=wp.float64, device=model.device)
     model.launch(
-        segment_shares, model.segment_count, [model.constants, frame, state.points, state.segment_pull], [of_segments]
+        segment_shares, model.segment_count, [model.constants, frame, state.points, state.leg_force], [of_segments]
     )
     inputs = [model.constants, frame, state.samples, candidates.count, candidates.lists]
     model.launch(contact_shares, model.sample_count, inputs, [of_contacts])

@@ -52,7 +52,7 @@ class Checkpoints:
     folder: FilePath
     """Folder of ``checkpoint.smc`` and of the one before it, ``checkpoint.previous.smc``; made where missing."""
     every: int
-    """Iterations between two checkpoints, rounded up to whole assessments (``solver.CHECK``)."""
+    """Iterations between two checkpoints, rounded up to whole assessments (``solver.ASSESSMENT_INTERVAL``)."""
 
     def __post_init__(self) -> None:
         if self.every < 1:
@@ -65,7 +65,7 @@ class Checkpoints:
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class CheckpointState:
     """A relaxation between two iterations: all that decides how it goes on."""
 
     iteration: int
@@ -80,12 +80,12 @@ class Moment:
     """Margin of the candidate lists, in units."""
     age: int
     """Iterations since they were made."""
-    caution: float
+    step_scale: float
     """Scale of steps."""
-    fall: float
+    energy_fall: float
     """Part of itself by which the energy fell in the last burst (``descent``)."""
     arrays: Mapping[str, Any]
-    """``Iteration.arrays`` by name: copies on the device, or as read from a file."""
+    """``YarnSimulation.arrays`` by name: copies on the device, or as read from a file."""
 
 
 def origin(
@@ -114,7 +114,7 @@ def origin(
     return told | {f"array {name}": array.dtype.__name__ for name, array in arrays.items()}
 
 
-def write_moment(path: FilePath, given: Mapping[str, str], moment: Moment) -> None:
+def write_state(path: FilePath, given: Mapping[str, str], moment: CheckpointState) -> None:
     """Write a moment down; the checkpoint before it is kept.
 
     Raises:
@@ -128,13 +128,13 @@ def write_moment(path: FilePath, given: Mapping[str, str], moment: Moment) -> No
         "history": list(moment.history),
         "margin": moment.margin,
         "age": moment.age,
-        "caution": moment.caution,
-        "fall": moment.fall if np.isfinite(moment.fall) else None,
+        "step_scale": moment.step_scale,
+        "energy_fall": moment.energy_fall if np.isfinite(moment.energy_fall) else None,
     }
     write_checkpoint(path, CheckpointFile(header, {name: array.numpy() for name, array in moment.arrays.items()}))
 
 
-def read_moment(path: FilePath, given: Mapping[str, str]) -> Moment:
+def read_state(path: FilePath, given: Mapping[str, str]) -> CheckpointState:
     """The moment that a checkpoint holds.
 
     Raises:
@@ -144,8 +144,9 @@ def read_moment(path: FilePath, given: Mapping[str, str]) -> Moment:
     content = read_checkpoint(path)
     header: dict[str, Any] = dict(content.header)
     _refuse_other(fspath(path), header.pop("given"), given)
-    fall = np.inf if header["fall"] is None else header["fall"]
-    return Moment(**header | {"last": Assessment(**header["last"]), "fall": fall, "arrays": content.arrays})
+    energy_fall = np.inf if header["energy_fall"] is None else header["energy_fall"]
+    last = Assessment(**header["last"])
+    return CheckpointState(**header | {"last": last, "energy_fall": energy_fall, "arrays": content.arrays})
 
 
 def _refuse_other(name: str, written: Mapping[str, str], given: Mapping[str, str]) -> None:

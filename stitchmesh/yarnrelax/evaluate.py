@@ -68,8 +68,8 @@ def yarn_forces(
     """
     model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
     unheld = model.empty(model.point_count)
-    evaluation.all_forces(model, state, candidates, (), unheld, model.launch)
-    return state.point_force.numpy().astype(np.float64) / model.unit
+    evaluation.force_launches(model, state, candidates, (), unheld, model.launch)
+    return state.force.numpy().astype(np.float64) / model.unit
 
 
 def put_evaluation(

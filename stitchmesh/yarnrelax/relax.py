@@ -20,15 +20,15 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.checkpoint import Checkpoints, Moment, origin, read_moment, write_moment
+from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, origin, read_state, write_state
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.convergence import FALL, Assessment
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.relaxation_loop import CHECK, Descent
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL, RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 ON_STATE_SECONDS = 5.0
@@ -109,26 +109,26 @@ def relax_yarns(
     points = None if start is None else _points_of(start, yarns)
     if cell is not None and (terms or constraints):
         raise ParameterError("relax cell: got terms or constraints beside it; leave them out, or keep the periods")
-    solver = Iteration.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
     linking = doubled_linking(yarns, device=device)
     given: dict[str, str] = {}
     if checkpoint is not None or resume is not None:
-        given = origin(yarns, material, quality, solver.model.device, terms, constraints, cell, solver.arrays())
-    run = _Run(solver, quality, progress, on_state, began, checkpoint, given)
+        given = origin(yarns, material, quality, simulation.model.device, terms, constraints, cell, simulation.arrays())
+    run = _Run(simulation, quality, progress, on_state, began, checkpoint, given)
     if resume is not None:
-        run.resume(read_moment(resume, given))
+        run.resume(read_state(resume, given))
     try:
         run.to_rest()
     except (KeyboardInterrupt, SolverError):
         run.hand_over()
         raise
-    relaxed = solver.good_yarns()
+    relaxed = simulation.good_yarns()
     _refuse_pull_through(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
     return Relaxation(relaxed, _report(run, relaxed), run.history)
 
 
 @alone()
-def settled_yarns(
+def relax_partly(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
     cell: RelaxCell | None = None,
 ) -> YarnSet:  # fmt: skip
@@ -137,10 +137,10 @@ def settled_yarns(
     Raises:
         SolverError: the relaxation cannot go on.
     """
-    solver = Iteration.start(yarns, material, quality, device_named(device), cell=cell)
-    run = _Run(solver, replace(quality, max_iterations=iterations), None, None, time.perf_counter(), None, {})
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
+    run = _Run(simulation, replace(quality, max_iterations=iterations), None, None, time.perf_counter(), None, {})
     run.descend()
-    return solver.good_yarns()
+    return simulation.good_yarns()
 
 
 @alone()
@@ -172,11 +172,11 @@ def _report(run: _Run, relaxed: YarnSet) -> dict[str, Any]:
         "energy": run.last.energy,
         "energies": run.last.energies,
         "max_strain": float(np.abs(relaxed.strain).max()),
-        "min_distance_over_radius": run.solver.smallest_distance(),
+        "min_distance_over_radius": run.simulation.smallest_distance(),
         "pull_throughs": 0,
         "certificate": "unchanged",
         "solver": run.quality.solver,
-        "device": str(run.solver.model.device),
+        "device": str(run.simulation.model.device),
     }
 
 
@@ -193,7 +193,7 @@ def _refuse_pull_through(yarns: YarnSet, changed: IntArray) -> None:
 class _Run:
     """A relaxation under way: it tells the caller how far it is, not too often."""
 
-    solver: Iteration
+    simulation: YarnSimulation
     quality: Quality
     progress: Progress | None
     on_state: Callable[[YarnSet], None] | None
@@ -201,30 +201,30 @@ class _Run:
     checkpoint: Checkpoints | None
     given: Mapping[str, str]
     iteration: int = 0
-    descent: Descent | None = None
+    descent: RelaxationLoop | None = None
     """From the first assessment on."""
     history: list[HistoryEntry] = field(default_factory=list)
-    moment: Moment | None = None
+    moment: CheckpointState | None = None
     """The last assessment's, until it is written down."""
     reported: float = 0.0
     saved: float = 0.0
 
-    def resume(self, moment: Moment) -> None:
+    def resume(self, moment: CheckpointState) -> None:
         """Go on from a moment of the same relaxation."""
-        solver, caution = self.solver, np.array([moment.caution])
-        solver.resume(moment.arrays, margin=moment.margin, age=moment.age, caution=caution)
+        simulation, step_scale = self.simulation, np.array([moment.step_scale])
+        simulation.resume(moment.arrays, margin=moment.margin, age=moment.age, step_scale=step_scale)
         self.iteration, self.history = moment.iteration, list(moment.history)
         self.began -= moment.seconds
-        self.descent = Descent(solver, self.quality.tolerance, [moment.last], np.array([moment.fall]))
-        self.descent.moving = solver.method.kinetic_energy()
+        self.descent = RelaxationLoop(simulation, self.quality.tolerance, [moment.last], np.array([moment.energy_fall]))
+        self.descent.moving = simulation.solver.kinetic_energy()
 
     def to_rest(self) -> None:
         """Iterate until the yarns are at rest; the last state is a good one."""
         self.descend()
         # what lags behind, such as the normal forces of friction, follows until that changes nothing any more
-        while self.at_rest and self.solver.renew():
+        while self.at_rest and self.simulation.renew():
             assert self.descent is not None
-            self.descent.last[0] = self.solver.assess()
+            self.descent.last[0] = self.simulation.assess()
             if self.last.residual < self.quality.tolerance:
                 break
             self.descend()
@@ -232,7 +232,7 @@ class _Run:
         if not self.at_rest:
             expected = self.quality.tolerance
             found = f"residual {self.last.residual:.2g} (expected {expected:g})"
-            falling = f"falling by {self.fall:.2g} of itself" if np.isfinite(self.fall) else "not level"
+            falling = f"falling by {self.energy_fall:.2g} of itself" if np.isfinite(self.energy_fall) else "not level"
             slope = f"energy {falling} (expected {FALL * expected:g})"
             where = f"{found}, {slope} after {self.iteration} iterations"
             logger.warning("yarns are not at rest: %s; %s", where, self.last.remedy)
@@ -240,7 +240,7 @@ class _Run:
     def hand_over(self) -> None:
         """Hand out the last good state, and write a checkpoint of the last assessment."""
         if self.on_state is not None:
-            self.on_state(self.solver.good_yarns())
+            self.on_state(self.simulation.good_yarns())
         self.write_down()
 
     @property
@@ -250,10 +250,10 @@ class _Run:
         return self.descent.last[0]
 
     @property
-    def fall(self) -> float:
+    def energy_fall(self) -> float:
         """Part of itself by which the energy fell in the last burst."""
         assert self.descent is not None
-        return float(self.descent.fall[0])
+        return float(self.descent.energy_fall[0])
 
     @property
     def at_rest(self) -> bool:
@@ -267,17 +267,17 @@ class _Run:
             SolverError: the energy is not finite, or the relaxation cannot go on.
         """
         if self.descent is None:
-            self.descent = Descent.start(self.solver, self.quality.tolerance)
+            self.descent = RelaxationLoop.start(self.simulation, self.quality.tolerance)
             self._note()
         while not self.at_rest and self.iteration < self.quality.max_iterations:
             self.descent.advance()
-            self.iteration += CHECK
+            self.iteration += ASSESSMENT_INTERVAL
             self._note()
 
     def write_down(self) -> None:
         """Write a checkpoint of the last assessment, unless that has been done."""
         if self.checkpoint is not None and self.moment is not None:
-            write_moment(self.checkpoint.path, self.given, self.moment)
+            write_state(self.checkpoint.path, self.given, self.moment)
             self.moment = None
 
     def _note(self) -> None:
@@ -295,23 +295,23 @@ class _Run:
             self.progress(entry)
         if self.on_state is not None and now - self.saved > ON_STATE_SECONDS:
             self.saved = now
-            self.on_state(self.solver.good_yarns())
+            self.on_state(self.simulation.good_yarns())
         if self.checkpoint is not None:
             self.moment = self._moment(now)
-            if self.iteration % (-(-self.checkpoint.every // CHECK) * CHECK) == 0:
+            if self.iteration % (-(-self.checkpoint.every // ASSESSMENT_INTERVAL) * ASSESSMENT_INTERVAL) == 0:
                 self.write_down()
 
-    def _moment(self, now: float) -> Moment:
+    def _moment(self, now: float) -> CheckpointState:
         """Copies of all that decides how the relaxation goes on; they stay what they are while it does."""
-        solver = self.solver
-        return Moment(
+        simulation = self.simulation
+        return CheckpointState(
             iteration=self.iteration,
             seconds=now - self.began,
             last=self.last,
             history=tuple(self.history),
-            margin=solver.candidates.margin,
-            age=solver.age,
-            caution=float(solver.caution[0]),
-            fall=self.fall,
-            arrays={name: wp.clone(array) for name, array in solver.arrays().items()},
+            margin=simulation.candidates.margin,
+            age=simulation.age,
+            step_scale=float(simulation.step_scale[0]),
+            energy_fall=self.energy_fall,
+            arrays={name: wp.clone(array) for name, array in simulation.arrays().items()},
         )

@@ -21,10 +21,10 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.relaxation_loop import CHECK, Descent
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL, RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
-from stitchmesh.yarnrelax.solvers.lbfgs import QuasiNewton
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 
 FEW = 0.25
 """Part of all contact samples below which the cells that are not at rest go on by themselves."""
@@ -43,7 +43,7 @@ class RelaxedCell:
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class RelaxedCells:
     """Cells that were relaxed together."""
 
     cells: list[RelaxedCell]
@@ -61,7 +61,7 @@ def relax_cells(
     quality: str | Quality = "standard",
     device: str | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Batch:
+) -> RelaxedCells:
     """Relax many cells in the launches of one.
 
     Args:
@@ -82,30 +82,35 @@ def relax_cells(
     if materials is None:
         named = YarnMaterial.named("stitchmesh")
         materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
-    solver = Iteration.start_cells(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
+    simulation = YarnSimulation.start_cells(
+        list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free
+    )
     found: dict[int, RelaxedCell] = {}
     numbers, launched = np.arange(len(cells)), 0
     while len(numbers):
-        run = _Run(solver, quality, launched)
+        run = _Run(simulation, quality, launched)
         while run.active.any() and run.launched < quality.max_iterations and not run.is_mostly_done:
             run.advance()
             if progress is not None:
                 progress(len(found) + int((~run.active).sum()), run.launched)
         launched = run.launched
         go_on = run.active if launched < quality.max_iterations else np.zeros(len(numbers), dtype=bool)
-        yarns = solver.good_cells()
+        yarns = simulation.good_cells()
         found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~go_on)).items()}
         numbers = numbers[go_on]
         if len(numbers):
             rest = [(yarns[k], materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(go_on).tolist())]
             own = None if free is None else [free[number] for number in numbers.tolist()]
-            before, solver = solver, Iteration.start_cells(rest, quality, solver.model.device, cells=own)
-            assert isinstance(solver.method, QuasiNewton) and isinstance(before.method, QuasiNewton)
-            solver.method.go_on_from(before.method, go_on)
+            before, simulation = (
+                simulation,
+                YarnSimulation.start_cells(rest, quality, simulation.model.device, cells=own),
+            )
+            assert isinstance(simulation.solver, LBFGS) and isinstance(before.solver, LBFGS)
+            simulation.solver.go_on_from(before.solver, go_on)
     report = {"seconds": time.perf_counter() - began, "launched": launched,
               "converged": sum(cell.report["converged"] for cell in found.values()),
-              "device": str(solver.model.device)}  # fmt: skip
-    return Batch([found[number] for number in range(len(cells))], report)
+              "device": str(simulation.model.device)}  # fmt: skip
+    return RelaxedCells([found[number] for number in range(len(cells))], report)
 
 
 def _check(
@@ -126,33 +131,33 @@ def _check(
 class _Run:
     """Cells on their way to rest."""
 
-    def __init__(self, solver: Iteration, quality: Quality, launched: int) -> None:
+    def __init__(self, simulation: YarnSimulation, quality: Quality, launched: int) -> None:
         """Assess the cells as they were given; ``launched`` counts the iterations that they have done before."""
-        self.solver, self.launched = solver, launched
-        self.descent = Descent.start(solver, quality.tolerance)
-        self.iterations = np.full(solver.model.cell_count, launched)
-        self.active = ~self.descent.stuck
+        self.simulation, self.launched = simulation, launched
+        self.descent = RelaxationLoop.start(simulation, quality.tolerance)
+        self.iterations = np.full(simulation.model.cell_count, launched)
+        self.active = ~self.descent.failed
 
     def advance(self) -> None:
         """Iterate the cells that are not at rest, and judge them."""
         self.descent.advance(self.active)
-        self.launched += CHECK
-        self.iterations[self.active] += CHECK
-        self.active &= ~self.descent.at_rest & ~self.descent.stuck
+        self.launched += ASSESSMENT_INTERVAL
+        self.iterations[self.active] += ASSESSMENT_INTERVAL
+        self.active &= ~self.descent.at_rest & ~self.descent.failed
 
     @property
     def is_mostly_done(self) -> bool:
         """Whether those that go on are so few that they are better off without the others."""
-        samples = np.diff(self.solver.model.sample_start[self.solver.model.segment_start])
+        samples = np.diff(self.simulation.model.sample_start[self.simulation.model.segment_start])
         return bool(samples[self.active].sum() < FEW * samples.sum())
 
     def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
         """Some of the cells, whose yarns are given, and their reports."""
-        method = self.solver.method
-        assert isinstance(method, QuasiNewton)
-        tenth, gradient = method.gradients()
+        solver = self.simulation.solver
+        assert isinstance(solver, LBFGS)
+        tenth, gradient = solver.gradients()
         last, at_rest = self.descent.last, self.descent.at_rest
-        distance, strain = self.solver.smallest_distances(), self._largest_strains()
+        distance, strain = self.simulation.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
                 "iterations": int(self.iterations[cell]),
@@ -164,16 +169,16 @@ class _Run:
                 "energies": last[cell].energies,
                 "max_strain": float(strain[cell]),
                 "min_distance_over_radius": float(distance[cell]),
-                "error": self.solver.stuck.get(cell),
+                "error": self.simulation.failed.get(cell),
             })
             for cell in cells.tolist()
         }  # fmt: skip
 
     def _largest_strains(self) -> NDArray[np.float64]:
         """Largest strain of each cell's segments in its last good state, of all cells at once, shape (C,)."""
-        model, points = self.solver.model, self.solver.model.from_device(self.solver.good_points)
-        assert self.solver.good_periods is not None
-        periods = self.solver.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3) * model.units[:, None, None]
+        model, points = self.simulation.model, self.simulation.model.from_device(self.simulation.good_points)
+        assert self.simulation.good_periods is not None
+        periods = self.simulation.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3) * model.units[:, None, None]
         segment, slot, image = model.wrapped
         cell = np.searchsorted(model.segment_start, segment, side="right") - 1
         shift = np.zeros((model.segment_count, 4, 3))

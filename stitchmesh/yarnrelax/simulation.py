@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import Recording
+from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import SolverError
@@ -21,7 +21,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.broad_phase import NOTHING_LISTED
-from stitchmesh.yarnrelax.collision.captured_search import Listing
+from stitchmesh.yarnrelax.collision.captured_search import CapturedSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, find_candidates, make_candidates
 from stitchmesh.yarnrelax.collision.step_limit import limit_steps, smallest_distances, yarn_place
 from stitchmesh.yarnrelax.convergence import Assessment, Assessor, rounding_force
@@ -32,11 +32,11 @@ from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
 from stitchmesh.yarnrelax.model.image_table import renew_images
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.state import State, make_state
-from stitchmesh.yarnrelax.solvers import method_named
+from stitchmesh.yarnrelax.solvers import solver_named
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import PERIOD
-from stitchmesh.yarnrelax.solvers.solver import Method, Scene
-from stitchmesh.yarnrelax.solvers.stiffness_bounds import internal_stiffness
+from stitchmesh.yarnrelax.solvers.solver import Solver, SolverInputs
+from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
 WIDEST_MARGIN, NARROWEST_MARGIN = 0.6, 0.3
 """Reach of the candidate lists beyond contact in mean radii: at the start, and when all is slow."""
@@ -69,7 +69,7 @@ def copy_where(
 
 
 @dataclass(eq=False)
-class Iteration:
+class YarnSimulation:
     """The arrays of a relaxation and the launches that repeat."""
 
     model: Model
@@ -77,7 +77,7 @@ class Iteration:
     candidates: Candidates
     terms: Sequence[Term]
     constraints: Sequence[Constraint]
-    method: Method
+    solver: Solver
     point_stiffness: wp.array[Any]
     """Row sums of stiffness that do not change, shape (N,)."""
     good_points: wp.array[Any]
@@ -85,7 +85,7 @@ class Iteration:
     step_fraction: float
     rounding: NDArray[np.float64]
     """Force that the rounding of coordinates makes [erg / unit], shape (C,)."""
-    caution: NDArray[np.float64]
+    step_scale: NDArray[np.float64]
     """Scale of the steps of each cell, shape (C,)."""
     strain: CellStrain | None = None
     """The strains of a cell that relaxes."""
@@ -93,13 +93,13 @@ class Iteration:
     """Periods of the last good state on a lattice, shape (2, 3)."""
     age: int = 0
     """Iterations since the candidate lists were made."""
-    stuck: dict[int, str] = field(default_factory=dict)
+    failed: dict[int, str] = field(default_factory=dict)
     """What is wrong with cells that cannot go on."""
-    recording: Recording | None = None
+    recording: CapturedLaunches | None = None
     """The launches of a burst."""
     burst: int = 1
     """Iterations of a burst: those between two looks at how far control points have moved."""
-    listing: Listing | None = None
+    listing: CapturedSearch | None = None
     """Makes candidate lists quickly, where there is nothing odd about them."""
     assessor: Assessor | None = None
     """Made anew when arrays are."""
@@ -115,7 +115,7 @@ class Iteration:
         constraints: Sequence[ConstraintChoice] = (),
         points: FloatArray | None = None,
         cell: RelaxCell | None = None,
-    ) -> Iteration:
+    ) -> YarnSimulation:
         """Send yarns to the device and get ready to iterate; from ``points`` [cm] where given, not the yarns' own."""
         cells = None if cell is None else [cell]
         return cls.start_cells([(yarns, material)], quality, device, terms, constraints, points, cells)
@@ -130,7 +130,7 @@ class Iteration:
         constraints: Sequence[ConstraintChoice] = (),
         points: FloatArray | None = None,
         cells: Sequence[RelaxCell] | None = None,
-    ) -> Iteration:
+    ) -> YarnSimulation:
         """Likewise for several cells that know nothing of one another; without terms or constraints."""
         model = put_cells(
             given,
@@ -141,17 +141,17 @@ class Iteration:
         )
         chosen = [term.on(model) for term in terms]
         further = sum((term.stiffness() for term in chosen), start=np.zeros(model.point_count))
-        stiffness = further + internal_stiffness(model)
+        stiffness = further + stiffness_row_sums(model)
         strains = 0 if cells is None else model.cell_count
-        method = method_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
-        state = make_state(model, points, outer=bool(chosen), blocks=method.needs_blocks, strains=strains)
+        solver = solver_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
+        state = make_state(model, points, outer=bool(chosen), blocks=solver.needs_blocks, strains=strains)
         iteration = cls(
             model,
             state,
             make_candidates(model, WIDEST_MARGIN),
             chosen,
             [constraint.on(model) for constraint in constraints],
-            method,
+            solver,
             model.upload(np.maximum(stiffness, np.finfo(np.float32).tiny)),
             wp.clone(state.points),
             quality.step_fraction,
@@ -171,13 +171,17 @@ class Iteration:
         wanted = np.full(self.model.cell_count, count)
         if cells is not None:
             wanted[~cells] = 0
-        self.method.begin(wanted)
-        while self.method.left > 0:
+        self.solver.begin(wanted)
+        while self.solver.left > 0:
             assert self.recording is not None
             self.recording.launch()
-            worn = self.method.worn(self.scene, self.burst)
-            self.age += self.method.advanced
-            if (worn or self.age > LONG_LIFE) and self._fit_margin(worn) and self.list_candidates():
+            needs_new_lists = self.solver.needs_new_lists(self.scene, self.burst)
+            self.age += self.solver.advanced
+            if (
+                (needs_new_lists or self.age > LONG_LIFE)
+                and self._fit_margin(needs_new_lists)
+                and self.list_candidates()
+            ):
                 self._record()
 
     def renew(self) -> bool:
@@ -209,23 +213,23 @@ class Iteration:
         self._copy(kept, self.state.points, self.good_points)
         if self.good_periods is not None:
             self._copy_periods(kept, self.model.constants.images.periods, self.good_periods)
-        if (self.caution[kept] < 1.0).any():
-            self.caution[kept] = np.minimum(self.caution[kept] * RECOVERY, 1.0)
-            self.method.dare(self.caution)
+        if (self.step_scale[kept] < 1.0).any():
+            self.step_scale[kept] = np.minimum(self.step_scale[kept] * RECOVERY, 1.0)
+            self.solver.set_step_scale(self.step_scale)
 
-    def back_off(self, cells: NDArray[np.bool_] | None = None) -> None:
+    def step_back(self, cells: NDArray[np.bool_] | None = None) -> None:
         """Take some cells, or all, back to their last good state, at rest and half as eager.
 
         Raises:
             SolverError: of a single piece it has been tried often enough.
         """
         back = self._chosen(cells)
-        for cell in np.flatnonzero(back & (self.caution < SMALLEST_CAUTION)).tolist():
-            self.stuck[cell] = f"{self.blame(cell)}: its energy grows at the smallest steps; {PART_THEM}"
+        for cell in np.flatnonzero(back & (self.step_scale < SMALLEST_CAUTION)).tolist():
+            self.failed[cell] = f"{self.blame(cell)}: its energy grows at the smallest steps; {PART_THEM}"
         self.raise_if_alone()
         self._go_back(back)
-        self.caution[back] /= 2
-        self.method.restart(self.caution, back)
+        self.step_scale[back] /= 2
+        self.solver.restart(self.step_scale, back)
         if self.list_candidates():
             self._record()
 
@@ -234,8 +238,8 @@ class Iteration:
 
     def raise_if_alone(self) -> None:
         """Raise a ``SolverError`` that says what is stuck, if no other cell could go on."""
-        if self.stuck and self.model.cell_count == 1:
-            raise SolverError(self.stuck[0])
+        if self.failed and self.model.cell_count == 1:
+            raise SolverError(self.failed[0])
 
     def _copy(self, cells: NDArray[np.bool_], source: wp.array[Any], target: wp.array[Any]) -> None:
         """Copy the entries of some cells."""
@@ -259,13 +263,13 @@ class Iteration:
         own = {"points": state.points, "listed_points": state.listed_points, "good_points": self.good_points}
         if self.good_periods is not None:
             own |= {"periods": self.model.constants.images.periods, "good_periods": self.good_periods}
-        carried = {f"solver.{name}": array for name, array in self.method.arrays().items()}
+        carried = {f"solver.{name}": array for name, array in self.solver.arrays().items()}
         for number, term in enumerate(self.terms):
             carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
         return own | carried
 
     def resume(
-        self, arrays: Mapping[str, NDArray[Any]], *, margin: float, age: int, caution: NDArray[np.float64]
+        self, arrays: Mapping[str, NDArray[Any]], *, margin: float, age: int, step_scale: NDArray[np.float64]
     ) -> None:
         """Go on from where another was that started alike; the arrays stay where recorded launches look for them."""
         self.candidates.margin = margin
@@ -277,7 +281,7 @@ class Iteration:
         for number, term in enumerate(self.terms):
             start = f"{term.name} {number}."
             term.resume({name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)})
-        self.age, self.caution = age, caution
+        self.age, self.step_scale = age, step_scale
         self._record()
 
     def good_yarns(self, cell: int = 0) -> YarnSet:
@@ -304,9 +308,9 @@ class Iteration:
         return [] if self.recording is None else self.recording.launches
 
     @property
-    def scene(self) -> Scene:
+    def scene(self) -> SolverInputs:
         """What the solver works on."""
-        return Scene(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain)
+        return SolverInputs(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain)
 
     @property
     def noise(self) -> NDArray[np.float64]:
@@ -319,20 +323,20 @@ class Iteration:
         largest, energy, point = -1.0, "", 0
         place_contact_samples(self.model, self.state, self.model.launch)
         for term in evaluation.each_term(self.model, self.state, self.candidates, self.terms, self.point_stiffness):
-            force = np.linalg.norm(self.state.point_force.numpy()[first:last].astype(np.float64), axis=1)
+            force = np.linalg.norm(self.state.force.numpy()[first:last].astype(np.float64), axis=1)
             force = np.where(np.isfinite(force), force, np.inf)
             if force.max() > largest:
                 largest, energy, point = float(force.max()), term, int(first + force.argmax())
         return f"{energy} energy of {yarn_place(self.model.yarns, point)}"
 
-    def _fit_margin(self, worn: bool) -> bool:
+    def _fit_margin(self, needs_new_lists: bool) -> bool:
         """Widen the margin of lists that do not last, narrow that of lists that do; whether to make new lists."""
         margin = self.candidates.margin
         if self.age <= SHORT_LIFE:
             self.candidates.margin = min(margin * MARGIN_CHANGE, WIDEST_MARGIN)
         elif self.age > LONG_LIFE:
             self.candidates.margin = max(margin / MARGIN_CHANGE, NARROWEST_MARGIN)
-        return worn or self.candidates.margin != margin
+        return needs_new_lists or self.candidates.margin != margin
 
     def list_candidates(self) -> bool:
         """Make new candidate lists and budgets; whether launches have to be recorded again."""
@@ -348,10 +352,10 @@ class Iteration:
         place_contact_samples(self.model, self.state, self.model.launch)
         wp.copy(self.state.listed_points, self.state.points)
         grown = find_candidates(self.model, self.state.samples, self.candidates)
-        self.stuck |= limit_steps(self.model, self.state, self.candidates)
+        self.failed |= limit_steps(self.model, self.state, self.candidates)
         self.raise_if_alone()
-        if self.model.on_lattice and not self.stuck:
-            self.listing = Listing(self.model, self.state, self.candidates, None if renewed else known)
+        if self.model.on_lattice and not self.failed:
+            self.listing = CapturedSearch(self.model, self.state, self.candidates, None if renewed else known)
         return grown or renewed
 
     def _yarns_at(self, points: wp.array[Any], periods: wp.array[Any] | None) -> list[YarnSet]:
@@ -375,14 +379,14 @@ class Iteration:
     def _record(self) -> None:
         """Prepare the launches of an iteration, in their order."""
         self.assessor = None
-        model, state, record = self.model, self.state, self.model.record
-        whole = self.method.burst(self.scene, self.point_stiffness, record)
+        model, state, prepare = self.model, self.state, self.model.prepare
+        whole = self.solver.burst(self.scene, self.point_stiffness, prepare)
         if whole is not None:
-            self.burst, self.recording = int(PERIOD), Recording([whole], model.device)
+            self.burst, self.recording = int(PERIOD), CapturedLaunches([whole], model.device)
             return
-        launches = evaluation.all_forces(model, state, self.candidates, self.terms, self.point_stiffness, record)
+        launches = evaluation.force_launches(model, state, self.candidates, self.terms, self.point_stiffness, prepare)
         for constraint in self.constraints:
-            launches += constraint.filter_forces(state.point_force, record)
-        launches += self.method.launches(self.scene, record)
+            launches += constraint.filter_forces(state.force, prepare)
+        launches += self.solver.launches(self.scene, prepare)
         self.burst = BURST["cuda" if model.device.is_cuda else "cpu"]
-        self.recording = Recording(launches, model.device, times=self.burst)
+        self.recording = CapturedLaunches(launches, model.device, times=self.burst)

@@ -75,7 +75,7 @@ def test_the_ring_hands_out_the_norms_in_their_order() -> None:
     expected = np.sqrt((gradients**2).sum(axis=(1, 2)))
     seen = []
     for k, gradient in enumerate(gradients):
-        state.point_force.assign(gradient)
+        state.force.assign(gradient)
         kept.launches(state, model.launch)
         if k in (2, 6):
             seen += list(kept.new())
@@ -87,7 +87,7 @@ def test_a_ring_that_is_too_short_keeps_the_newest() -> None:
     model = model_of_a_patch()
     state, kept = make_state(model), GradientNorms(model, 2)
     for size in (1.0, 2.0, 3.0):
-        state.point_force.assign(np.full((model.point_count, 3), size))
+        state.force.assign(np.full((model.point_count, 3), size))
         kept.launches(state, model.launch)
     scale = np.sqrt(3 * model.point_count)
     np.testing.assert_allclose(kept.new(), [2.0 * scale, 3.0 * scale], rtol=1e-14)

@@ -60,9 +60,9 @@ def response(yarns: YarnSet, matter: YarnMaterial) -> Response:
 
     def respond(plane: np.ndarray) -> tuple[float, np.ndarray]:
         state.points.assign(model.to_device(np.column_stack([plane, np.zeros(len(plane))])))
-        evaluation.all_forces(model, state, nothing, (), unheld, model.launch)
+        evaluation.force_launches(model, state, nothing, (), unheld, model.launch)
         energy = sum(evaluation.energies(model, state, nothing, ()).values())
-        return energy, state.point_force.numpy()[:, :2] / model.unit
+        return energy, state.force.numpy()[:, :2] / model.unit
 
     return respond
 

@@ -71,7 +71,7 @@ def gravity_of(
     term.forces(state, candidates, model.launch)
     assert not term.stiffness().any()
     evaluation.gather(model, state, model.empty(model.point_count), model.launch)
-    return term.energy(state, candidates), state.point_force.numpy().astype(np.float64) / model.unit
+    return term.energy(state, candidates), state.force.numpy().astype(np.float64) / model.unit
 
 
 def test_force_is_minus_the_gradient() -> None:

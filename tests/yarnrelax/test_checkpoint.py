@@ -33,7 +33,7 @@ from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.gallery import ROOT
 from tests.killing import count_calls, killed
 from tests.yarnrelax.stockinette import fabric_of, tube
@@ -130,19 +130,19 @@ def test_what_terms_carry_is_resumed_with_them(tmp_path, terms):
 
 def test_backing_off_is_resumed_with_its_caution(tmp_path, monkeypatch):
     # twice the energy seems to rise: at the first assessment, and at one after the checkpoint
-    assess, count = Iteration.assess_cells, iter(range(1000))
+    assess, count = YarnSimulation.assess_cells, iter(range(1000))
 
-    def alarm(iteration: Iteration, cells: np.ndarray | None = None) -> list[Assessment]:
-        (found,) = assess(iteration, cells)
+    def alarm(simulation: YarnSimulation, cells: np.ndarray | None = None) -> list[Assessment]:
+        (found,) = assess(simulation, cells)
         if next(count) not in (1, 3):
             return [found]
         return [replace(found, energies={name: 10.0 * energy for name, energy in found.energies.items()})]
 
-    monkeypatch.setattr(Iteration, "assess_cells", alarm)
+    monkeypatch.setattr(YarnSimulation, "assess_cells", alarm)
     whole = relaxed(replace(QUALITY, max_iterations=120))
     count = iter(range(1000))
     relaxed(replace(QUALITY, max_iterations=40), checkpoint=Checkpoints(tmp_path, 20))
-    assert read_checkpoint(tmp_path / "checkpoint.smc").header["caution"] < 1.0
+    assert read_checkpoint(tmp_path / "checkpoint.smc").header["step_scale"] < 1.0
     assert same(relaxed(replace(QUALITY, max_iterations=120), resume=tmp_path / "checkpoint.smc"), whole)
 
 
@@ -150,7 +150,7 @@ def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypat
     options = {"quality": replace(QUALITY, tolerance=0.02), "keep_shape": fabric_of(ROWS, STITCHES, closed=True)}
     whole = relaxed(checkpoint=Checkpoints(tmp_path, 10_000), **options)
     assert whole.report["converged"]
-    monkeypatch.setattr(Iteration, "run", None)  # nothing is left to do
+    monkeypatch.setattr(YarnSimulation, "run", None)  # nothing is left to do
     again = relaxed(resume=tmp_path / "checkpoint.smc", **options)
     assert same(again, whole)
     assert again.report["seconds"] > whole.history[-1]["seconds"]
@@ -158,7 +158,7 @@ def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypat
 
 def test_checkpoints_come_as_often_as_asked_for_in_whole_assessments(tmp_path, monkeypatch):
     written = []
-    monkeypatch.setattr(solver_module, "write_moment", lambda path, given, moment: written.append(moment.iteration))
+    monkeypatch.setattr(solver_module, "write_state", lambda path, given, moment: written.append(moment.iteration))
     relaxed(replace(QUALITY, max_iterations=140), checkpoint=Checkpoints(tmp_path, 50))
     assert written == [0, 60, 120, 140]
 
@@ -167,16 +167,16 @@ def test_checkpoints_come_as_often_as_asked_for_in_whole_assessments(tmp_path, m
 def test_an_interrupted_relaxation_leaves_its_last_assessment(tmp_path, monkeypatch, failure):
     quality = replace(QUALITY, max_iterations=120)
     whole = relaxed(quality)
-    run, lengths = Iteration.run, iter([20, 20, 20, 7])
+    run, lengths = YarnSimulation.run, iter([20, 20, 20, 7])
 
-    def interrupted(iteration: Iteration, count: int, cells: np.ndarray) -> None:
+    def interrupted(simulation: YarnSimulation, count: int, cells: np.ndarray) -> None:
         length = next(lengths)
-        run(iteration, length, cells)
+        run(simulation, length, cells)
         if length < count:
             raise failure
 
     with monkeypatch.context() as patch, pytest.raises(failure):
-        patch.setattr(Iteration, "run", interrupted)
+        patch.setattr(YarnSimulation, "run", interrupted)
         relaxed(quality, checkpoint=Checkpoints(tmp_path, 10_000))
     assert read_checkpoint(tmp_path / "checkpoint.smc").header["iteration"] == 60
     assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc"), whole)

@@ -17,7 +17,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision import broad_phase
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 from extremes import (
@@ -84,7 +84,7 @@ def test_fabric_pressed_to_half_its_width_parts_again() -> None:
 
 
 def assessed(yarns: YarnSet, precision: str) -> Assessment:
-    return Iteration.start(yarns, STITCHMESH, replace(DRAFT, precision=precision), device_named("cpu")).assess()
+    return YarnSimulation.start(yarns, STITCHMESH, replace(DRAFT, precision=precision), device_named("cpu")).assess()
 
 
 @pytest.mark.parametrize("count", [10, 20_000])

@@ -18,9 +18,9 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.relax_cells import relax_cells
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers import lbfgs_kernels
-from stitchmesh.yarnrelax.solvers.lbfgs import QuasiNewton
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
 KALDOR, LEAF = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf")
@@ -47,16 +47,23 @@ MATERIALS = [KALDOR, LEAF, LEAF, KALDOR.scaled(0.3)]
 
 
 def test_forces_and_energies_of_each_are_those_of_it_alone() -> None:
-    solver = Iteration.start_cells(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
-    found = solver.assess_cells()
-    all_terms.all_forces(solver.model, solver.state, solver.candidates, (), solver.point_stiffness, solver.model.launch)
-    force, start = solver.state.point_force.numpy(), solver.model.point_start
+    simulation = YarnSimulation.start_cells(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
+    found = simulation.assess_cells()
+    all_terms.force_launches(
+        simulation.model,
+        simulation.state,
+        simulation.candidates,
+        (),
+        simulation.point_stiffness,
+        simulation.model.launch,
+    )
+    force, start = simulation.state.force.numpy(), simulation.model.point_start
     counts = {"quadrature_points": EXACT.quadrature_points, "contact_samples": EXACT.contact_samples}
     for cell, (yarns, material) in enumerate(zip(CELLS, MATERIALS, strict=True)):
         energies = yarn_energies(yarns, material, **counts)
         # orders of float64 sums
         assert found[cell].energies == pytest.approx(energies, rel=1e-11, abs=1e-12 * sum(energies.values()))
-        alone = yarn_forces(yarns, material, **counts) * solver.model.members[cell].unit
+        alone = yarn_forces(yarns, material, **counts) * simulation.model.members[cell].unit
         own = force[start[cell] : start[cell + 1]]
         np.testing.assert_allclose(own, alone, atol=1e-11 * np.abs(alone).max())
 
@@ -91,16 +98,16 @@ def test_steps_launched_one_by_one_are_those_of_a_burst(free: RelaxCell | None) 
     ends = []
     for in_bursts in (True, False):
         chosen = None if free is None else [free] * 4
-        solver = Iteration.start_cells(
+        simulation = YarnSimulation.start_cells(
             list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"), cells=chosen
         )
-        assert isinstance(solver.method, QuasiNewton) and solver.method.bursts is not None
+        assert isinstance(simulation.solver, LBFGS) and simulation.solver.bursts is not None
         if not in_bursts:
-            solver.method.bursts = None
-            solver._record()
-        solver.state.budget.fill_(1e6)  # or cells that wait for one another would get their lists later
-        solver.run(20)
-        ends.append((solver.state.points.numpy(), solver.model.constants.images.periods.numpy()))
+            simulation.solver.bursts = None
+            simulation._record()
+        simulation.state.budget.fill_(1e6)  # or cells that wait for one another would get their lists later
+        simulation.run(20)
+        ends.append((simulation.state.points.numpy(), simulation.model.constants.images.periods.numpy()))
     # on a CPU both add up in one order
     np.testing.assert_array_equal(ends[0][0], ends[1][0])
     np.testing.assert_array_equal(ends[0][1], ends[1][1])
@@ -110,12 +117,12 @@ def test_a_cell_of_many_blocks_takes_the_steps_of_one(monkeypatch: pytest.Monkey
     ends = []
     for chunk in (1024, 10):
         monkeypatch.setitem(lbfgs_kernels.CHUNK, "cpu", chunk)
-        solver = Iteration.start(CELLS[2], LEAF, EXACT, device_named("cpu"), cell=FREE)
-        assert isinstance(solver.method, QuasiNewton)
-        solver.method.bursts = None
-        solver._record()
-        solver.run(10)
-        ends.append(solver.state.points.numpy()[:-1])
+        simulation = YarnSimulation.start(CELLS[2], LEAF, EXACT, device_named("cpu"), cell=FREE)
+        assert isinstance(simulation.solver, LBFGS)
+        simulation.solver.bursts = None
+        simulation._record()
+        simulation.run(10)
+        ends.append(simulation.state.points.numpy()[:-1])
     # other orders of float64 sums, which ten steps amplify
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 

@@ -19,7 +19,7 @@ from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax import relax as solver_module
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
-from stitchmesh.yarnrelax.simulation import SMALLEST_CAUTION, Iteration
+from stitchmesh.yarnrelax.simulation import SMALLEST_CAUTION, YarnSimulation
 from tests.yarnrelax.stockinette import fabric_of, hopf_link, tube
 
 DRAFT = PRESETS["draft"]
@@ -94,22 +94,22 @@ def test_far_from_the_origin_is_as_good_as_near(knit: YarnSet) -> None:
     np.testing.assert_allclose(far, near, atol=1e-4)
 
 
-def started(yarns: YarnSet, material: YarnMaterial, fabric: StitchMesh | None = None) -> Iteration:
+def started(yarns: YarnSet, material: YarnMaterial, fabric: StitchMesh | None = None) -> YarnSimulation:
     terms, constraints = ([KeepShape(fabric)], [KeepBorders(fabric)]) if fabric else ([], [])
-    return Iteration.start(yarns, material, DRAFT, device_named("cpu"), terms, constraints)
+    return YarnSimulation.start(yarns, material, DRAFT, device_named("cpu"), terms, constraints)
 
 
-def kernels(iteration: Iteration) -> set[str]:
-    return {launch.kernel.key.split("__")[0] for launch in iteration.launches}
+def kernels(simulation: YarnSimulation) -> set[str]:
+    return {launch.kernel.key.split("__")[0] for launch in simulation.launches}
 
 
 def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
     plain = kernels(started(knit, YarnMaterial.named("kaldor-simulation")))
     assert plain == {
-        "place_and_pull",
+        "samples_and_segment_forces",
         "contact_forces",
         "gather_forces",
-        "find_compliance",
+        "find_preconditioner",
         "compare",
         "remember",
         "precondition",
@@ -124,30 +124,30 @@ def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
 
 
 def test_backing_off_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
-    iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
-    iteration.run(20)
-    iteration.keep()
-    good = iteration.good_yarns().points
-    iteration.run(20)
-    iteration.back_off()
-    np.testing.assert_array_equal(iteration.state.points.numpy(), iteration.good_points.numpy())
-    np.testing.assert_array_equal(iteration.good_yarns().points, good)
-    assert iteration.caution == 0.5
-    pairs, scale = iteration.method.arrays()["numbers"].numpy()[0, [1, 4]]
+    simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
+    simulation.run(20)
+    simulation.keep()
+    good = simulation.good_yarns().points
+    simulation.run(20)
+    simulation.step_back()
+    np.testing.assert_array_equal(simulation.state.points.numpy(), simulation.good_points.numpy())
+    np.testing.assert_array_equal(simulation.good_yarns().points, good)
+    assert simulation.step_scale == 0.5
+    pairs, scale = simulation.solver.arrays()["numbers"].numpy()[0, [1, 4]]
     assert pairs == 0 and scale == 0.5  # nothing is remembered of what went wrong
-    iteration.run(20)
-    assert iteration.assess().finite
-    iteration.keep()
-    assert iteration.caution == iteration.method.arrays()["numbers"].numpy()[0, 4] == 0.6
+    simulation.run(20)
+    assert simulation.assess().finite
+    simulation.keep()
+    assert simulation.step_scale == simulation.solver.arrays()["numbers"].numpy()[0, 4] == 0.6
 
 
 def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
-    iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
-    iteration.caution[:] = SMALLEST_CAUTION / 2
+    simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
+    simulation.step_scale[:] = SMALLEST_CAUTION / 2
     with pytest.raises(
         SolverError, match=r"(stretch|bend|contact) energy of yarn \d \(control point \d+, stitch face \d+\)"
     ):
-        iteration.back_off()
+        simulation.step_back()
 
 
 def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,21 +178,21 @@ def test_the_history_holds_each_assessment(knit: YarnSet) -> None:
 def test_an_unfinished_relaxation_says_so(knit: YarnSet, caplog: pytest.LogCaptureFixture) -> None:
     result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=20), device="cpu")
     assert not result.report["converged"]
-    (record,) = caplog.records
-    assert "yarns are not at rest" in record.message and "max_iterations" in record.message
+    (prepare,) = caplog.records
+    assert "yarns are not at rest" in prepare.message and "max_iterations" in prepare.message
 
 
 def test_a_yarn_pulled_through_by_hand_is_caught_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     rings = hopf_link(1.0)
     rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
 
-    def pull_apart(iteration: Iteration, count: int, cells: np.ndarray) -> None:
-        points = iteration.state.points.numpy()
+    def pull_apart(simulation: YarnSimulation, count: int, cells: np.ndarray) -> None:
+        points = simulation.state.points.numpy()
         points[rings.start[1] :] += 40.0  # radii: the second ring is somewhere else
-        iteration.state.points.assign(points)
-        iteration.list_candidates()
+        simulation.state.points.assign(points)
+        simulation.list_candidates()
 
-    monkeypatch.setattr(Iteration, "run", pull_apart)
+    monkeypatch.setattr(YarnSimulation, "run", pull_apart)
     quality = replace(DRAFT, tolerance=1e-9, max_iterations=20)
     named = r"yarns 0 and 1 \(stitch faces \[5\] \.\.\. and \[8\] \.\.\.\): their linking number changed"
     with pytest.raises(SolverError, match=named):

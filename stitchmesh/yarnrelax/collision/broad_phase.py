@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.captured import Copying
+from stitchmesh.compute.captured import CopyArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.errors import SolverError
@@ -32,7 +32,7 @@ from stitchmesh.yarnrelax.model.lattice_images import (
 
 FIRST_CAPACITY = 16
 """Capacity of a list before its first growth."""
-SPARE = 1.0
+SPARE_REACH = 1.0
 """How much farther than the margin the lists reach, in mean radii: what they outlive."""
 NOTHING_LISTED = -1.0
 """Reach of lists that hold nothing."""
@@ -175,7 +175,7 @@ def bound_cells(
 
 
 @kernel
-def drift_of(
+def measure_drift(
     # state in
     centre: wp.array[Any],
     extent: wp.array[Any],
@@ -219,7 +219,7 @@ def make_near_segments(model: Model) -> NearSegments:
     cells, count = SMALL_GRID if model.segment_count <= MANY_SEGMENTS else LARGE_GRID, model.segment_count
     return NearSegments(
         wp.zeros(count, dtype=wp.int32, device=model.device),
-        room_for_lists(model, count, FIRST_CAPACITY),
+        allocate_lists(model, count, FIRST_CAPACITY),
         model.empty(count, 3),
         model.empty(count),
         model.empty(count, 3),
@@ -239,10 +239,10 @@ def find_near_segments(model: Model, samples: wp.array[Any], near: NearSegments,
     model.launch(bound_segments, count, [model.constants, samples], [near.centre, near.extent])
     drift = model.empty(count)
     inputs = [near.centre, near.extent, near.listed_centre, near.listed_extent]
-    model.launch(drift_of, count, inputs, [drift])
+    model.launch(measure_drift, count, inputs, [drift])
     if margin + 2.0 * maximum(drift) <= near.reach:
         return
-    near.reach = margin + SPARE
+    near.reach = margin + SPARE_REACH
     longest = maximum(near.extent)
     for launch in grid_launches(model, near, near.reach, longest):
         launch.launch()
@@ -253,20 +253,20 @@ def find_near_segments(model: Model, samples: wp.array[Any], near: NearSegments,
         needed = int(maximum(near.count))
         if needed <= near.lists.shape[1]:
             return
-        near.lists = room_for_lists(model, count, bearable(model, near.count, needed))
+        near.lists = allocate_lists(model, count, checked_length(model, near.count, needed))
         listing = near_launches(model, near, near.reach, longest)
 
 
 def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
     """Put the balls, of extents up to ``longest``, into the hash grid; where they lie is where they are listed."""
-    count, run = model.segment_count, model.record
+    count, launcher = model.segment_count, model.prepare
     radius = reach + 2.0 * longest
-    launches: list[Any] = [Copying(near.centre, near.listed_centre), Copying(near.extent, near.listed_extent)]
+    launches: list[Any] = [CopyArray(near.centre, near.listed_centre), CopyArray(near.extent, near.listed_extent)]
     if model.on_lattice:
         box = model.constants.images.box
-        launches.append(run(bound_cells, model.cell_count, [model.cell_segments, near.centre], [box], tile=BLOCK))
+        launches.append(launcher(bound_cells, model.cell_count, [model.cell_segments, near.centre], [box], tile=BLOCK))
     inputs = [model.constants, model.number(_pitch(radius)), near.centre]
-    launches.append(run(place_in_grid, count, inputs, [near.grid_place]))
+    launches.append(launcher(place_in_grid, count, inputs, [near.grid_place]))
     return [*launches, _GridBuild(near, CELL * radius)]
 
 
@@ -276,7 +276,7 @@ def near_launches(model: Model, near: NearSegments, reach: float, longest: float
     # places in the grid are rounded: a thousandth of a radius covers the farthest cell
     numbers = [model.number(value) for value in (reach, radius + 1e-3, _pitch(radius))]
     inputs = [model.constants, *numbers, wp.uint64(near.grid.id), near.centre, near.extent]
-    return [model.record(list_segments, model.segment_count, inputs, [near.count, near.lists])]
+    return [model.prepare(list_segments, model.segment_count, inputs, [near.count, near.lists])]
 
 
 def _pitch(radius: float) -> float:
@@ -296,7 +296,7 @@ class _GridBuild:
         self.near.grid.build(self.near.grid_place, self.width)
 
 
-def bearable(model: Model, count: wp.array[Any], needed: int) -> int:
+def checked_length(model: Model, count: wp.array[Any], needed: int) -> int:
     """The length ``needed`` of the longest list, if all fit."""
     if needed * len(count) > MOST_ENTRIES:
         worst = int(count.numpy().argmax())
@@ -310,7 +310,7 @@ def bearable(model: Model, count: wp.array[Any], needed: int) -> int:
     return needed
 
 
-def room_for_lists(model: Model, count: int, needed: int) -> wp.array[Any]:
+def allocate_lists(model: Model, count: int, needed: int) -> wp.array[Any]:
     """Room for ``count`` lists of a quarter more entries than needed."""
     capacity = int(np.ceil(needed * 1.25 / 8)) * 8 if needed > FIRST_CAPACITY else needed
     if model.device.is_cuda:

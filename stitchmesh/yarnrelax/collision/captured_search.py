@@ -15,15 +15,15 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import Copying, Recording
+from stitchmesh.compute.captured import CapturedLaunches, CopyArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import MOST_THREADS, THREADS
 from stitchmesh.yarnrelax.collision.broad_phase import (
     NOTHING_LISTED,
-    SPARE,
+    SPARE_REACH,
     bound_segments,
-    drift_of,
     grid_launches,
+    measure_drift,
     near_launches,
 )
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, list_samples
@@ -107,7 +107,7 @@ def smallest_of_cells(
             least[cell] = wp.float64(wp.nan)
 
 
-class Listing:
+class CapturedSearch:
     """Candidate lists of cells, as often as wanted with the same margin and the same arrays."""
 
     def __init__(
@@ -120,7 +120,7 @@ class Listing:
         self.model, self.state, self.candidates = model, state, candidates
         self.margin = candidates.margin
         near = candidates.near
-        self.reach = self.margin + SPARE
+        self.reach = self.margin + SPARE_REACH
         self.longest = float(near.extent.numpy().max()) * ROOM_TO_GROW
         cells, device = model.cell_count, model.device
         self.table = (self._box(), self._periods()) if table is None else table
@@ -129,8 +129,8 @@ class Listing:
         self.least = wp.zeros(cells, dtype=wp.float64, device=device)
         self.drift = model.empty(model.segment_count)
         self.facts = wp.zeros((BLOCKS + 5 * cells, 4), dtype=wp.float64, device=device)
-        self.quick = Recording(self._launches([]), device)
-        self.whole = Recording(self._launches(self._search()), device)
+        self.quick = CapturedLaunches(self._launches([]), device)
+        self.whole = CapturedLaunches(self._launches(self._search()), device)
         self.now = self.searched = self._periods()
         self.box, self.clearance = self._box(), np.zeros(cells)
         self.left, self.taken = self.reach, 0.0
@@ -145,28 +145,32 @@ class Listing:
     def _launches(self, search: list[Any]) -> list[Any]:
         """All from the samples to the budgets, with a search or with what the last one found."""
         model, state, candidates = self.model, self.state, self.candidates
-        near, run = candidates.near, model.record
+        near, launcher = candidates.near, model.prepare
         centres = [near.centre, near.extent]
         launches = [
-            place_contact_samples(model, state, run),
-            Copying(state.points, state.listed_points),
-            run(bound_segments, model.segment_count, [model.constants, state.samples], centres),
-            run(drift_of, model.segment_count, [*centres, near.listed_centre, near.listed_extent], [self.drift]),
+            place_contact_samples(model, state, launcher),
+            CopyArray(state.points, state.listed_points),
+            launcher(bound_segments, model.segment_count, [model.constants, state.samples], centres),
+            launcher(
+                measure_drift, model.segment_count, [*centres, near.listed_centre, near.listed_extent], [self.drift]
+            ),
             *search,
         ]
         inputs = [model.constants, model.number(self.margin), model.segment_count, state.samples, near.centre,
                   near.extent, near.count, near.lists]  # fmt: skip
-        launches.append(run(list_samples, model.sample_count, inputs, [candidates.count, candidates.lists]))
+        launches.append(launcher(list_samples, model.sample_count, inputs, [candidates.count, candidates.lists]))
         clearance, of_clearance = clearance_launches(model, state, candidates)
         launches += [
             *of_clearance,
             budget_launch(model, state, candidates, clearance),
-            run(smallest_of_cells, model.cell_count, [model.cell_samples, clearance], [self.least], tile=MOST_THREADS),
+            launcher(
+                smallest_of_cells, model.cell_count, [model.cell_samples, clearance], [self.least], tile=MOST_THREADS
+            ),
             *strain_budget_launches(model, state, candidates, self.least),
         ]
         images = model.constants.images
         looked_at = [near.count, candidates.count, near.extent, self.drift, images.periods, images.box, self.least]
-        return [*launches, run(collect, BLOCKS, looked_at, [self.facts], tile=THREADS)]
+        return [*launches, launcher(collect, BLOCKS, looked_at, [self.facts], tile=THREADS)]
 
     def fits(self) -> bool:
         """Whether it was made for the margin and for the arrays as they are."""

@@ -10,7 +10,7 @@ farther), and the step limit keeps them from moving farther. The force does not 
 contact distance add nothing.
 
 They are found coarsely and filtered finely: each segment has a list of the segments near it, which is kept longer
-(``near_segments``), and their samples are compared. Both kinds of lists have a fixed capacity. The longest one is
+(``broad_phase``), and their samples are compared. Both kinds of lists have a fixed capacity. The longest one is
 measured while they are filled; if it does not fit they are made again with more room, so that nothing is dropped. On a
 GPU the lists of neighbouring samples lie interleaved, so that a warp reads whole lines of memory.
 """
@@ -24,14 +24,14 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
-from stitchmesh.compute.vector_loads import read_whole
+from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.broad_phase import (
     FIRST_CAPACITY,
     NearSegments,
-    bearable,
+    allocate_lists,
+    checked_length,
     find_near_segments,
     make_near_segments,
-    room_for_lists,
 )
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, image_of, shifted_by
@@ -56,7 +56,7 @@ def list_samples(
     """Samples near each sample, in ascending order; an entry counts images by the number of samples."""
     p = wp.tid()
     s = model.sample_segment[p]
-    here4 = read_whole(samples, p)
+    here4 = load_vector(samples, p)
     here = type(centre[0])(here4[0], here4[1], here4[2])
     cell = cell_of(model.images, s)
     reach = here4[3] + margin
@@ -70,7 +70,7 @@ def list_samples(
         limit = reach + extent[j]
         if wp.dot(away, away) < limit * limit:
             for q in range(model.sample_start[j], model.sample_start[j + 1]):
-                there = read_whole(samples, q)
+                there = load_vector(samples, q)
                 apart = type(here)(there[0], there[1], there[2]) - seen_from
                 limit = reach + there[3]
                 if wp.dot(apart, apart) < limit * limit:
@@ -97,7 +97,7 @@ class Candidates:
 def make_candidates(model: Model, margin: float) -> Candidates:
     """Empty lists for the samples of a model."""
     count = wp.zeros(model.sample_count, dtype=wp.int32, device=model.device)
-    lists = room_for_lists(model, model.sample_count, FIRST_CAPACITY)
+    lists = allocate_lists(model, model.sample_count, FIRST_CAPACITY)
     return Candidates(margin, count, lists, make_near_segments(model))
 
 
@@ -120,5 +120,5 @@ def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates
         needed = int(maximum(found.count))
         if needed <= found.lists.shape[1]:
             return grown
-        found.lists = room_for_lists(model, model.sample_count, bearable(model, found.count, needed))
+        found.lists = allocate_lists(model, model.sample_count, checked_length(model, found.count, needed))
         grown = True

@@ -59,7 +59,7 @@ from stitchmesh.yarnrelax.model.state import STRAIN_UNIT, State
 
 SAFETY = 0.45
 """Part of the clearance that one control point may use up; below one half."""
-BESIDE_STRAIN = 0.7
+PART_BESIDE_STRAIN = 0.7
 """Part of that where the cell deforms too; its strain has the rest of the margin, 0.35 of the smallest clearance, and
 at most 0.05, whose square, which is left out, is a small part of a clearance (``strain_budget``)."""
 SMALLEST_CLEARANCE = 1e-3
@@ -234,17 +234,17 @@ def room_left(points: wp.array[Any], listed_points: wp.array[Any], budget: wp.ar
 
 
 @kernel
-def wear(
+def measure_budget_use(
     # state in
     points: wp.array[Any],
     listed_points: wp.array[Any],
     budget: wp.array[Any],
     # state out
-    worn: wp.array[Any],
+    needs_new_lists: wp.array[Any],
 ) -> None:
     """Part of its budget that each control point has used up."""
     i = wp.tid()
-    worn[i] = wp.length(points[i] - listed_points[i]) / budget[i]
+    needs_new_lists[i] = wp.length(points[i] - listed_points[i]) / budget[i]
 
 
 def clearances(model: Model, state: State, candidates: Candidates) -> wp.array[Any]:
@@ -258,20 +258,20 @@ def clearances(model: Model, state: State, candidates: Candidates) -> wp.array[A
 def clearance_launches(model: Model, state: State, candidates: Candidates) -> tuple[wp.array[Any], list[Any]]:
     """Room for the clearance of each arc, and what finds it."""
     half_tangent, slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
-    result, run = model.empty(model.sample_count), model.record
+    result, launcher = model.empty(model.sample_count), model.prepare
     inputs = [model.constants, model.number(candidates.margin), state.samples, half_tangent, slack,
               candidates.count, candidates.lists]  # fmt: skip
     return result, [
-        run(measure_arcs, model.segment_count, [model.constants, state.points], [half_tangent, slack]),
-        run(arc_clearances, model.sample_count, inputs, [result]),
+        launcher(measure_arcs, model.segment_count, [model.constants, state.points], [half_tangent, slack]),
+        launcher(arc_clearances, model.sample_count, inputs, [result]),
     ]
 
 
 def budget_launch(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> Any:
     """Set the budgets of all control points."""
-    beside = BESIDE_STRAIN if state.strained else 1.0
+    beside = PART_BESIDE_STRAIN if state.cell_relaxes else 1.0
     numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
-    return model.record(set_budgets, model.point_count, [model.constants, *numbers, clearance], [state.budget])
+    return model.prepare(set_budgets, model.point_count, [model.constants, *numbers, clearance], [state.budget])
 
 
 @wp.func
@@ -299,11 +299,11 @@ def set_strain_budgets(
 
 def strain_budget_launches(model: Model, state: State, candidates: Candidates, least: wp.array[Any]) -> list[Any]:
     """Set the budgets of the strains of cells that relax, for the smallest clearance of each."""
-    if not state.strained:
+    if not state.cell_relaxes:
         return []
     apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
     inputs = [model.point_count, wp.float64(candidates.margin), wp.float64(apart), least]
-    return [model.record(set_strain_budgets, model.cell_count, inputs, [state.budget])]
+    return [model.prepare(set_strain_budgets, model.cell_count, inputs, [state.budget])]
 
 
 def limit_steps(model: Model, state: State, candidates: Candidates) -> dict[int, str]:
@@ -325,12 +325,12 @@ def too_close_cells(
     model: Model, state: State, candidates: Candidates, clearance: wp.array[Any], least: NDArray[np.float64]
 ) -> dict[int, str]:
     """Of cells in which the clearance of an arc is used up what is wrong; it names the yarn and the stitch face."""
-    stuck = {}
+    failed = {}
     for cell in np.flatnonzero(~(least >= SMALLEST_CLEARANCE)).tolist():
         first, last = model.sample_start[model.segment_start[cell : cell + 2]]
         worst = int(first + clearance.numpy()[first:last].argmin())
-        stuck[cell] = _too_close(model, state, candidates, worst)
-    return stuck
+        failed[cell] = _too_close(model, state, candidates, worst)
+    return failed
 
 
 def smallest_distances(model: Model, state: State, candidates: Candidates) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.energies.shape_patches import loops_of
-from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Run
+from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
@@ -116,11 +116,11 @@ class Borders(Constraint):
     home: wp.array[Any]
     """Control points at the start, shape (N, 3)."""
 
-    def filter_forces(self, force: wp.array[Any], run: Run) -> list[Any]:
+    def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Take from forces what the border's constraints carry."""
-        return [run(centre_forces, len(self.held), [self.held, self.loop_start, self.loop_points], [force])]
+        return [launcher(centre_forces, len(self.held), [self.held, self.loop_start, self.loop_points], [force])]
 
-    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], run: Run) -> list[Any]:
+    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Take from the steps of each border loop what would move its mean."""
         inputs = [self.held, self.loop_start, self.loop_points, self.home, state.points, state.stiffness, limit]
-        return [run(hold_loops, len(self.held), inputs, [step])]
+        return [launcher(hold_loops, len(self.held), inputs, [step])]

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Run
+from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Launcher
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.point_selection import named_points
+from stitchmesh.yarnrelax.model.point_selection import select_points
 from stitchmesh.yarnrelax.model.state import State
 
 
@@ -63,7 +63,7 @@ def pinned_points(yarns: YarnSet, pins: Pins) -> NDArray[np.int64]:
     Raises:
         ParameterError: a control point or a stitch face is not there, or nothing is pinned.
     """
-    return named_points("pins", yarns, pins.points, pins.faces)
+    return select_points("pins", yarns, pins.points, pins.faces)
 
 
 class _Held(Constraint):
@@ -72,10 +72,10 @@ class _Held(Constraint):
     def __init__(self, model: Model, points: NDArray[np.int64]) -> None:
         self.pinned = model.integers(points)
 
-    def filter_forces(self, force: wp.array[Any], run: Run) -> list[Any]:
+    def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Take all force from pinned control points."""
-        return [run(hold, len(self.pinned), [self.pinned], [force])]
+        return [launcher(hold, len(self.pinned), [self.pinned], [force])]
 
-    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], run: Run) -> list[Any]:
+    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Let pinned control points stay."""
-        return [run(hold, len(self.pinned), [self.pinned], [step])]
+        return [launcher(hold, len(self.pinned), [self.pinned], [step])]

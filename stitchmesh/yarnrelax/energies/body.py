@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import minimum, ordered_sum
-from stitchmesh.compute.vector_loads import read_whole, write_whole
+from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
@@ -41,7 +41,7 @@ from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.body_penalty import near_triangles, push_listed, push_of
 from stitchmesh.yarnrelax.energies.body_surface import from_triangle, gap_to, put_surface
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
-from stitchmesh.yarnrelax.energies.term import Run, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
@@ -89,10 +89,10 @@ def body_forces(
 ) -> None:
     """Add the push of the body on each sample, and the row sum of its stiffness."""
     p = wp.tid()
-    here = read_whole(samples, p)
+    here = load_vector(samples, p)
     reach = here[3] + thickness
     wide = reach * type(reach)(1.0 + MARGIN)
-    last = read_whole(measured, p)
+    last = load_vector(measured, p)
     moved = wp.length(type(surface.corners[0])(here[0] - last[0], here[1] - last[1], here[2] - last[2]))
     # a thousandth of room for rounding
     if (moved + reach) * type(reach)(1.001) < last[3]:
@@ -105,14 +105,14 @@ def body_forces(
         if last[3] < wide:
             count = list_triangles(surface, here, wide, p, listed)
         list_count[p] = count
-        write_whole(measured, p, type(here)(here[0], here[1], here[2], last[3]))
+        store_vector(measured, p, type(here)(here[0], here[1], here[2], last[3]))
     push = type(here)()
     if count >= 0 and moved < last[3]:
         push = push_listed(surface, listed, p, count, here, reach)
     else:
         push, _energy = push_of(surface, here, reach, reach * type(reach)(DEPTH))
     scale = stiffness * here[3] * model.sample_weight[p]
-    write_whole(sample_force, p, read_whole(sample_force, p) + push * scale)
+    store_vector(sample_force, p, load_vector(sample_force, p) + push * scale)
 
 
 @kernel
@@ -129,7 +129,7 @@ def body_energies(
 ) -> None:
     """Energy [erg] of each sample."""
     p = wp.tid()
-    here = read_whole(samples, p)
+    here = load_vector(samples, p)
     reach = here[3] + thickness
     _push, energy = push_of(surface, here, reach, reach * type(reach)(DEPTH))
     sample_energy[p] = energy * stiffness * here[3] * model.sample_weight[p]
@@ -148,7 +148,7 @@ def body_gaps(
 ) -> None:
     """Signed distance of each sample over its reach."""
     p = wp.tid()
-    here = read_whole(samples, p)
+    here = load_vector(samples, p)
     gap[p] = gap_to(surface, here, limit)[3] / (here[3] + thickness)
 
 
@@ -213,10 +213,10 @@ class _Collision(Term):
         self.list_count = model.integers(np.zeros(model.sample_count))
         self.listed = _lists(model)
 
-    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the push on each sample to ``state.sample_force``."""
         outputs = [self.measured, self.list_count, self.listed, state.sample_force]
-        return [run(body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
+        return [launcher(body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all samples [erg]."""

@@ -25,9 +25,9 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.vector_loads import read_whole, write_whole
+from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarnrelax.collision.pairs import from_entry
-from stitchmesh.yarnrelax.energies.cell_virial import with_gap
+from stitchmesh.yarnrelax.energies.cell_virial import add_contact_virial
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 
 
@@ -39,7 +39,7 @@ def contact_energy(distance2: Any, reach2: Any, stiffness: Any) -> Any:
 
 
 @wp.func
-def contact_push(distance2: Any, reach2: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+def contact_force_scale(distance2: Any, reach2: Any, stiffness: Any) -> tuple[Any, Any, Any]:
     """Force over the vector from the other sample; second derivative of the energy by the distance; 1 / distance^2."""
     inverse = type(reach2)(1.0) / reach2
     ratio = reach2 / distance2
@@ -57,55 +57,55 @@ def outer_product(apart: Any, size: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def pushing(scalar: Any, together: int, strained: bool) -> Any:
+def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> Any:
     """The function of a sample's contact force in one precision that takes so many entries of its list at a time.
 
-    Where cells are ``strained``, it finds the sample's share of the forces on their strains too.
+    Where cells are ``cell_relaxes``, it finds the sample's share of the forces on their strains too.
 
     On a GPU four places are on the way together; a CPU is fastest with one. Entries past the end are left out.
     """
-    vectors, scalars = wp.types.matrix(shape=(together, 4), dtype=scalar), vector(together, scalar)
+    vectors, scalars = wp.types.matrix(shape=(entries_at_once, 4), dtype=scalar), vector(entries_at_once, scalar)
 
     @wp.func
-    def push_at(
+    def contact_force_at(
         model: Any, p: int, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
     ) -> None:
         """Contact force on a sample and the row sum of its stiffness; its block of stiffness where there is room."""
-        here = read_whole(state.samples, p)
+        here = load_vector(state.samples, p)
         push = type(here)()
         block = type(state.sample_block[0])()
-        share = type(state.sample_strain[0])()
+        share = type(state.sample_virial[0])()
         count = candidate_count[p]
         apart, weight = vectors(), scalars()
-        for c in range(0, count, together):
-            for k in range(together):
+        for c in range(0, count, entries_at_once):
+            for k in range(entries_at_once):
                 entry = candidates[p, wp.min(c + k, count - 1)]
                 apart[k] = from_entry(model.images, state.samples, p, here, entry)
                 weight[k] = model.sample_weight[sample_number(model.images, entry)]
-            for k in range(together):
+            for k in range(entries_at_once):
                 gap = apart[k]
                 distance2 = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
                 reach2 = gap[3] * gap[3]
                 if distance2 < reach2 and c + k < count:
-                    size, stiff, inverse = contact_push(distance2, reach2, weight[k])
+                    size, stiff, inverse = contact_force_scale(distance2, reach2, weight[k])
                     push += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
                     block += outer_product(gap, stiff * inverse, block)
-                    if wp.static(strained):
-                        share = with_gap(share, model.images, p, gap, size, stiff, distance2, inverse)
+                    if wp.static(cell_relaxes):
+                        share = add_contact_virial(share, model.images, p, gap, size, stiff, distance2, inverse)
         scale = model.sample_stiffness[p]
-        write_whole(state.sample_force, p, push * scale)
+        store_vector(state.sample_force, p, push * scale)
         if state.sample_block.shape[0] > 0:
             state.sample_block[p] = block * scale
-        if wp.static(strained):
-            state.sample_strain[p] = share * scale
+        if wp.static(cell_relaxes):
+            state.sample_virial[p] = share * scale
 
-    return push_at
+    return contact_force_at
 
 
 @functools.cache
-def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
-    """The kernel of ``pushing``, for all samples."""
-    push_at = pushing(scalar, together, strained)
+def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
+    """The kernel of ``contact_force_function``, for all samples."""
+    contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
 
     @kernel
     def contact_forces(
@@ -118,7 +118,7 @@ def contact_forces(scalar: Any, together: int, strained: bool) -> wp.Kernel:
         state: Any,
     ) -> None:
         """Contact force on each sample."""
-        push_at(model, wp.tid(), candidate_count, candidates, state)
+        contact_force_at(model, wp.tid(), candidate_count, candidates, state)
 
     return contact_forces
 

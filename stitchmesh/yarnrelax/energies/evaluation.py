@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.captured import Zeroing
+from stitchmesh.compute.captured import ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import Sums
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_energies, contact_forces
 from stitchmesh.yarnrelax.energies.gather import gather_forces
-from stitchmesh.yarnrelax.energies.segment_forces import internal_energies, place_and_pull
-from stitchmesh.yarnrelax.energies.term import Run, Term
+from stitchmesh.yarnrelax.energies.segment_forces import samples_and_segment_forces, segment_energies
+from stitchmesh.yarnrelax.energies.term import Launcher, Term
 from stitchmesh.yarnrelax.model.constants import CONTACT, Model
 from stitchmesh.yarnrelax.model.state import State
 
@@ -25,34 +25,34 @@ BASE_TERMS = 4
 """Stretch, length, bending and contact."""
 
 
-def all_forces(
+def force_launches(
     model: Model,
     state: State,
     candidates: Candidates,
     terms: Sequence[Term],
     point_stiffness: wp.array[Any],
-    run: Run,
+    launcher: Launcher,
 ) -> list[Any]:
-    """Place the samples, then leave the sum of all forces in ``state.point_force``."""
-    launches = [_place_and_pull(model, state, (1.0, 1.0, 1.0), run)]
-    launches.append(_contact(model, state, candidates, run))
+    """Place the samples, then leave the sum of all forces in ``state.force``."""
+    launches = [_place_and_pull(model, state, (1.0, 1.0, 1.0), launcher)]
+    launches.append(_contact(model, state, candidates, launcher))
     if terms:
-        launches.append(run(clear, model.point_count, [], [state.outer_force]))
-        launches += [launch for term in terms for launch in term.forces(state, candidates, run)]
-    launches.append(gather(model, state, point_stiffness, run))
+        launches.append(launcher(clear, model.point_count, [], [state.external_force]))
+        launches += [launch for term in terms for launch in term.forces(state, candidates, launcher)]
+    launches.append(gather(model, state, point_stiffness, launcher))
     return launches
 
 
-def gather(model: Model, state: State, point_stiffness: wp.array[Any], run: Run) -> Any:
+def gather(model: Model, state: State, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
     """Sum pulls, pushes and outer forces at the control points."""
-    return run(gather_forces, model.point_count, [model.constants, point_stiffness, state.arrays], [])
+    return launcher(gather_forces, model.point_count, [model.constants, point_stiffness, state.arrays], [])
 
 
 def each_term(
     model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
 ) -> Iterator[str]:
-    """Leave the force of one term after the other in ``state.point_force``; the samples must be placed."""
-    launches = term_launches(model, state, candidates, terms, point_stiffness, model.record)
+    """Leave the force of one term after the other in ``state.force``; the samples must be placed."""
+    launches = term_launches(model, state, candidates, terms, point_stiffness, model.prepare)
     for name, own in launches.items():
         for launch in own:
             launch.launch()
@@ -65,24 +65,24 @@ def term_launches(
     candidates: Candidates,
     terms: Sequence[Term],
     point_stiffness: wp.array[Any],
-    run: Run,
+    launcher: Launcher,
 ) -> dict[str, list[Any]]:
-    """Of each term what leaves its force in ``state.point_force``, in this order; the samples must be placed."""
+    """Of each term what leaves its force in ``state.force``, in this order; the samples must be placed."""
     result: dict[str, list[Any]] = {}
-    of_pairs = [state.sample_force, state.sample_strain, state.outer_force]
+    of_pairs = [state.sample_force, state.sample_virial, state.external_force]
     for place, name in enumerate(("stretch", "length", "bend")):
         if model.stiffness[:, place].any():
             result[name] = [] if result else _cleared(of_pairs)
-            result[name].append(_place_and_pull(model, state, np.eye(3)[place], run))
-            result[name].append(gather(model, state, point_stiffness, run))
-    of_segments = [state.segment_pull, state.segment_strain]
+            result[name].append(_place_and_pull(model, state, np.eye(3)[place], launcher))
+            result[name].append(gather(model, state, point_stiffness, launcher))
+    of_segments = [state.leg_force, state.segment_virial]
     if model.stiffness[:, CONTACT].any():
-        result["contact"] = _cleared([*of_segments, state.outer_force])
-        result["contact"].append(_contact(model, state, candidates, run))
-        result["contact"].append(gather(model, state, point_stiffness, run))
+        result["contact"] = _cleared([*of_segments, state.external_force])
+        result["contact"].append(_contact(model, state, candidates, launcher))
+        result["contact"].append(gather(model, state, point_stiffness, launcher))
     for number, term in enumerate(terms):
         own = _cleared([*of_segments, *of_pairs])
-        own += [*term.forces(state, candidates, run), gather(model, state, point_stiffness, run)]
+        own += [*term.forces(state, candidates, launcher), gather(model, state, point_stiffness, launcher)]
         result[term.name if term.name not in result else f"{term.name} {number}"] = own
     return result
 
@@ -95,17 +95,17 @@ def energies(model: Model, state: State, candidates: Candidates, terms: Sequence
     return found | {term.name: term.energy(state, candidates) for term in terms}
 
 
-def energy_launches(model: Model, state: State, candidates: Candidates, sums: Sums, run: Run) -> list[Any]:
+def energy_launches(model: Model, state: State, candidates: Candidates, sums: Sums, launcher: Launcher) -> list[Any]:
     """Ask for the energies of the terms that every relaxation has; the samples must be placed."""
     segments, contact = [model.empty(model.segment_count) for _ in range(3)], model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]
     launches = [
-        run(internal_energies, model.segment_count, [model.constants, state.points], segments),
-        run(contact_energies, model.sample_count, inputs, [contact]),
+        launcher(segment_energies, model.segment_count, [model.constants, state.points], segments),
+        launcher(contact_energies, model.sample_count, inputs, [contact]),
     ]
     for name, part in zip(("stretch", "length", "bend"), segments, strict=True):
-        launches.append(sums.add(name, part, model.cell_segments, run))
-    return [*launches, sums.add("contact", contact, model.cell_samples, run)]
+        launches.append(sums.add(name, part, model.cell_segments, launcher))
+    return [*launches, sums.add("contact", contact, model.cell_samples, launcher)]
 
 
 @kernel
@@ -118,16 +118,16 @@ def clear(
     vectors[i] = type(vectors[0])()
 
 
-def _place_and_pull(model: Model, state: State, terms: Iterable[float], run: Run) -> Any:
-    kernel = place_and_pull(model.quadrature_points, state.strained)
-    return run(kernel, model.segment_count, [model.constants, model.numbers(*terms), state.arrays], [])
+def _place_and_pull(model: Model, state: State, terms: Iterable[float], launcher: Launcher) -> Any:
+    kernel = samples_and_segment_forces(model.quadrature_points, state.cell_relaxes)
+    return launcher(kernel, model.segment_count, [model.constants, model.numbers(*terms), state.arrays], [])
 
 
-def _contact(model: Model, state: State, candidates: Candidates, run: Run) -> Any:
-    kernel = contact_forces(model.scalar, 4 if model.device.is_cuda else 1, state.strained)
-    return run(kernel, model.sample_count, [model.constants, candidates.count, candidates.lists, state.arrays], [])
+def _contact(model: Model, state: State, candidates: Candidates, launcher: Launcher) -> Any:
+    kernel = contact_forces(model.scalar, 4 if model.device.is_cuda else 1, state.cell_relaxes)
+    return launcher(kernel, model.sample_count, [model.constants, candidates.count, candidates.lists, state.arrays], [])
 
 
 def _cleared(arrays: Sequence[wp.array[Any]]) -> list[Any]:
     """Set arrays to zero."""
-    return [Zeroing(array) for array in arrays if len(array)]
+    return [ZeroArray(array) for array in arrays if len(array)]

@@ -40,7 +40,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, renewed_contacts
 from stitchmesh.yarnrelax.energies.friction_law import resisted_slip, slip_energy, slip_measure, slip_slope, vector_from
-from stitchmesh.yarnrelax.energies.term import Run, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.state import State
@@ -149,9 +149,9 @@ class _Friction(Term):
         self.law = vector(4, model.scalar)(largest, along, across, friction.slip_length)
         self.contacts = first_contacts(model)
 
-    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the friction to ``state.sample_force``."""
-        return [run(friction_forces, self.model.sample_count, self._inputs(state), [state.sample_force])]
+        return [launcher(friction_forces, self.model.sample_count, self._inputs(state), [state.sample_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all pairs [erg]; zero where nothing slipped."""

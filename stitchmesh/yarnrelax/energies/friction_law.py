@@ -12,7 +12,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.yarnrelax.collision.pairs import from_entry
-from stitchmesh.yarnrelax.energies.contact import contact_push
+from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 
 # Two yarns cross where the difference of their unit tangents is longer than sqrt(0.1), an angle of 18 degrees; below
@@ -51,7 +51,7 @@ def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p:
     if distance2 < reach2:
         q = sample_number(model.images, entry)
         stiffness = model.sample_stiffness[p] * model.sample_weight[q]
-        push, _stiff, _inverse = contact_push(distance2, reach2, stiffness)
+        push, _stiff, _inverse = contact_force_scale(distance2, reach2, stiffness)
         press = across_both(away, tangent[p], tangent[q]) * push
     return press
 

@@ -23,7 +23,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Run, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import point_masses
 from stitchmesh.yarnrelax.model.state import State
@@ -38,11 +38,11 @@ def add_weights(
     mass: wp.array[Any],
     acceleration: Any,
     # state out
-    outer_force: wp.array[Any],
+    external_force: wp.array[Any],
 ) -> None:
     """Add the weight of each control point [erg / unit]."""
     i = wp.tid()
-    outer_force[i] += acceleration * mass[i]
+    external_force[i] += acceleration * mass[i]
 
 
 @kernel
@@ -97,9 +97,9 @@ class _Weight(Term):
         # cm of height in units: mass times this is a force [erg / unit]
         self.acceleration = vector(3, model.scalar)(*(float(a) * model.unit for a in acceleration))
 
-    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
-        """Add the weights to ``state.outer_force``."""
-        return [run(add_weights, self.model.point_count, [self.mass, self.acceleration], [state.outer_force])]
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add the weights to ``state.external_force``."""
+        return [launcher(add_weights, self.model.point_count, [self.mass, self.acceleration], [state.external_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Potential energy [erg] above the middle of the yarns as they were given."""

@@ -24,9 +24,9 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Run, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.point_selection import named_points
+from stitchmesh.yarnrelax.model.point_selection import select_points
 from stitchmesh.yarnrelax.model.state import State
 
 
@@ -36,11 +36,11 @@ def add_pull(
     pulled: wp.array[wp.int32],
     share: Any,
     # state out
-    outer_force: wp.array[Any],
+    external_force: wp.array[Any],
 ) -> None:
     """Add each pulled control point's share of the force [erg / unit]."""
     k = wp.tid()
-    outer_force[pulled[k]] += share
+    external_force[pulled[k]] += share
 
 
 @kernel
@@ -59,7 +59,7 @@ def pull_energies(
 
 
 @dataclass(frozen=True, eq=False)
-class Pull(TermChoice):
+class PointLoad(TermChoice):
     """A force on control points, chosen by number, by stitch face, or both.
 
     Raises:
@@ -83,7 +83,7 @@ class Pull(TermChoice):
         Raises:
             ParameterError: a control point or a stitch face is not there, or nothing is pulled.
         """
-        return _Pulled(model, named_points("pull", model.yarns, self.points, self.faces), self.force)
+        return _Pulled(model, select_points("pull", model.yarns, self.points, self.faces), self.force)
 
 
 class _Pulled(Term):
@@ -97,9 +97,9 @@ class _Pulled(Term):
         # cm in units: dyn times this is a force [erg / unit]
         self.share = vector(3, model.scalar)(*(float(f) * model.unit / len(points) for f in force))
 
-    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
-        """Add the shares to ``state.outer_force``."""
-        return [run(add_pull, len(self.pulled), [self.pulled, self.share], [state.outer_force])]
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add the shares to ``state.external_force``."""
+        return [launcher(add_pull, len(self.pulled), [self.pulled, self.share], [state.external_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Potential energy [erg]."""

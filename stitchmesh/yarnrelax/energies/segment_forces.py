@@ -15,7 +15,7 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.energies.bend import bend_energy, bend_slopes
-from stitchmesh.yarnrelax.energies.cell_virial import with_leg
+from stitchmesh.yarnrelax.energies.cell_virial import add_leg_virial
 from stitchmesh.yarnrelax.energies.stretch import length_energy, length_slope, stretch_energy, stretch_slope
 from stitchmesh.yarnrelax.model.contact_samples import put_samples
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
@@ -23,7 +23,7 @@ from stitchmesh.yarnrelax.model.spline import segment_corners
 
 
 @functools.cache
-def segment_pulls(quadrature_points: int) -> Any:
+def leg_force_function(quadrature_points: int) -> Any:
     """The function of a segment's pulls for a number of quadrature points, known when it is compiled.
 
     A loop of known length is unrolled, and the points' square roots and divisions overlap: measured on a GPU, twice
@@ -102,15 +102,15 @@ def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
 
 
 @functools.cache
-def pulling(quadrature_points: int, strained: bool) -> Any:
+def segment_force_function(quadrature_points: int, cell_relaxes: bool) -> Any:
     """The function that finds what a segment with given control points exerts.
 
-    Where cells are ``strained``, it finds the segment's share of the forces on their strains too.
+    Where cells are ``cell_relaxes``, it finds the segment's share of the forces on their strains too.
     """
-    pulls = segment_pulls(quadrature_points)
+    pulls = leg_force_function(quadrature_points)
 
     @wp.func
-    def pull_at(model: Any, s: int, terms: Any, q0: Any, q1: Any, q2: Any, q3: Any, state: Any) -> None:
+    def segment_forces_at(model: Any, s: int, terms: Any, q0: Any, q1: Any, q2: Any, q3: Any, state: Any) -> None:
         """Pulls on the legs of a segment [erg / unit].
 
         ``terms`` is 1 for each of stretch, length and bending that counts, else 0.
@@ -119,22 +119,22 @@ def pulling(quadrature_points: int, strained: bool) -> Any:
         k = wp.cw_mul(model.segment_stiffness[s], terms)
         natural = natural_ends(model, s)
         pull0, pull1, pull2 = pulls(model, k, rest_length, natural, q1 - q0, q2 - q1, q3 - q2)
-        state.segment_pull[0, s] = pull0
-        state.segment_pull[1, s] = pull1
-        state.segment_pull[2, s] = pull2
-        if wp.static(strained):
+        state.leg_force[0, s] = pull0
+        state.leg_force[1, s] = pull1
+        state.leg_force[2, s] = pull2
+        if wp.static(cell_relaxes):
             cell = cell_of(model.images, s)
             e1, e2 = model.images.frame[2 * cell], model.images.frame[2 * cell + 1]
             third = (k[0] + k[1]) * type(rest_length)(2.0 / 3.0)
-            share = with_leg(type(state.segment_strain[0])(), e1, e2, q1 - q0, pull0, third)
-            share = with_leg(share, e1, e2, q2 - q1, pull1, third)
-            state.segment_strain[s] = with_leg(share, e1, e2, q3 - q2, pull2, third)
+            share = add_leg_virial(type(state.segment_virial[0])(), e1, e2, q1 - q0, pull0, third)
+            share = add_leg_virial(share, e1, e2, q2 - q1, pull1, third)
+            state.segment_virial[s] = add_leg_virial(share, e1, e2, q3 - q2, pull2, third)
 
-    return pull_at
+    return segment_forces_at
 
 
 @wp.func
-def mean_at(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, state: Any) -> None:
+def mean_direction_at(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, state: Any) -> None:
     """``mean_direction`` of a segment with given control points."""
     state.segment_block[s] = mean_direction(
         model.segment_rest_length[s], q1 - q0, q2 - q1, q3 - q2, state.segment_block[0]
@@ -142,12 +142,12 @@ def mean_at(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, state: Any) 
 
 
 @functools.cache
-def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
+def samples_and_segment_forces(quadrature_points: int, cell_relaxes: bool) -> wp.Kernel:
     """The kernel that places contact samples and finds the pulls: both need a segment's control points, read once."""
-    pull_at = pulling(quadrature_points, strained)
+    segment_forces_at = segment_force_function(quadrature_points, cell_relaxes)
 
     @kernel
-    def place_and_pull(
+    def samples_and_segment_forces(
         # model
         model: Any,
         terms: Any,
@@ -158,15 +158,15 @@ def place_and_pull(quadrature_points: int, strained: bool) -> wp.Kernel:
         s = wp.tid()
         q0, q1, q2, q3 = segment_corners(model, state.points, s)
         put_samples(model, s, q0, q1, q2, q3, state.samples)
-        pull_at(model, s, terms, q0, q1, q2, q3, state)
+        segment_forces_at(model, s, terms, q0, q1, q2, q3, state)
         if state.segment_block.shape[0] > 0:
-            mean_at(model, s, q0, q1, q2, q3, state)
+            mean_direction_at(model, s, q0, q1, q2, q3, state)
 
-    return place_and_pull
+    return samples_and_segment_forces
 
 
 @kernel
-def internal_energies(
+def segment_energies(
     # model
     model: Any,
     # state in

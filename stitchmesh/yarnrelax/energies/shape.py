@@ -41,7 +41,7 @@ from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.shape_patches import Loops, Rows, choose_patches, loops_of, owners
-from stitchmesh.yarnrelax.energies.term import Run, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
@@ -129,7 +129,7 @@ def add_shape_forces(
     # state in
     pull: wp.array[Any],
     # state out
-    outer_force: wp.array[Any],
+    external_force: wp.array[Any],
 ) -> None:
     """Add the pull of all patches of a loop to its control points."""
     loop = wp.tid()
@@ -137,7 +137,7 @@ def add_shape_forces(
     for k in range(owner_start[loop], owner_start[loop + 1]):
         total += pull[owner_patches[k]] * owner_weight[k]
     for k in range(loop_start[loop], loop_start[loop + 1]):
-        outer_force[loop_points[k]] -= total
+        external_force[loop_points[k]] -= total
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,11 +195,13 @@ class Shape(Term):
     patch_energy: wp.array[Any]
     """Energy of each patch [erg], shape (K,)."""
 
-    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the patches' forces."""
         owned = [self.loop_start, self.loop_points, self.owner_start, self.owner_patches, self.owner_weight]
-        launches = self._pull(state, run)
-        launches.append(run(add_shape_forces, len(self.loop_start) - 1, [*owned, self.pull], [state.outer_force]))
+        launches = self._pull(state, launcher)
+        launches.append(
+            launcher(add_shape_forces, len(self.loop_start) - 1, [*owned, self.pull], [state.external_force])
+        )
         return launches
 
     def energy(self, state: State, candidates: Candidates) -> float:
@@ -215,14 +217,14 @@ class Shape(Term):
         result[self.loop_points.numpy()] = np.repeat(rows, np.diff(self.loop_start.numpy()))
         return result
 
-    def _pull(self, state: State, run: Run) -> list[Any]:
+    def _pull(self, state: State, launcher: Launcher) -> list[Any]:
         kappa = vector(3, self.model.scalar)(*self.kappa)
         inputs = [self.patch_start, self.patch_loops, self.patch_weight, self.whole, self.normal, kappa,
                   self.threshold, self.displacement]  # fmt: skip
+        loops = [self.loop_start, self.loop_points, self.home, state.points]
         return [
-            run(displace_loops, len(self.loop_start) - 1, [self.loop_start, self.loop_points, self.home, state.points],
-                [self.displacement]),
-            run(pull_patches, len(self.whole), inputs, [self.pull, self.patch_energy]),
+            launcher(displace_loops, len(self.loop_start) - 1, loops, [self.displacement]),
+            launcher(pull_patches, len(self.whole), inputs, [self.pull, self.patch_energy]),
         ]  # fmt: skip
 
 

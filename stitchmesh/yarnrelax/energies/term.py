@@ -20,8 +20,8 @@ from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
-Run = Callable[..., Any]
-"""``Model.launch`` or ``Model.record``."""
+Launcher = Callable[..., Any]
+"""``Model.launch`` or ``Model.prepare``."""
 
 
 class Term(ABC):
@@ -33,8 +33,8 @@ class Term(ABC):
     """Whether it is to be renewed each time the yarns have come to rest, until that changes nothing."""
 
     @abstractmethod
-    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
-        """Add its force to ``state.sample_force``, ``state.outer_force`` or ``state.segment_pull``.
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add its force to ``state.sample_force``, ``state.external_force`` or ``state.leg_force``.
 
         The fourth component of ``state.sample_force`` is the row sum of stiffness.
         """
@@ -76,11 +76,11 @@ class Constraint(ABC):
     """Something that holds control points."""
 
     @abstractmethod
-    def filter_forces(self, force: wp.array[Any], run: Run) -> list[Any]:
+    def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Take from forces on the control points what the constraint carries."""
 
     @abstractmethod
-    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], run: Run) -> list[Any]:
+    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Change steps so that they keep the constraint; none may become longer than its limit."""
 
 

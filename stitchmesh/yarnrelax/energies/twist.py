@@ -36,7 +36,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Run, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
 from stitchmesh.yarnrelax.energies.twist_holonomy import binormal, find_chords, multiply_strands, total_holonomy
 from stitchmesh.yarnrelax.energies.twist_path import put_path
 from stitchmesh.yarnrelax.model.constants import Model
@@ -58,7 +58,7 @@ def add_twist_pulls(
     holonomy: wp.array[wp.float64],
     chord: wp.array[Any],
     # state out
-    segment_pull: wp.array2d[Any],
+    leg_force: wp.array2d[Any],
 ) -> None:
     """Add the force of twist on the end of each leg [erg / unit]."""
     s = wp.tid()
@@ -67,9 +67,9 @@ def add_twist_pulls(
     corners = binormal(chord[before[s]], here) + binormal(here, chord[after[s]])
     size = wp.length(here)
     pull = corners * (type(size)((holonomy[yarn] - untwisted[yarn]) / softness[yarn]) / (type(size)(6.0) * size))
-    segment_pull[0, s] += pull
-    segment_pull[1, s] += pull * type(size)(4.0)
-    segment_pull[2, s] += pull
+    leg_force[0, s] += pull
+    leg_force[1, s] += pull * type(size)(4.0)
+    leg_force[2, s] += pull
 
 
 @kernel
@@ -135,13 +135,13 @@ class _Twist(Term):
         self._follow(points, model.launch)
         self.untwisted = self._doubles(imposed + self.holonomy.numpy())
 
-    def forces(self, state: State, candidates: Candidates, run: Run) -> list[Any]:
-        """Add the force of twist to ``state.segment_pull``."""
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add the force of twist to ``state.leg_force``."""
         path = self.path
         inputs = [self.model.constants, path.before, path.after, self.untwisted, self.softness, self.holonomy,
                   path.chord]  # fmt: skip
-        launches = self._follow(state.points, run)
-        return [*launches, run(add_twist_pulls, self.model.segment_count, inputs, [state.segment_pull])]
+        launches = self._follow(state.points, launcher)
+        return [*launches, launcher(add_twist_pulls, self.model.segment_count, inputs, [state.leg_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all yarns [erg]."""
@@ -166,16 +166,16 @@ class _Twist(Term):
         """The holonomy, which is followed from the value that it had last."""
         return {"holonomy": self.holonomy}
 
-    def _follow(self, points: wp.array[Any], run: Run) -> list[Any]:
+    def _follow(self, points: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Bring the holonomy up to date."""
         path, model = self.path, self.model
         strands = [path.strand_start, path.before, path.chord]
         yarns = [path.yarn_strand, path.yarn_start, path.before, path.after, path.closing, path.chord,
                  path.strand_turn]  # fmt: skip
         return [
-            run(find_chords, model.segment_count, [model.constants, points], [path.chord]),
-            run(multiply_strands, len(path.strand_turn), strands, [path.strand_turn]),
-            run(total_holonomy, model.yarns.yarn_count, yarns, [self.holonomy]),
+            launcher(find_chords, model.segment_count, [model.constants, points], [path.chord]),
+            launcher(multiply_strands, len(path.strand_turn), strands, [path.strand_turn]),
+            launcher(total_holonomy, model.yarns.yarn_count, yarns, [self.holonomy]),
         ]
 
     def _doubles(self, values: NDArray[np.float64]) -> wp.array[Any]:

@@ -4,27 +4,29 @@
 
 The linking number of two closed curves is half the sum of the signs of their crossings in a projection,
 
-    2 lk(A, B) = sum of sign(c) over crossings c of A and B,
+    2 lk(A, B) = sum of sign(c) over crossings c of A and B.
 
-and cannot change unless one passes through the other. Yarns are taken as polylines with whole coordinates
-(``picture``), whose crossings and signs are decided without rounding (``crossings``): the numbers are exact for those
-polylines, which differ from the curves by a few hundredths of a radius. A change proves that a yarn passed through
-another. That nothing changed does not prove that none did, for two passes in opposite senses cancel.
+It cannot change unless one curve passes through the other. The yarns are replaced by polylines with integer
+coordinates (``projection``), whose crossings and signs are decided without rounding (``crossings``). The numbers are
+therefore exact for these polylines, which differ from the curves by a few hundredths of a radius. A changed number
+proves that a yarn passed through another. Unchanged numbers do not prove that none did, because two passes in opposite
+senses cancel.
 
-Open yarns are closed far away (``closing``). The closing is no yarn, and others may move through it: the linking of an
-open yarn tells how it lies, but only that of two closed yarns is a certificate, which no motion without pull-through
-can change.
+Open yarns are closed artificially, far away from all yarns (``open_yarns``). An artificial closure is not a yarn, and
+other yarns may move through it. The linking number of an open yarn therefore describes how the yarn lies. Only the
+linking number of two closed yarns is a certificate, which no motion without pull-through can change.
 
-On a lattice a yarn stands for all its copies, moved by a periods u + b periods v. A yarn whose lattice step is zero is
-a ring in each copy; one with another step is an endless line, which its own step moves onto itself. For two yarns and
-each image (a, b) of the second relative to the first the signs are summed over one period that the two copies share,
-seen along the normal of the fabric or nearly; images that steps of either yarn carry into one another are one. The sum
-is a certificate too: motions change the picture, a diagram on a torus, by Reidemeister's moves, of which the second and
-third keep the sum, while the first is about a yarn and itself. Nor does it depend on the direction of the projection,
-for another direction is a shear of space along the fabric. Rings, and lines that run the same way, cross an even number
-of times: half the sum is their linking number. Two lines that run across each other have an odd sum, 1 or -1 where one
-lies over the other. Two copies of one yarn count as two yarns; where half its step swaps them, a crossing and the one
-that it is carried into count once. Open yarns on a lattice are not closed: their sums tell how they lie.
+On a lattice a yarn represents all its copies, which are displaced by a periods u + b periods v. A yarn whose lattice
+step is zero is a ring in each copy. A yarn with another step is an endless line, which its own step maps onto itself.
+For two yarns and each image (a, b) of the second relative to the first, the signs are summed over one period that both
+copies share, in a projection along the normal of the fabric or nearly along it. Images that the steps of either yarn
+map onto each other are counted as one. This sum is a certificate too: a motion changes the projection, a diagram on a
+torus, by Reidemeister's moves. The second and the third move keep the sum, and the first concerns a yarn and itself.
+The sum does not depend on the direction of the projection either, because another direction is a shear of space along
+the fabric. Rings, and lines in the same direction, cross an even number of times: half the sum is their linking number.
+Two lines in different directions have an odd sum, 1 or -1 where one lies over the other. Two copies of one yarn count
+as two yarns. Where half the step of the yarn exchanges them, a crossing and its image count once. Open yarns on a
+lattice are not closed: their sums describe how they lie.
 """
 
 from __future__ import annotations
@@ -39,8 +41,8 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.crossing_codes import decoded
 from stitchmesh.yarnrelax.linking.crossings import edge_crossings
-from stitchmesh.yarnrelax.linking.open_yarns import closing_crossings
-from stitchmesh.yarnrelax.linking.projection import draw
+from stitchmesh.yarnrelax.linking.open_yarns import open_yarn_crossings
+from stitchmesh.yarnrelax.linking.projection import project_yarns
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +63,13 @@ def linking_certificate(yarns: YarnSet, *, device: str | None = None) -> csr_arr
     """Linking numbers of all pairs of yarns, a symmetric integer matrix of shape (Y, Y).
 
     Without a lattice the diagonal is zero. On a lattice an entry is the sum over all images of the signs of crossings,
-    which is twice the linking number where two yarns cross an even number of times, and the diagonal tells of crossings
-    of different copies of a yarn; ``doubled_linking`` has the images one by one.
+    which is twice the linking number where two yarns cross an even number of times, and the diagonal contains crossings
+    of different copies of a yarn; ``doubled_linking`` has a row for each image.
 
     Args:
         yarns: closed or open yarns.
-        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given. Devices agree but for yarns that
-            lie within a unit of one another, some millionths of an edge.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given. Devices agree, except for yarns
+            whose distance is below a unit, some millionths of an edge.
 
     Raises:
         ParameterError: an unknown device, or yarns over too many periods of a lattice.
@@ -91,16 +93,16 @@ def doubled_linking(yarns: YarnSet, *, device: str | None = None) -> DoubledLink
     Raises:
         ParameterError: as for ``linking_certificate``.
     """
-    picture = draw(yarns, device_named(device))
-    codes = edge_crossings(picture)
+    projection = project_yarns(yarns, device_named(device))
+    codes = edge_crossings(projection)
     arcs, arc_signs = np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
     if yarns.lattice is None and not yarns.closed.all():
-        line_codes, arcs, arc_signs = closing_crossings(picture, yarns.closed)
+        line_codes, arcs, arc_signs = open_yarn_crossings(projection, yarns.closed)
         codes = np.concatenate([codes, line_codes])
     codes, counts = np.unique(codes, return_counts=True)
-    pairs, images, signs = decoded(picture, codes)
+    pairs, images, signs = decoded(projection, codes)
     pairs = np.concatenate([pairs, arcs])
-    images = np.concatenate([_representative(images, pairs[: len(images)], picture.step.numpy()), 0 * arcs])
+    images = np.concatenate([_representative(images, pairs[: len(images)], projection.step.numpy()), 0 * arcs])
     rows, doubled = _summed(np.concatenate([pairs, images], axis=1), np.concatenate([counts * signs, arc_signs]))
     return DoubledLinking(yarns.yarn_count, rows[:, :2], rows[:, 2:], doubled)
 
@@ -128,7 +130,7 @@ def _rows(linking: DoubledLinking | csr_array) -> tuple[IntArray, IntArray]:
 
 
 def _summed(rows: IntArray, values: IntArray) -> tuple[IntArray, IntArray]:
-    """Equal rows once, sorted, with the sum of their values where it is not zero."""
+    """Unique rows, sorted, with the sums of their values; rows whose sum is zero are left out."""
     if len(rows) == 0:
         return rows, values
     order = np.lexsort(rows.T[::-1])
@@ -139,7 +141,7 @@ def _summed(rows: IntArray, values: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _representative(image: IntArray, pairs: IntArray, step: IntArray) -> IntArray:
-    """One image for all that steps of the two yarns carry into one another, or that swap two copies of one yarn."""
+    """One image for all images that the steps of the two yarns map onto each other, or that exchange two copies."""
     first, second = _reduced_steps(step[pairs[:, 0]].astype(np.int64), step[pairs[:, 1]].astype(np.int64))
     here, there = _modulo(image, first, second), _modulo(-image, first, second)
     swap = (there[:, 0] < here[:, 0]) | ((there[:, 0] == here[:, 0]) & (there[:, 1] < here[:, 1]))
@@ -160,7 +162,7 @@ def _reduced_steps(first: IntArray, second: IntArray) -> tuple[IntArray, IntArra
 
 
 def _modulo(image: IntArray, first: IntArray, second: IntArray) -> IntArray:
-    """Image less as many steps (g, h) and (0, k) as leave it the least that is not negative."""
+    """Remainder of the image after steps (g, h) and (0, k), the smallest that is not negative."""
     x, y = image[:, 0], image[:, 1]
     turns: IntArray = np.where(first[:, 0] > 0, x // np.maximum(first[:, 0], 1), 0)
     x, y = x - turns * first[:, 0], y - turns * first[:, 1]

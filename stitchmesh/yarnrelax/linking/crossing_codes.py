@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Crossings written down by kernels, each as one whole number.
+"""Crossings that kernels write, each as one integer.
 
-With Y yarns, yarns i <= j, image (a, b) of yarn j relative to yarn i and sign +1 or -1 the number is
+With Y yarns, yarns i <= j, image (a, b) of yarn j relative to yarn i and sign +1 or -1 the integer is
 
     code = 2 (((i Y + j) A + a + (A - 1) / 2) B + b + (B - 1) / 2) + (1 + sign) / 2
 
-where A and B count the images that there may be. Kernels write them in no order, which sums do not depend on.
+where A and B are the numbers of possible images along the two periods. Kernels write the codes in no particular order,
+and sums do not depend on the order.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ import warp as wp
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
-from stitchmesh.yarnrelax.linking.projection import Picture
+from stitchmesh.yarnrelax.linking.projection import Projection
 
 
 @wp.struct
 class Crossings:
-    """Found crossings, each one number, in no order."""
+    """Found crossings, each one integer, in no particular order."""
 
     count: wp.array[wp.int32]
-    """How many there are, more than fit maybe, shape (1,)."""
+    """Number of crossings, which may exceed the capacity, shape (1,)."""
     code: wp.array[wp.int64]
     """Two yarns, the image of the second relative to the first, and the sign; see ``decoded``."""
     yarns: wp.int64
@@ -38,7 +39,7 @@ class Crossings:
 
 @wp.func
 def note(crossings: Crossings, one: int, two: int, image: wp.vec2i, positive: bool) -> None:
-    """Write down a crossing of yarn one with the copy of yarn two in an image."""
+    """Write a crossing of yarn one with the copy of yarn two in an image."""
     slot = wp.atomic_add(crossings.count, 0, 1)
     if slot < crossings.code.shape[0]:
         seen = wp.where(one <= two, image, -image)
@@ -48,19 +49,19 @@ def note(crossings: Crossings, one: int, two: int, image: wp.vec2i, positive: bo
         crossings.code[slot] = wp.int64(2) * code + wp.where(positive, wp.int64(1), wp.int64(0))
 
 
-def collected(picture: Picture, launch: Callable[[Any], None]) -> IntArray:
-    """Codes that a launch writes; it is repeated with more room where there are more than one for each edge.
+def collected(projection: Projection, launch: Callable[[Any], None]) -> IntArray:
+    """Codes that a launch writes; the launch is repeated with more capacity where crossings outnumber edges.
 
     Raises:
         ParameterError: so many yarns over so many periods that a code does not fit 63 bits.
     """
-    device = picture.vertices.device
-    yarns = len(picture.yarn_edge) - 1
-    if 2 * yarns**2 * int(np.prod(2 * picture.reach + 1, dtype=object)) >= 2**63:
+    device = projection.vertices.device
+    yarns = len(projection.yarn_edge) - 1
+    if 2 * yarns**2 * int(np.prod(2 * projection.reach + 1, dtype=object)) >= 2**63:
         raise ParameterError(f"linking certificate: got {yarns} yarns; expected fewer, or nearer to one period")
     crossings = Crossings()
-    crossings.yarns, crossings.reach = wp.int64(yarns), wp.vec2i(*picture.reach.tolist())
-    room = picture.edge_yarn.shape[0]
+    crossings.yarns, crossings.reach = wp.int64(yarns), wp.vec2i(*projection.reach.tolist())
+    room = projection.edge_yarn.shape[0]
     while True:
         crossings.count = wp.zeros(1, dtype=wp.int32, device=device)
         crossings.code = wp.empty(room, dtype=wp.int64, device=device)
@@ -71,11 +72,11 @@ def collected(picture: Picture, launch: Callable[[Any], None]) -> IntArray:
         room = found
 
 
-def decoded(picture: Picture, code: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+def decoded(projection: Projection, code: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Two yarns, image of the second relative to the first, and sign, of each code."""
     code, positive = np.divmod(code, 2)
     image = np.empty((len(code), 2), dtype=np.int64)
     for axis in (1, 0):
-        code, image[:, axis] = np.divmod(code, 2 * picture.reach[axis] + 1)
-    yarns = np.stack(np.divmod(code, len(picture.yarn_edge) - 1), axis=1)
-    return yarns, image - picture.reach, 2 * positive - 1
+        code, image[:, axis] = np.divmod(code, 2 * projection.reach[axis] + 1)
+    yarns = np.stack(np.divmod(code, len(projection.yarn_edge) - 1), axis=1)
+    return yarns, image - projection.reach, 2 * positive - 1

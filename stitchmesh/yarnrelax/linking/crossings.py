@@ -1,22 +1,22 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Crossings of yarns in a picture, decided in whole numbers.
+"""Crossings of yarns in a projection, decided in integers.
 
-Edges ab and cd cross where c and d lie on two sides of the line ab, and a and b on two sides of the line cd. A crossing
-is positive where a turn to the left, by less than half a turn, takes the upper strand's direction to the lower one's;
-its sign is that of the volume
+Edges ab and cd cross where c and d lie on different sides of the line ab, and a and b on different sides of the line
+cd. A crossing is positive where a turn to the left, by less than half a turn, rotates the direction of the upper strand
+to the direction of the lower one. Its sign is the sign of the volume
 
     -((b - a) x (d - c)) . (c - a)
 
-Where yarns meet in a point, or a vertex lies above an edge or another vertex, the later yarn counts as moved by
-(e, e^2, e^3) relative to the earlier one, with e smaller than anything (Edelsbrunner and Muecke 1990). So every answer
-is that of two polylines in general position, whole yarns moved as one; in particular closed polylines cross an even
-number of times. Of two copies of one yarn, one is the later by a rule that does not depend on where they are met. It
-cannot decide between a copy and the one half a step farther, where only coordinates that agree to the last unit may be
-taken amiss.
+Where yarns meet in a point, or a vertex lies above an edge or another vertex, the later yarn counts as displaced by
+(e, e^2, e^3) relative to the earlier one, with an infinitesimal e (Edelsbrunner and Muecke 1990). Every answer is
+therefore valid for two polylines in general position, each displaced as a whole. In particular, closed polylines cross
+an even number of times. Of two copies of one yarn, one is the later one by a rule that does not depend on where they
+meet. The rule cannot decide between a copy and the copy half a step farther. There, only coordinates that agree to the
+last unit may be decided wrongly.
 
-Each edge is tested against those that start in its cell and in half of the neighbouring ones, which finds each pair
-once. Sums over crossings do not depend on the order in which they are found.
+Each edge is tested against the edges that start in its cell and in half of the neighbouring cells, which finds each
+pair once. Sums over crossings do not depend on the order in which the crossings are found.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
-from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, Picture
+from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, Projection
 
 APART = wp.constant(wp.float64(4 * EDGE))
-"""Height difference [units] beyond which one edge lies above another however they slope."""
+"""Height difference [units] above which one edge lies above another whatever their slopes."""
 
 
 @wp.struct
@@ -39,17 +39,17 @@ class Edges:
     """Edges in the order of their cells, moved into the first period."""
 
     key: wp.array[wp.int64]
-    """Number of the cell, shape (E,); a second half is room for sorting."""
+    """Number of the cell, shape (E,); the second half of the array is scratch space for sorting."""
     box: wp.array[wp.vec4d]
     """Least x and y, then largest x and y of the edge [units], shape (E,)."""
     tail: wp.array[wp.vec3d]
-    """Where the edge begins [units], shape (E,)."""
+    """First vertex of the edge [units], shape (E,)."""
     head: wp.array[wp.vec3d]
-    """Where it ends [units], shape (E,)."""
+    """Last vertex of the edge [units], shape (E,)."""
     yarn: wp.array[wp.int32]
-    """Its yarn, shape (E,)."""
+    """Yarn of the edge, shape (E,)."""
     image: wp.array[wp.vec2i]
-    """Image that it was moved from, shape (E,)."""
+    """Image from which the edge was moved, shape (E,)."""
 
 
 @wp.func
@@ -115,7 +115,7 @@ def order_edges(
 
 @wp.func
 def is_left(direction: wp.vec3d, product: wp.float64, later: wp.float64) -> bool:
-    """Whether a point lies left of a line, from its cross product; ``later`` is 1 where its yarn is, else -1."""
+    """Whether a point lies left of a line, from its cross product; ``later`` is 1 if its yarn is later, else -1."""
     if product != wp.float64(0.0):
         return product > wp.float64(0.0)
     if direction[1] != wp.float64(0.0):
@@ -125,7 +125,7 @@ def is_left(direction: wp.vec3d, product: wp.float64, later: wp.float64) -> bool
 
 @wp.func
 def lies_left(tail: wp.vec3d, head: wp.vec3d, point: wp.vec3d, later: wp.float64) -> bool:
-    """Whether a point lies left of an edge that is near; float64 holds the products exactly."""
+    """Whether a point lies left of a near edge; float64 holds the products exactly."""
     direction = head - tail
     return is_left(direction, direction[0] * (point[1] - tail[1]) - direction[1] * (point[0] - tail[0]), later)
 
@@ -135,7 +135,7 @@ def crossing_is_positive(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, d: wp.vec3d, lat
     """Sign of the crossing of edges ab and cd."""
     normal = wp.cross(b - a, d - c)
     apart = c - a
-    # beyond the slopes of both edges more height changes nothing
+    # a height above the slopes of both edges does not change the sign
     height = wp.clamp(apart[2], -APART, APART)
     volume = wp.int64(normal[0]) * wp.int64(apart[0]) + wp.int64(normal[1]) * wp.int64(apart[1])
     volume += wp.int64(normal[2]) * wp.int64(height)
@@ -177,7 +177,7 @@ def boxes_meet(one: wp.vec4d, two: wp.vec4d) -> bool:
 @wp.func
 def cross_pair(edges: Edges, grid: Grid, step: wp.array[wp.vec2i], i: int, j: int, wrap: wp.vec2i,
               crossings: Crossings) -> None:  # fmt: skip
-    """Note where edge i crosses the copy of edge j that is ``wrap`` periods on."""
+    """Write the crossing of edge i with the copy of edge j displaced by ``wrap`` periods, if there is one."""
     one, two = edges.yarn[i], edges.yarn[j]
     image = edges.image[i] - edges.image[j] + wrap
     order = wp.where(one < two, 1, -1)
@@ -232,30 +232,30 @@ def find_crossings(
             j += 1
 
 
-def edge_crossings(picture: Picture) -> IntArray:
-    """Codes of the crossings of two yarns, or of two copies of one, in no order."""
-    count, device = picture.edge_yarn.shape[0], picture.vertices.device
-    edges = _sorted_edges(picture)
+def edge_crossings(projection: Projection) -> IntArray:
+    """Codes of the crossings of two yarns, or of two copies of one, in no particular order."""
+    count, device = projection.edge_yarn.shape[0], projection.vertices.device
+    edges = _sorted_edges(projection)
 
     def launch(crossings: Any) -> None:
-        inputs = [picture.grid, picture.step, edges]
+        inputs = [projection.grid, projection.step, edges]
         wp.launch(find_crossings, count, inputs, [crossings], device=device)
 
-    return collected(picture, launch)
+    return collected(projection, launch)
 
 
-def _sorted_edges(picture: Picture) -> Any:
-    count, device = picture.edge_yarn.shape[0], picture.vertices.device
-    polylines = [picture.vertices, picture.edge_yarn]
+def _sorted_edges(projection: Projection) -> Any:
+    count, device = projection.edge_yarn.shape[0], projection.vertices.device
+    polylines = [projection.vertices, projection.edge_yarn]
     edges = Edges()
     edges.key = wp.empty(2 * count, dtype=wp.int64, device=device)
     order = wp.empty(2 * count, dtype=wp.int32, device=device)
-    wp.launch(place_edges, count, [picture.grid, *polylines], [edges.key, order], device=device)
-    bits = (int(picture.grid.columns) * int(picture.grid.rows)).bit_length()
+    wp.launch(place_edges, count, [projection.grid, *polylines], [edges.key, order], device=device)
+    bits = (int(projection.grid.columns) * int(projection.grid.rows)).bit_length()
     wp.utils.radix_sort_pairs(edges.key, order, count, end_bit=bits)
     edges.tail, edges.head = (wp.empty(count, dtype=wp.vec3d, device=device) for _ in range(2))
     edges.box = wp.empty(count, dtype=wp.vec4d, device=device)
     edges.yarn = wp.empty(count, dtype=wp.int32, device=device)
     edges.image = wp.empty(count, dtype=wp.vec2i, device=device)
-    wp.launch(order_edges, count, [picture.grid, *polylines, order], [edges], device=device)
+    wp.launch(order_edges, count, [projection.grid, *polylines, order], [edges], device=device)
     return edges

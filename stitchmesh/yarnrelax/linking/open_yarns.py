@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Open yarns closed far away, so that they have linking numbers too.
+"""Artificial closures of open yarns, so that open yarns have linking numbers too.
 
-From each end of an open yarn a straight line runs outwards, away from the middle of all yarns, and beyond everything an
-arc joins the two lines: from the last end to the first, above all yarns and above the lines of the yarns that follow,
-which run on outside it. Lines run away from one middle and never cross one another. Where a line crosses yarns is found
-by angles around the middle, and which arcs pass above which lines follows from the order of the ends around it. As
-everywhere in the picture signs of products are exact, and ties are broken by moving whole yarns by next to nothing, so
-that closed-up yarns too cross an even number of times. Heights of the lines are taken in float64: they change a linking
-number of the closed-up yarns, never make it broken.
+From each end of an open yarn a straight line runs outwards, away from the middle of all yarns. Outside of everything an
+arc joins the two lines, from the last end to the first. The arc lies above all yarns and above the lines of later
+yarns, which continue outwards beyond it. All lines start from one middle and never cross each other. The crossings of a
+line with yarns are found by angles around the middle. Which arcs pass above which lines follows from the order of the
+ends around the middle. As everywhere in the projection, signs of products are exact, and ties are broken by an
+infinitesimal displacement of whole yarns, so that closed-up yarns also cross an even number of times. Heights of the
+lines are computed in float64: an error in a height changes the linking number of a closed-up yarn to another valid one.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
 from stitchmesh.yarnrelax.linking.crossings import is_left
-from stitchmesh.yarnrelax.linking.projection import Picture
+from stitchmesh.yarnrelax.linking.projection import Projection
 
 SURE = wp.constant(wp.float64(2.0**61))
-"""A cross product beyond this has the sign of its float64 estimate, and one below fits 64 bits."""
+"""A larger cross product has the sign of its float64 estimate, and a smaller one fits 64 bits."""
 
 
 @wp.struct
@@ -36,13 +36,13 @@ class Lines:
     """Lines from the ends of open yarns, in the order of their angles."""
 
     angle: wp.array[wp.float64]
-    """Angle around the middle, from -2 to 2 once around, and a 3 that ends them, shape (L + 1,)."""
+    """Angle around the middle, from -2 to 2 for a full turn, then a 3 as end mark, shape (L + 1,)."""
     end: wp.array[wp.vec3d]
     """End of the yarn from the middle [units], shape (L,)."""
     direction: wp.array[wp.vec3d]
-    """Direction of the line in the picture, shape (L,)."""
+    """Direction of the line in the projection, shape (L,)."""
     distance: wp.array[wp.float64]
-    """Square of the distance where it begins, or a little less [square units], shape (L,)."""
+    """Square of the distance of its start from the middle, or slightly less [square units], shape (L,)."""
     yarn: wp.array[wp.int32]
     """Yarn of the line, shape (L,)."""
     outwards: wp.array[wp.int32]
@@ -51,11 +51,11 @@ class Lines:
 
 @wp.func
 def cross_product(p: wp.vec3d, q: wp.vec3d) -> wp.float64:
-    """Product of whole vectors of any length in the picture, its sign exact."""
+    """Cross product of integer vectors of any length in the projection, with an exact sign."""
     estimate = p[0] * q[1] - p[1] * q[0]
     if wp.abs(estimate) > SURE:
         return estimate
-    # the true value fits 64 bits, so products that run over cancel
+    # the exact value fits 64 bits, so overflows of the two products cancel
     first = wp.uint64(wp.int64(p[0])) * wp.uint64(wp.int64(q[1]))
     second = wp.uint64(wp.int64(p[1])) * wp.uint64(wp.int64(q[0]))
     return wp.float64(wp.int64(first - second))
@@ -63,7 +63,7 @@ def cross_product(p: wp.vec3d, q: wp.vec3d) -> wp.float64:
 
 @wp.func
 def angle_of(place: wp.vec3d) -> wp.float64:
-    """A number that grows with the angle, from -2 to 2; equal directions give equal numbers."""
+    """A number that increases with the angle, from -2 to 2; equal directions give equal numbers."""
     size = wp.abs(place[0]) + wp.abs(place[1])
     if size == wp.float64(0.0):
         return size
@@ -75,7 +75,7 @@ def angle_of(place: wp.vec3d) -> wp.float64:
 
 @wp.func
 def cross_line(lines: Lines, k: int, yarn: int, tail: wp.vec3d, head: wp.vec3d, crossings: Crossings) -> None:
-    """Note where line k crosses an edge; places are from the middle."""
+    """Write the crossing of line k with an edge, if there is one; places are relative to the middle."""
     if lines.yarn[k] == yarn:
         return
     direction, end = lines.direction[k], lines.end[k]
@@ -104,17 +104,17 @@ def find_line_crossings(
     # state out
     crossings: Crossings,
 ) -> None:
-    """Crossings of each edge with the lines whose angles lie between its ends'."""
+    """Crossings of each edge with the lines whose angles lie between the angles of its ends."""
     e = wp.tid()
     yarn = edge_yarn[e]
     tail, head = vertices[e + yarn] - middle, vertices[e + yarn + 1] - middle
     first, last = angle_of(tail), angle_of(head)
     low, high = wp.min(first, last), wp.max(first, last)
     turn = cross_product(tail, head)
-    around = low < high and (turn > wp.float64(0.0)) != (first < last)  # it passes the angle where counting begins
+    around = low < high and (turn > wp.float64(0.0)) != (first < last)  # it passes the angle at which numbering begins
     if turn == wp.float64(0.0):  # in line with the middle
         if wp.dot(wp.vec2d(tail[0], tail[1]), wp.vec2d(head[0], head[1])) > wp.float64(0.0):
-            return  # and with a line maybe, but all on one side of it once moved
+            return  # perhaps on a line, but entirely on one side of the line after the displacement
         low, high, around = wp.float64(-2.0), wp.float64(2.0), False
     farthest = wp.max(tail[0] * tail[0] + tail[1] * tail[1], head[0] * head[0] + head[1] * head[1])
     for part in range(2):
@@ -143,36 +143,36 @@ class Ends:
 
     @property
     def direction(self) -> FloatArray:
-        """Away from the middle in the picture; along x where the end is seen in the middle, shape (2 n, 3)."""
+        """Away from the middle in the projection; along x where the end is seen in the middle, shape (2 n, 3)."""
         outwards = self.place * [1.0, 1.0, 0.0]
         outwards[~outwards.any(axis=1)] = [1.0, 0.0, 0.0]
         return outwards
 
 
-def closing_crossings(picture: Picture, closed: NDArray[np.bool_]) -> tuple[IntArray, IntArray, IntArray]:
+def open_yarn_crossings(projection: Projection, closed: NDArray[np.bool_]) -> tuple[IntArray, IntArray, IntArray]:
     """Codes of the crossings of lines with yarns; pairs of yarns and signs where an arc passes above a line."""
-    ends = _ends(picture, np.flatnonzero(~closed))
+    ends = _ends(projection, np.flatnonzero(~closed))
     lines = Lines()
-    device = picture.vertices.device
+    device = projection.vertices.device
     lines.angle = wp.array(np.append(_angle(ends.direction), 3.0), dtype=wp.float64, device=device)
     lines.end = wp.array(ends.place, dtype=wp.vec3d, device=device)
     lines.direction = wp.array(ends.direction, dtype=wp.vec3d, device=device)
     square = (ends.place[:, :2] ** 2).sum(axis=1)
-    lines.distance = wp.array(square * (1.0 - 1e-12), dtype=wp.float64, device=device)  # more than rounding takes
+    lines.distance = wp.array(square * (1.0 - 1e-12), dtype=wp.float64, device=device)  # more than rounding removes
     lines.yarn = wp.array(ends.yarn, dtype=wp.int32, device=device)
     lines.outwards = wp.array(np.where(ends.leaves, 1, -1), dtype=wp.int32, device=device)
 
     def launch(crossings: Any) -> None:
-        inputs = [wp.vec3d(*picture.middle), picture.vertices, picture.edge_yarn, lines]
-        wp.launch(find_line_crossings, picture.edge_yarn.shape[0], inputs, [crossings], device=device)
+        inputs = [wp.vec3d(*projection.middle), projection.vertices, projection.edge_yarn, lines]
+        wp.launch(find_line_crossings, projection.edge_yarn.shape[0], inputs, [crossings], device=device)
 
-    return (collected(picture, launch), *_arc_crossings(ends))
+    return (collected(projection, launch), *_arc_crossings(ends))
 
 
-def _ends(picture: Picture, yarn: IntArray) -> Ends:
-    index = np.concatenate([picture.yarn_edge[yarn], picture.yarn_edge[yarn + 1]]) + np.tile(yarn, 2)
-    device = picture.vertices.device
-    place = picture.vertices[wp.array(index, dtype=wp.int32, device=device)].numpy() - picture.middle
+def _ends(projection: Projection, yarn: IntArray) -> Ends:
+    index = np.concatenate([projection.yarn_edge[yarn], projection.yarn_edge[yarn + 1]]) + np.tile(yarn, 2)
+    device = projection.vertices.device
+    place = projection.vertices[wp.array(index, dtype=wp.int32, device=device)].numpy() - projection.middle
     ends = Ends(place, np.tile(yarn, 2), np.arange(len(index)) >= len(yarn))
     order = _order_around(ends)
     return Ends(place[order], ends.yarn[order], ends.leaves[order])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Kernels that turn B-spline yarns into polylines with whole coordinates."""
+"""Kernels that convert B-spline yarns into polylines with integer coordinates."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stitchmesh.compute.kernel import kernel
 
 @wp.struct
 class Curves:
-    """B-spline yarns as they are seen."""
+    """B-spline yarns in the coordinates of a projection."""
 
     points: wp.array[wp.vec3d]
     """Control points [cm], shape (N,)."""
@@ -25,7 +25,7 @@ class Curves:
 
 @wp.func
 def corner(curves: Curves, yarn: int, place: int) -> wp.vec3d:
-    """Control point at a place along a yarn, on beyond the seam of a closed one."""
+    """Control point at a place along a yarn; places continue beyond the seam of a closed yarn."""
     count = curves.start[yarn + 1] - curves.start[yarn]
     turns = place / count
     return curves.points[curves.start[yarn] + place - turns * count] + curves.shift[yarn] * wp.float64(turns)
@@ -33,7 +33,7 @@ def corner(curves: Curves, yarn: int, place: int) -> wp.vec3d:
 
 @wp.func
 def whole_point(curves: Curves, scale: wp.vec3d, yarn: int, place: int, s: wp.float64) -> wp.vec3d:
-    """Point at parameter s of the segment at a place along a yarn, in whole units."""
+    """Point at parameter s of the segment at a place along a yarn, rounded to whole units."""
     one, three, four, t = wp.float64(1.0), wp.float64(3.0), wp.float64(4.0), wp.float64(1.0) - s
     point = t * t * t * corner(curves, yarn, place)
     point += (three * s * s * (s - wp.float64(2.0)) + four) * corner(curves, yarn, place + 1)
@@ -96,7 +96,7 @@ def end_yarns(
     # state out
     vertices: wp.array[wp.vec3d],
 ) -> None:
-    """Last vertex of each yarn: the image of its first one that a closed yarn arrives at, or the end of an open one."""
+    """Last vertex of each yarn: the image of the first vertex for a closed yarn, the end for an open one."""
     yarn = wp.tid()
     last = yarn_edge[yarn + 1] + yarn
     if closed[yarn]:

@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns as polylines in a picture with whole-number coordinates.
+"""Yarns as polylines with integer coordinates in a projection.
 
-A point is seen as (x, y, h): its place in the picture and its height towards the eye,
+A point p has the coordinates (x, y, h): its place in the projection and its height towards the eye,
 
     p - origin = x e_0 + y e_1 + h e_2
 
-with right-handed axes. Without a lattice they are orthonormal, and no mesh axis shares the direction e_2 of the
-projection. On a lattice e_0 and e_1 lie along its periods and e_2 leans a little from their normal, so a copy of a yarn
-is the yarn moved along x and y alone.
+with right-handed axes. Without a lattice the axes are orthonormal, and no mesh axis has the direction e_2 of the
+projection. On a lattice e_0 and e_1 have the directions of the periods and e_2 is slightly inclined to the normal, so
+that a copy of a yarn is the yarn displaced along x and y only.
 
-Each segment becomes SAMPLES edges, more where it is longer than the others. Vertices are rounded to whole units, some
-millionths of the longest edge, and a period is a whole number of units: whatever is asked about these polylines can be
-answered without rounding. They lie a few hundredths of a yarn radius from the curves, nearly all of it the sag of the
-chords.
+Each segment becomes SAMPLES edges, and more where the segment is longer than the others. Vertices are rounded to whole
+units, a unit being some millionths of the longest edge, and a period is a whole number of units. Every question about
+these polylines can therefore be answered without rounding. The polylines lie a few hundredths of a yarn radius from the
+curves; nearly all of this distance is the sag of the chords.
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ from stitchmesh.yarnrelax.linking.polylines import Curves, end_yarns, measure_se
 SAMPLES = 4
 """Edges of a segment of usual length; their chords stay within a few hundredths of a radius of the curve."""
 LONG = 2.0
-"""Size over the mean size from which on a segment is cut into more edges, so that one grid suits all."""
+"""Size over the mean size above which a segment is divided into more edges, so that one grid suits all edges."""
 EDGE = 2**19
 """Longest edge along each axis [units]; the volume of two edges and their distance then fits 63 bits."""
 SPAN = 2.0**48
-"""Largest coordinate [units], so that a sample is off by less than half a unit before it is rounded."""
+"""Largest coordinate [units], so that the error of a sample before rounding is below half a unit."""
 CELLS = 2.0**30
-"""Most cells along an axis, so that their numbers fit 63 bits."""
+"""Largest number of cells along an axis, so that cell numbers fit 63 bits."""
 DIRECTION = np.array([0.2911, 0.1727, 0.9410])
-"""Direction of the projection in the frame of space; on a lattice in that of the fabric: courses, across them, out."""
+"""Direction of the projection in world axes; on a lattice in the axes of the fabric: courses, across them, normal."""
 
 
 @wp.struct
 class Grid:
-    """Rectangular cells of the picture, which repeat with the period."""
+    """Rectangular cells of the projection, which repeat with the period."""
 
     cell: wp.vec2d
     """Width and height of a cell, no less than an edge's [units]."""
     period: wp.vec2d
-    """Periods of the picture; without a lattice wider than the yarns [units]."""
+    """Periods of the projection; without a lattice wider than the yarns [units]."""
     columns: wp.int64
     """Cells along x in a period."""
     rows: wp.int64
@@ -57,7 +57,7 @@ class Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class Projection:
     """Polylines on the device: edge ``e`` of yarn ``y`` runs from vertex ``e + y`` to vertex ``e + y + 1``."""
 
     vertices: wp.array[Any]
@@ -73,11 +73,11 @@ class Picture:
     middle: FloatArray
     """Middle of all yarns [units], shape (3,)."""
     reach: IntArray
-    """Bound of the difference of two edges' images, zero without a lattice, shape (2,)."""
+    """Bound of the difference of the images of two edges, zero without a lattice, shape (2,)."""
 
 
-def draw(yarns: YarnSet, device: wp.Device) -> Picture:
-    """The picture of yarns as they lie."""
+def project_yarns(yarns: YarnSet, device: wp.Device) -> Projection:
+    """The projection of yarns in their current positions."""
     view = np.linalg.inv(_axes(yarns))
     seen = yarns.points @ view
     origin = seen.min(axis=0)
@@ -91,7 +91,7 @@ def draw(yarns: YarnSet, device: wp.Device) -> Picture:
     middle = (yarns.points.min(axis=0) + yarns.points.max(axis=0)) / 2 @ view - origin
     reach = np.zeros(2) if periods is None else np.ceil(room[:2] / periods) + 2
     yarn_edge = segment_edge[yarns.segment_start]
-    picture = Picture(
+    projection = Projection(
         vertices=wp.empty(int(yarn_edge[-1]) + yarns.yarn_count, dtype=wp.vec3d, device=device),
         edge_yarn=wp.empty(int(yarn_edge[-1]), dtype=wp.int32, device=device),
         yarn_edge=yarn_edge,
@@ -100,24 +100,24 @@ def draw(yarns: YarnSet, device: wp.Device) -> Picture:
         middle=np.rint(middle * scale),
         reach=reach.astype(np.int64),
     )
-    _sample(picture, curves, segment_edge, yarns, scale)
-    return picture
+    _sample(projection, curves, segment_edge, yarns, scale)
+    return projection
 
 
-def _sample(picture: Picture, curves: Any, segment_edge: IntArray, yarns: YarnSet, scale: FloatArray) -> None:
+def _sample(projection: Projection, curves: Any, segment_edge: IntArray, yarns: YarnSet, scale: FloatArray) -> None:
     """Fill in vertices and yarns of edges."""
-    device, units = picture.vertices.device, wp.vec3d(*scale)
+    device, units = projection.vertices.device, wp.vec3d(*scale)
     bounds = wp.array(segment_edge, dtype=wp.int32, device=device)
-    outputs = [picture.vertices, picture.edge_yarn]
+    outputs = [projection.vertices, projection.edge_yarn]
     wp.launch(sample_segments, len(segment_edge) - 1, [bounds, units, curves], outputs, device=device)
-    ends = wp.array(picture.yarn_edge, dtype=wp.int32, device=device)
+    ends = wp.array(projection.yarn_edge, dtype=wp.int32, device=device)
     closed = wp.array(yarns.closed, dtype=wp.bool, device=device)
-    inputs = [ends, closed, picture.step, picture.grid.period, units, curves]
-    wp.launch(end_yarns, yarns.yarn_count, inputs, [picture.vertices], device=device)
+    inputs = [ends, closed, projection.step, projection.grid.period, units, curves]
+    wp.launch(end_yarns, yarns.yarn_count, inputs, [projection.vertices], device=device)
 
 
 def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatArray]:
-    """Lattice step of each yarn, zero for open ones, and the same as a displacement in the picture [cm]."""
+    """Lattice step of each yarn, zero for open ones, and the same as a displacement in the projection [cm]."""
     step = np.zeros((yarns.yarn_count, 2), dtype=np.int64)
     shift = np.zeros((yarns.yarn_count, 3))
     if periods is not None and yarns.lattice_step is not None:
@@ -127,7 +127,7 @@ def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatA
 
 
 def _axes(yarns: YarnSet) -> FloatArray:
-    """Rows: the two axes of the picture and the direction towards the eye."""
+    """Rows: the two axes of the projection and the direction towards the eye."""
     towards = DIRECTION / np.linalg.norm(DIRECTION)
     if yarns.lattice is None:
         right = np.cross([0.0, 1.0, 0.0], towards)
@@ -164,10 +164,10 @@ def _cut(size: FloatArray, periods: FloatArray | None) -> tuple[IntArray, float]
 
 
 def _fit(longest: float, room: FloatArray, periods: FloatArray | None) -> tuple[Any, FloatArray]:
-    """Cells just larger than the longest edge, and units a cm along each axis."""
+    """Cells just larger than the longest edge, and units per cm along each axis."""
     whole = room[:2] if periods is None else periods
     scale = min((EDGE - 2) / longest if longest > 0.0 else 1.0, SPAN / room.max() if room.max() > 0.0 else 1.0)
-    least = max(np.ceil(longest * scale) + 2.0, np.ceil(whole.max() * scale / CELLS))  # vertices move by half a unit
+    least = max(np.ceil(longest * scale) + 2.0, np.ceil(whole.max() * scale / CELLS))  # rounding moves a vertex
     scales = np.full(3, scale)
     if periods is None:
         cells = np.floor(whole * scale / least) + 2.0  # one empty cell keeps the yarns from their own images

@@ -38,7 +38,7 @@ CONTACT = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Member:
+class PeriodicCell:
     """One of the fabrics that are relaxed together: a cell on its lattice, or the only one."""
 
     yarns: YarnSet
@@ -63,7 +63,7 @@ class Model:
 
     yarns: YarnSet
     """All yarns as they were given [cm], member by member; without lattices if there are several."""
-    members: tuple[Member, ...]
+    members: tuple[PeriodicCell, ...]
     """The fabrics that are relaxed together."""
     device: wp.Device
     """Where the kernels run."""
@@ -239,7 +239,7 @@ class Model:
         else:
             wp.launch(kernel, count, inputs, outputs, device=self.device, block_dim=BLOCK)
 
-    def record(
+    def prepare(
         self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
     ) -> wp.Launch:
         """Prepare a launch that will be repeated; arguments as for ``launch``."""
@@ -328,11 +328,11 @@ def put_cells(
     for name, count in (("quadrature_points", quadrature_points), ("contact_samples", contact_samples)):
         if count < 1:
             raise ParameterError(f"{name}: got {count}; expected at least 1")
-    members = tuple(Member(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
+    members = tuple(PeriodicCell(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
     counts = np.concatenate([sample_counts(member.yarns, contact_samples) for member in members])
     kind = NoImages if members[0].yarns.lattice is None else Images32 if scalar is wp.float32 else Images64
     model = Model(
-        members[0].yarns if len(members) == 1 else together([member.yarns for member in members]),
+        members[0].yarns if len(members) == 1 else join_yarns([member.yarns for member in members]),
         members,
         device,
         scalar,
@@ -349,7 +349,7 @@ def put_cells(
     return model
 
 
-def together(sets: Sequence[YarnSet]) -> YarnSet:
+def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
     """Yarns of several sets one after the other, their lattices left out."""
     names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature")
     joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}

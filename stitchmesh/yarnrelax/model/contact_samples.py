@@ -17,7 +17,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.vector_loads import write_whole
+from stitchmesh.compute.vector_loads import store_vector
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model.spline import segment_corners, weight_row
 
@@ -39,7 +39,7 @@ def put_samples(model: Any, s: int, q0: Any, q1: Any, q2: Any, q3: Any, samples:
     for k in range(count):
         weight = model.sample_basis[row + k]
         place = q0 * weight[0] + q1 * weight[1] + q2 * weight[2] + q3 * weight[3]
-        write_whole(samples, first + k, type(samples[0])(place[0], place[1], place[2], radius))
+        store_vector(samples, first + k, type(samples[0])(place[0], place[1], place[2], radius))
 
 
 @kernel
@@ -67,6 +67,6 @@ def sample_counts(yarns: YarnSet, contact_samples: int) -> NDArray[np.int64]:
     return np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH)).astype(np.int64)
 
 
-def place_contact_samples(model: Model, state: State, run: Callable[..., Any]) -> Any:
+def place_contact_samples(model: Model, state: State, launcher: Callable[..., Any]) -> Any:
     """The launch that places the contact samples on the curves."""
-    return run(place_samples, model.segment_count, [model.constants, state.points], [state.samples])
+    return launcher(place_samples, model.segment_count, [model.constants, state.points], [state.samples])

@@ -16,7 +16,7 @@ from stitchmesh.yarn import YarnSet
 Numbers = Sequence[int] | NDArray[np.integer[Any]]
 
 
-def named_points(what: str, yarns: YarnSet, points: Numbers, faces: Numbers) -> NDArray[np.int64]:
+def select_points(what: str, yarns: YarnSet, points: Numbers, faces: Numbers) -> NDArray[np.int64]:
     """Numbers of the named control points, ascending, shape (n,).
 
     Args:

@@ -38,21 +38,21 @@ class State:
     """Stiffness of contact at each sample as (xx, yy, zz, xy, xz, yz), shape (P, 6); empty where no solver needs it."""
     segment_block: wp.array[Any]
     """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, shape (S, 7); empty likewise."""
-    segment_pull: wp.array[Any]
+    leg_force: wp.array[Any]
     """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
-    sample_strain: wp.array[Any]
+    sample_virial: wp.array[Any]
     """Each sample's share of the forces on the strains of its cell and of their stiffness (``strain_share``), shape
     (P, 9); empty where no cell relaxes."""
-    segment_strain: wp.array[Any]
+    segment_virial: wp.array[Any]
     """Each segment's, shape (S, 9); empty likewise."""
-    outer_force: wp.array[Any]
+    external_force: wp.array[Any]
     """Force of terms that act on control points, shape (N, 3); empty where a relaxation has none."""
-    point_force: wp.array[Any]
+    force: wp.array[Any]
     """Sum of all forces on each control point; on the strains of a cell, shape (E, 3)."""
     stiffness: wp.array[Any]
     """Row sum of stiffness at each [erg / unit^2], shape (E,)."""
-    compliance: wp.array[Any]
-    """How each gives way (``compliance``) [unit^2 / erg], shape (E, 6); empty where no solver needs it."""
+    preconditioner: wp.array[Any]
+    """How each gives way (``preconditioner``) [unit^2 / erg], shape (E, 6); empty where no solver needs it."""
 
     @cached_property
     def arrays(self) -> Any:
@@ -63,9 +63,9 @@ class State:
         return struct
 
     @property
-    def strained(self) -> bool:
+    def cell_relaxes(self) -> bool:
         """Whether cells relax."""
-        return len(self.segment_strain) > 0
+        return len(self.segment_virial) > 0
 
 
 @functools.cache
@@ -81,13 +81,13 @@ def _struct(scalar: Any) -> Any:
         "sample_force": fours,
         "sample_block": sixes,
         "segment_block": sevens,
-        "segment_pull": wp.array2d(dtype=vector(3, scalar)),
-        "sample_strain": nines,
-        "segment_strain": nines,
-        "outer_force": threes,
-        "point_force": threes,
+        "leg_force": wp.array2d(dtype=vector(3, scalar)),
+        "sample_virial": nines,
+        "segment_virial": nines,
+        "external_force": threes,
+        "force": threes,
         "stiffness": scalars,
-        "compliance": sixes,
+        "preconditioner": sixes,
     }
     return wp.struct(type(f"YarnState_{scalar.__name__}", (), {"__annotations__": annotations}))
 
@@ -110,11 +110,11 @@ def make_state(
         sample_force=model.empty(model.sample_count, 4),
         sample_block=model.empty(model.sample_count if blocks else 0, 6),
         segment_block=model.empty(model.segment_count if blocks else 0, 7),
-        segment_pull=model.empty((3, model.segment_count), 3),
-        sample_strain=model.empty(model.sample_count if strains else 0, 9),
-        segment_strain=model.empty(model.segment_count if strains else 0, 9),
-        outer_force=model.empty(n if outer else 0, 3),
-        point_force=model.empty(entries, 3),
+        leg_force=model.empty((3, model.segment_count), 3),
+        sample_virial=model.empty(model.sample_count if strains else 0, 9),
+        segment_virial=model.empty(model.segment_count if strains else 0, 9),
+        external_force=model.empty(n if outer else 0, 3),
+        force=model.empty(entries, 3),
         stiffness=model.empty(entries),
-        compliance=model.empty(entries if blocks else 0, 6),
+        preconditioner=model.empty(entries if blocks else 0, 6),
     )

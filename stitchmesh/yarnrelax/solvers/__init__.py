@@ -8,18 +8,18 @@ from collections.abc import Callable
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
-from stitchmesh.yarnrelax.solvers.lbfgs import QuasiNewton
-from stitchmesh.yarnrelax.solvers.solver import Method
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from stitchmesh.yarnrelax.solvers.solver import Solver
 
-METHODS: dict[str, Callable[..., Method]] = {"quasistatic": QuasiNewton, "dynamics": Dynamics}
+SOLVERS: dict[str, Callable[..., Solver]] = {"quasistatic": LBFGS, "dynamics": Dynamics}
 
 
-def method_named(name: str) -> Callable[..., Method]:
+def solver_named(name: str) -> Callable[..., Solver]:
     """How to make the solver of that name for a model.
 
     Raises:
         ParameterError: there is no solver of that name.
     """
-    if name not in METHODS:
-        raise ParameterError(f"solver: got {name!r}; expected one of {', '.join(METHODS)}")
-    return METHODS[name]
+    if name not in SOLVERS:
+        raise ParameterError(f"solver: got {name!r}; expected one of {', '.join(SOLVERS)}")
+    return SOLVERS[name]

@@ -40,14 +40,14 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import Zeroing
+from stitchmesh.compute.captured import ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import THREADS, Parts, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import STRAIN_UNIT, State
 from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
@@ -89,23 +89,23 @@ class RelaxCell:
 
 
 @wp.func
-def with_strain_shares(
+def add_cell_virial(
     total: Any,
     model: Any,
     first: int,
     last: int,
     lane: int,
     threads: int,
-    segment_strain: wp.array[Any],
-    sample_strain: wp.array[Any],
+    segment_virial: wp.array[Any],
+    sample_virial: wp.array[Any],
 ) -> Any:
     """Add what every so many-th of a cell's segments and of their samples exert on its strains."""
     for s in range(first + lane, last, threads):
         for k in range(9):
-            total[k] += wp.float64(segment_strain[s][k])
+            total[k] += wp.float64(segment_virial[s][k])
     for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
         for k in range(9):
-            total[k] += wp.float64(sample_strain[p][k])
+            total[k] += wp.float64(sample_virial[p][k])
     return total
 
 
@@ -116,8 +116,8 @@ def gather_strain_forces(
     blocks: int,
     cell_segments: wp.array[wp.int32],
     # state in
-    segment_strain: wp.array[Any],
-    sample_strain: wp.array[Any],
+    segment_virial: wp.array[Any],
+    sample_virial: wp.array[Any],
     # state out
     parts: wp.array3d[wp.float64],
 ) -> None:
@@ -128,8 +128,8 @@ def gather_strain_forces(
     block = number - cell * blocks
     first, last = cell_segments[cell], cell_segments[cell + 1]
     thread = block * threads + lane
-    total = with_strain_shares(
-        Parts(), model, first, last, thread, blocks * threads, segment_strain, sample_strain
+    total = add_cell_virial(
+        Parts(), model, first, last, thread, blocks * threads, segment_virial, sample_virial
     )  # fmt: skip
     sum_over_block(total, parts[cell, block])
 
@@ -153,7 +153,7 @@ def put_strain_force(cell: int, entry: int, strains: Any, state: Any) -> None:
     first = totals[0] + strains.pulls[cell, 0] * wp.float64(wp.dot(strains.periods[2 * cell], e1))
     second = totals[1] + strains.pulls[cell, 1] * wp.float64(wp.dot(strains.periods[2 * cell + 1], e2))
     per_unit = wp.float64(strains.per_unit)
-    state.point_force[entry] = type(e1)(
+    state.force[entry] = type(e1)(
         type(e1[0])(first * may[0] * per_unit),
         type(e1[0])(second * may[1] * per_unit),
         type(e1[0])(totals[2] * may[2] * per_unit),
@@ -168,10 +168,10 @@ def put_strain_force(cell: int, entry: int, strains: Any, state: Any) -> None:
         totals[6] * may[0] * may[1] * square, totals[7] * may[0] * may[2] * square,
         totals[8] * may[1] * may[2] * square,
     ))  # fmt: skip
-    give = state.compliance[entry]
+    give = state.preconditioner[entry]
     for k in range(6):
         give[k] = type(e1[0])(block[k])
-    state.compliance[entry] = give
+    state.preconditioner[entry] = give
 
 
 @wp.func
@@ -278,23 +278,25 @@ class CellStrain:
             setattr(struct, name, getattr(self, name))
         return struct
 
-    def gather_launch(self, state: State, run: Run) -> Any:
+    def gather_launch(self, state: State, launcher: Launcher) -> Any:
         """Gather the forces on the strains block by block."""
-        inputs = [self.model.constants, self.blocks, self.model.cell_segments, state.segment_strain,
-                  state.sample_strain]  # fmt: skip
-        return run(gather_strain_forces, self.model.cell_count * self.blocks, inputs, [self.parts], tile=self.threads)
+        inputs = [self.model.constants, self.blocks, self.model.cell_segments, state.segment_virial,
+                  state.sample_virial]  # fmt: skip
+        return launcher(
+            gather_strain_forces, self.model.cell_count * self.blocks, inputs, [self.parts], tile=self.threads
+        )
 
     def clear_launches(self) -> list[Any]:
         """Forget what terms exert."""
-        return [Zeroing(self.net), Zeroing(self.effort)]
+        return [ZeroArray(self.net), ZeroArray(self.effort)]
 
-    def effort_launches(self, state: State, run: Run) -> list[Any]:
+    def add_launches(self, state: State, launcher: Launcher) -> list[Any]:
         """Add what one term exerts on the strains, whose shares are fresh."""
         cells = self.model.cell_count
         return [
-            self.gather_launch(state, run),
-            run(sum_parts, cells, [self.parts], [self.totals], tile=THREADS),
-            run(add_strain_effort, cells, [self.free, self.totals], [self.net, self.effort]),
+            self.gather_launch(state, launcher),
+            launcher(sum_parts, cells, [self.parts], [self.totals], tile=THREADS),
+            launcher(add_strain_effort, cells, [self.free, self.totals], [self.net, self.effort]),
         ]
 
     def residuals(self) -> NDArray[np.float64]:

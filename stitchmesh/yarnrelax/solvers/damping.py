@@ -30,11 +30,11 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.vector_loads import read_whole, write_whole
+from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.pairs import from_entry
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import weight_row
@@ -69,7 +69,7 @@ def sample_velocities(
     for k in range(count):
         weight = model.sample_basis[row + k]
         v = v0 * weight[0] + v1 * weight[1] + v2 * weight[2] + v3 * weight[3]
-        write_whole(sample_velocity, first + k, type(sample_velocity[0])(v[0], v[1], v[2], v[0] - v[0]))
+        store_vector(sample_velocity, first + k, type(sample_velocity[0])(v[0], v[1], v[2], v[0] - v[0]))
 
 
 @kernel
@@ -88,7 +88,7 @@ def contact_damping(
 ) -> None:
     """Contact damping on each sample [erg / unit], and the row sum of its coefficients, the others' share left out."""
     p = wp.tid()
-    here, moving = read_whole(samples, p), read_whole(sample_velocity, p)
+    here, moving = load_vector(samples, p), load_vector(sample_velocity, p)
     loss = type(here)()
     for c in range(candidate_count[p]):
         entry = candidates[p, c]
@@ -96,12 +96,12 @@ def contact_damping(
         distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
         if distance2 < apart[3] * apart[3]:
             q = sample_number(model.images, entry)
-            dv = moving - read_whole(sample_velocity, q)
+            dv = moving - load_vector(sample_velocity, q)
             nearing = (apart[0] * dv[0] + apart[1] * dv[1] + apart[2] * dv[2]) / distance2 * (k_dt - k_dn)
             pull = apart * nearing - dv * k_dt
             largest = wp.max(k_dt, k_dn)
             loss += type(loss)(pull[0], pull[1], pull[2], largest) * model.sample_weight[q]
-    write_whole(sample_damping, p, loss * (model.sample_weight[p] * type(k_dt)(2.0)))
+    store_vector(sample_damping, p, loss * (model.sample_weight[p] * type(k_dt)(2.0)))
 
 
 class ContactDamping:
@@ -115,7 +115,7 @@ class ContactDamping:
         self.force = model.empty(count, 4)
         """Damping on each sample and the row sum of its coefficients [erg s / unit^2], shape (P, 4) or empty."""
 
-    def launches(self, state: State, candidates: Candidates, velocity: wp.array[Any], run: Run) -> list[Any]:
+    def launches(self, state: State, candidates: Candidates, velocity: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Leave the damping for velocities of the control points in ``force``; the samples must be placed."""
         if len(self.force) == 0:
             return []
@@ -123,8 +123,8 @@ class ContactDamping:
         inputs = [model.constants, model.number(model.material.k_dt), model.number(model.material.k_dn),
                   state.samples, self.velocity, candidates.count, candidates.lists]  # fmt: skip
         return [
-            run(sample_velocities, model.segment_count, [model.constants, velocity], [self.velocity]),
-            run(contact_damping, model.sample_count, inputs, [self.force]),
+            launcher(sample_velocities, model.segment_count, [model.constants, velocity], [self.velocity]),
+            launcher(contact_damping, model.sample_count, inputs, [self.force]),
         ]
 
 

@@ -22,12 +22,12 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.step_limit import room_left, shortened
-from stitchmesh.yarnrelax.energies.gather import push_on
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.gather import sample_forces_on
+from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import point_masses
 from stitchmesh.yarnrelax.solvers.damping import ContactDamping, drag_on, drag_rows, segment_drag
-from stitchmesh.yarnrelax.solvers.solver import Method, Scene
+from stitchmesh.yarnrelax.solvers.solver import Solver, SolverInputs
 from stitchmesh.yarnrelax.solvers.time_step import Clock, stable_time, time_within
 
 
@@ -43,7 +43,7 @@ def accelerate(
     points: wp.array[Any],
     listed_points: wp.array[Any],
     budget: wp.array[Any],
-    point_force: wp.array[Any],
+    force: wp.array[Any],
     velocity: wp.array[Any],
     sample_damping: wp.array[Any],
     # state out
@@ -58,20 +58,20 @@ def accelerate(
     """
     i = wp.tid()
     slots = model.point_segments[i]
-    force = point_force[i]
+    net = force[i]
     loss = model.sample_basis[0] - model.sample_basis[0]
     for slot in range(4):
         s = slots[slot]
         if s >= 0:
-            force += drag_on(model, drag, velocity, s, slot)
+            net += drag_on(model, drag, velocity, s, slot)
             if sample_damping.shape[0] > 0:
-                loss += push_on(model, sample_damping, s, slot)
+                loss += sample_forces_on(model, sample_damping, s, slot)
     here = mass[i]
-    force = (force + type(force)(loss[0], loss[1], loss[2])) / here
+    net = (net + type(net)(loss[0], loss[1], loss[2])) / here
     allowed = wp.min(step_limit, room_left(points, listed_points, budget, i))
     stable = stable_time(stiffness[i] / here, (drag_row[i] + loss[3] * type(here)(2.0)) / here)
-    longest[i] = wp.min(stable, time_within(allowed, wp.length(velocity[i]), wp.length(force)))
-    acceleration[i] = force
+    longest[i] = wp.min(stable, time_within(allowed, wp.length(velocity[i]), wp.length(net)))
+    acceleration[i] = net
     limit[i] = allowed
     stiffness[i] = here
 
@@ -124,7 +124,7 @@ def kinetic_energies(
     energy[i] = wp.dot(velocity[i], velocity[i]) * mass[i] * type(mass[i])(0.5)
 
 
-class Dynamics(Method):
+class Dynamics(Solver):
     """Yarns with mass, in time.
 
     Raises:
@@ -150,35 +150,35 @@ class Dynamics(Method):
         self.velocity, self.acceleration, self.step = (model.empty(count, 3) for _ in range(3))
         self.limit, self.longest = model.empty(count), model.empty(count)
 
-    def launches(self, scene: Scene, run: Run) -> list[Any]:
+    def launches(self, scene: SolverInputs, launcher: Launcher) -> list[Any]:
         """Damp, accelerate, choose the time step, propose, hold, move."""
         state, model, now = scene.state, self.model, self.clock.now
         inputs = [model.constants, model.number(scene.step_fraction), self.mass, self.drag, self.drag_row,
-                  state.points, state.listed_points, state.budget, state.point_force, self.velocity,
+                  state.points, state.listed_points, state.budget, state.force, self.velocity,
                   self.damping.force]  # fmt: skip
         outputs = [state.stiffness, self.acceleration, self.limit, self.longest]
-        launches = self.damping.launches(state, scene.candidates, self.velocity, run)
-        launches.append(run(accelerate, model.point_count, inputs, outputs))
-        launches += self.clock.launches(self.longest, run)
+        launches = self.damping.launches(state, scene.candidates, self.velocity, launcher)
+        launches.append(launcher(accelerate, model.point_count, inputs, outputs))
+        launches += self.clock.launches(self.longest, launcher)
         inputs = [now, self.acceleration, self.limit]
-        launches.append(run(propose_moves, model.point_count, inputs, [self.velocity, self.step]))
+        launches.append(launcher(propose_moves, model.point_count, inputs, [self.velocity, self.step]))
         for constraint in scene.constraints:
-            launches += constraint.filter_steps(state, self.step, self.limit, run)
-        launches.append(run(carry_out, model.point_count, [now, self.step], [state.points, self.velocity]))
+            launches += constraint.filter_steps(state, self.step, self.limit, launcher)
+        launches.append(launcher(carry_out, model.point_count, [now, self.step], [state.points, self.velocity]))
         return launches
 
-    def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
-        """Stand still, and take time steps ``caution`` times as long as they may be."""
+    def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
+        """Stand still, and take time steps ``step_scale`` times as long as they may be."""
         self.velocity.zero_()
-        self.dare(caution)
+        self.set_step_scale(step_scale)
 
-    def dare(self, caution: NDArray[np.float64]) -> None:
-        """Take time steps ``caution`` times as long as they may be."""
-        self.clock.caution.fill_(float(caution[0]))
+    def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
+        """Take time steps ``step_scale`` times as long as they may be."""
+        self.clock.step_scale.fill_(float(step_scale[0]))
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Velocities [unit / s], time step and time [s], and the scale of time steps."""
-        return {"velocity": self.velocity, "clock": self.clock.now, "caution": self.clock.caution}
+        return {"velocity": self.velocity, "clock": self.clock.now, "step_scale": self.clock.step_scale}
 
     @property
     def time(self) -> float:

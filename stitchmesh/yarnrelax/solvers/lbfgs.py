@@ -7,7 +7,7 @@ With forces F, the last moves s_j and what the forces lost on them y_j = F_befor
     q = F - sum a_j y_j,   z = g C q,   x <- x + z + sum (a_j - b_j) s_j
     a_j = s_j . q / s_j . y_j   from the newest to the oldest,      b_j = y_j . z / s_j . y_j   from the oldest on,
 
-where C is the compliance of this iteration (``compliance``) and g = s . y / y . C y of the newest pair.
+where C is the compliance of this iteration (``preconditioner``) and g = s . y / y . C y of the newest pair.
 A move is what a control point really did after its step limit and the constraints, so a pair tells the truth even where
 moves were cut short. A pair with s . y not clearly positive is left out.
 
@@ -31,14 +31,14 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.solvers.lbfgs_fused import BurstLaunches, suits_burst
+from stitchmesh.yarnrelax.solvers.lbfgs_fused import FusedLaunch, suits_fusing
 from stitchmesh.yarnrelax.solvers.lbfgs_kernels import StepLaunches
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import PERIOD, make_memory
-from stitchmesh.yarnrelax.solvers.preconditioner import bounds_struct, find_compliance
-from stitchmesh.yarnrelax.solvers.solver import Method, Scene
-from stitchmesh.yarnrelax.solvers.stiffness_bounds import along_stiffness, bend_stiffness
+from stitchmesh.yarnrelax.solvers.preconditioner import bounds_struct, find_preconditioner
+from stitchmesh.yarnrelax.solvers.solver import Solver, SolverInputs
+from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_row_sums, stretch_row_sums
 
 CAUTION, DONE, WAITING, WANTED = 4, 2, 6, 7
 """Columns of ``Memory.numbers``."""
@@ -50,7 +50,7 @@ PATIENCE = 5
 """Iterations for which cells wait for those that move before candidate lists are made for all."""
 
 
-class QuasiNewton(Method):
+class LBFGS(Solver):
     """Limited-memory quasi-Newton steps."""
 
     needs_blocks = True
@@ -66,40 +66,40 @@ class QuasiNewton(Method):
             alone: whether nothing but the yarns' own forces act, and nothing holds control points.
         """
         self.bounds = bounds_struct(model.scalar)()
-        self.bounds.along = model.upload(along_stiffness(model), 4)
-        self.bounds.across = model.upload(bend_stiffness(model), 4)
+        self.bounds.along = model.upload(stretch_row_sums(model), 4)
+        self.bounds.across = model.upload(bend_row_sums(model), 4)
         self.bounds.further = model.upload(np.maximum(further, np.finfo(np.float32).tiny))
         self.memory = make_memory(model, strains)
         self.steps = StepLaunches(model, self.memory)
-        self.bursts = BurstLaunches(model, self.memory) if model.on_lattice and alone and suits_burst(model) else None
+        self.bursts = FusedLaunch(model, self.memory) if model.on_lattice and alone and suits_fusing(model) else None
         self.since = 0
         self.done = np.zeros(model.cell_count)
         self.restart(np.ones(model.cell_count))
 
-    def launches(self, scene: Scene, run: Run) -> list[Any]:
+    def launches(self, scene: SolverInputs, launcher: Launcher) -> list[Any]:
         """Find how control points give way, then the steps."""
         inputs = [scene.model.constants, self.bounds, scene.state.arrays]
-        give = run(find_compliance, scene.model.point_count, inputs, [])
-        return [give, *self.steps.launches(scene, run)]
+        give = launcher(find_preconditioner, scene.model.point_count, inputs, [])
+        return [give, *self.steps.launches(scene, launcher)]
 
-    def burst(self, scene: Scene, point_stiffness: wp.array[Any], run: Run) -> Any:
+    def burst(self, scene: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
         """A launch of ``PERIOD`` iterations, forces included, of cells for which there is one."""
         if self.bursts is None:
             return None
-        return self.bursts.launch(scene, self.bounds, point_stiffness, int(PERIOD), run)
+        return self.bursts.launch(scene, self.bounds, point_stiffness, int(PERIOD), launcher)
 
-    def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
+    def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
         """Forget all pairs of some cells; the next force has none before it."""
         numbers = self.memory.numbers.numpy()
         chosen = slice(None) if cells is None else cells
         numbers[chosen, : len(FRESH)] = FRESH
-        numbers[:, CAUTION] = caution
+        numbers[:, CAUTION] = step_scale
         self.memory.numbers.assign(numbers)
 
-    def dare(self, caution: NDArray[np.float64]) -> None:
+    def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
         """Scale moves."""
         numbers = self.memory.numbers.numpy()
-        numbers[:, CAUTION] = caution
+        numbers[:, CAUTION] = step_scale
         self.memory.numbers.assign(numbers)
 
     def begin(self, count: NDArray[np.int64]) -> None:
@@ -110,7 +110,7 @@ class QuasiNewton(Method):
         numbers[:, DONE], numbers[:, WANTED] = 0.0, count
         self.memory.numbers.assign(numbers)
 
-    def worn(self, scene: Scene, launched: int) -> bool:
+    def needs_new_lists(self, scene: SolverInputs, launched: int) -> bool:
         """Read how many iterations were done, and whether it is time for new candidate lists."""
         numbers = self.memory.numbers.numpy()
         done, behind = numbers[:, DONE], numbers[:, WANTED] - numbers[:, DONE]
@@ -119,10 +119,10 @@ class QuasiNewton(Method):
         self.since += launched
         waiting = (behind > 0.0) & (numbers[:, WAITING] > 0.0)
         moving = (behind > 0.0) & ~waiting
-        worn = bool(waiting.any()) and (self.since >= PATIENCE or not moving.any())
-        if worn:
+        needs_new_lists = bool(waiting.any()) and (self.since >= PATIENCE or not moving.any())
+        if needs_new_lists:
             self.since = 0
-        return worn
+        return needs_new_lists
 
     def gradients(self) -> tuple[list[int | None], list[float]]:
         """Of each cell, its strains left out: iterations to a tenth of the first gradient; the last over the first."""
@@ -131,7 +131,7 @@ class QuasiNewton(Method):
         part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
         return [count or None for count in tenth.astype(int).tolist()], part.tolist()
 
-    def go_on_from(self, other: QuasiNewton, cells: NDArray[np.bool_]) -> None:
+    def go_on_from(self, other: LBFGS, cells: NDArray[np.bool_]) -> None:
         """Note gradients as the next iterations of some cells of another, of which these are the only ones left."""
         numbers = self.memory.numbers.numpy()
         numbers[:, FIRST_GRADIENT:] = other.memory.numbers.numpy()[cells, FIRST_GRADIENT:]
@@ -139,5 +139,5 @@ class QuasiNewton(Method):
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The memory."""
-        names = ("moves", "losses", "last_force", "numbers", "curvature")
+        names = ("moves", "gradient_change", "last_force", "numbers", "curvature")
         return {name: getattr(self.memory, name) for name in names}

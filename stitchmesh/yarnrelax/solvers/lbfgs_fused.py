@@ -18,32 +18,32 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import Parts, sum_over_block, wait_for_block
-from stitchmesh.yarnrelax.energies.contact import pushing
+from stitchmesh.yarnrelax.energies.contact import contact_force_function
 from stitchmesh.yarnrelax.energies.gather import gather_at
-from stitchmesh.yarnrelax.energies.segment_forces import mean_at, pulling
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.segment_forces import mean_direction_at, segment_force_function
+from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.contact_samples import put_samples
 from stitchmesh.yarnrelax.model.spline import segment_corners
-from stitchmesh.yarnrelax.solvers.cell_strain import put_strain_force, with_strain_shares
+from stitchmesh.yarnrelax.solvers.cell_strain import add_cell_virial, put_strain_force
 from stitchmesh.yarnrelax.solvers.lbfgs_kernels import cells_of, strains_of
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     Cells,
-    Share,
-    compared,
-    judge,
+    PointRange,
+    add_direction_products,
+    add_strain_products,
+    apply_move,
+    direction_products,
+    force_products,
     moved,
-    preconditioned,
-    propose,
-    proposed,
-    recollect,
-    slot_on_trial,
-    take,
-    with_rise,
-    with_strain_products,
+    propose_move,
+    propose_point_moves,
+    trial_slot,
+    update_coefficients,
+    update_memory,
 )
-from stitchmesh.yarnrelax.solvers.preconditioner import compliance_at
-from stitchmesh.yarnrelax.solvers.solver import Scene
+from stitchmesh.yarnrelax.solvers.preconditioner import preconditioner_at
+from stitchmesh.yarnrelax.solvers.solver import SolverInputs
 
 MOST_POINTS = 256
 """Control points of the largest cell that one multiprocessor works on faster than all of them do."""
@@ -52,13 +52,13 @@ FEWEST_THREADS, MOST_THREADS = 128, 512
 
 
 @wp.func
-def in_warps(count: int) -> int:
+def round_to_warps(count: int) -> int:
     """So many threads rounded up to warps."""
     return (count + 31) // 32 * 32
 
 
 @wp.struct
-class Crew:
+class ThreadRole:
     """A thread among those of a block, and the segments of their cell.
 
     Where things can be done at once, the first threads begin with one, the last ones with another (``from_end``), and
@@ -75,87 +75,87 @@ class Crew:
 
 
 @wp.func
-def crew_of(cells: Cells, cell: int, lane: int, threads: int) -> Crew:
+def thread_role(cells: Cells, cell: int, lane: int, threads: int) -> ThreadRole:
     """What a thread has to know of its block."""
-    crew = Crew()
-    crew.cell = cell
-    crew.lane = lane
-    crew.threads = threads
-    crew.first = cells.segments[cell]
-    crew.last = cells.segments[cell + 1]
-    crew.from_end = threads - 1 - lane
-    crew.beside = (crew.from_end + threads - in_warps(crew.last - crew.first) % threads) % threads
-    return crew
+    role = ThreadRole()
+    role.cell = cell
+    role.lane = lane
+    role.threads = threads
+    role.first = cells.segments[cell]
+    role.last = cells.segments[cell + 1]
+    role.from_end = threads - 1 - lane
+    role.beside = (role.from_end + threads - round_to_warps(role.last - role.first) % threads) % threads
+    return role
 
 
 @wp.func
-def share_in(cells: Cells, crew: Crew) -> Share:
+def point_range_in(cells: Cells, role: ThreadRole) -> PointRange:
     """The control points that a thread moves."""
-    share = Share()
-    share.cell = crew.cell
-    share.threads = crew.threads
-    share.first = cells.points[crew.cell] + crew.lane
-    share.last = cells.points[crew.cell + 1]
-    return share
+    point_range = PointRange()
+    point_range.cell = role.cell
+    point_range.threads = role.threads
+    point_range.first = cells.points[role.cell] + role.lane
+    point_range.last = cells.points[role.cell + 1]
+    return point_range
 
 
 @functools.cache
-def exerting(scalar: Any, quadrature_points: int, together: int, strained: bool) -> Any:
+def element_force_function(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> Any:
     """The function that finds what segments and samples of a cell exert, for one precision and one accuracy."""
-    pull_at = pulling(quadrature_points, strained)
-    push_at = pushing(scalar, together, strained)
+    segment_forces_at = segment_force_function(quadrature_points, cell_relaxes)
+    contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
     ones = vector(3, scalar)
 
     @wp.func
-    def exert(
-        model: Any, crew: Crew, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
+    def find_element_forces(
+        model: Any, role: ThreadRole, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
     ) -> None:
         """Place the samples; then pushes, pulls and means side by side."""
-        for s in range(crew.first + crew.lane, crew.last, crew.threads):
+        for s in range(role.first + role.lane, role.last, role.threads):
             q0, q1, q2, q3 = segment_corners(model, state.points, s)
             put_samples(model, s, q0, q1, q2, q3, state.samples)
         wait_for_block()
-        for p in range(model.sample_start[crew.first] + crew.lane, model.sample_start[crew.last], crew.threads):
-            push_at(model, p, candidate_count, candidates, state)
-        for s in range(crew.first + crew.from_end, crew.last, crew.threads):
+        for p in range(model.sample_start[role.first] + role.lane, model.sample_start[role.last], role.threads):
+            contact_force_at(model, p, candidate_count, candidates, state)
+        for s in range(role.first + role.from_end, role.last, role.threads):
             p0, p1, p2, p3 = segment_corners(model, state.points, s)
             terms = ones(type(p0[0])(1.0))
-            pull_at(model, s, terms, p0, p1, p2, p3, state)
-        for s in range(crew.first + crew.beside, crew.last, crew.threads):
+            segment_forces_at(model, s, terms, p0, p1, p2, p3, state)
+        for s in range(role.first + role.beside, role.last, role.threads):
             r0, r1, r2, r3 = segment_corners(model, state.points, s)
-            mean_at(model, s, r0, r1, r2, r3, state)
+            mean_direction_at(model, s, r0, r1, r2, r3, state)
         wait_for_block()
 
-    return exert
+    return find_element_forces
 
 
 @wp.func
-def gather_and_give(
-    model: Any, crew: Crew, share: Share, bounds: Any, point_stiffness: wp.array[Any], state: Any
+def gather_and_precondition(
+    model: Any, role: ThreadRole, point_range: PointRange, bounds: Any, point_stiffness: wp.array[Any], state: Any
 ) -> None:
     """Forces on a cell's control points, and side by side how they give way."""
-    for i in range(share.first, share.last, share.threads):
+    for i in range(point_range.first, point_range.last, point_range.threads):
         gather_at(model, i, point_stiffness, state)
-    for i in range(share.first - crew.lane + crew.from_end, share.last, share.threads):
-        compliance_at(model, i, bounds, state)
+    for i in range(point_range.first - role.lane + role.from_end, point_range.last, point_range.threads):
+        preconditioner_at(model, i, bounds, state)
     wait_for_block()
 
 
 @wp.func
-def sum_strains(model: Any, crew: Crew, entry: int, strains: Any, state: Any) -> None:
+def sum_cell_virial(model: Any, role: ThreadRole, entry: int, strains: Any, state: Any) -> None:
     """Force on a cell's strains."""
-    part = with_strain_shares(
-        Parts(), model, crew.first, crew.last, crew.lane, crew.threads, state.segment_strain, state.sample_strain
+    part = add_cell_virial(
+        Parts(), model, role.first, role.last, role.lane, role.threads, state.segment_virial, state.sample_virial
     )  # fmt: skip
-    sum_over_block(part, strains.totals[crew.cell])
-    if crew.from_end == 0:
-        put_strain_force(crew.cell, entry, strains, state)
+    sum_over_block(part, strains.totals[role.cell])
+    if role.from_end == 0:
+        put_strain_force(role.cell, entry, strains, state)
 
 
 @functools.cache
-def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) -> wp.Kernel:
+def burst(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
     """The kernel for one precision and one accuracy, and for cells that relax or do not."""
-    exert = exerting(scalar, quadrature_points, together, strained)
+    find_element_forces = element_force_function(scalar, quadrature_points, entries_at_once, cell_relaxes)
 
     @kernel(launch_bounds=MOST_THREADS)
     def burst(
@@ -176,37 +176,37 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
     ) -> None:
         """Iterate each cell until it waits; a block a cell."""
         cell, lane = wp.tid()
-        crew = crew_of(cells, cell, lane, wp.block_dim())
-        share = share_in(cells, crew)
+        role = thread_role(cells, cell, lane, wp.block_dim())
+        point_range = point_range_in(cells, role)
         entry, numbers = cells.point_count + cell, memory.numbers[cell]
         for _iteration in range(iterations):
-            exert(model, crew, candidate_count, candidates, state)
-            if wp.static(strained):
-                sum_strains(model, crew, entry, strains, state)
-            gather_and_give(model, crew, share, bounds, point_stiffness, state)
-            products = compared(share, state, memory)
-            if wp.static(strained):
-                if crew.from_end == 0:
-                    products = with_strain_products(products, entry, slot_on_trial(numbers), state, memory)
+            find_element_forces(model, role, candidate_count, candidates, state)
+            if wp.static(cell_relaxes):
+                sum_cell_virial(model, role, entry, strains, state)
+            gather_and_precondition(model, role, point_range, bounds, point_stiffness, state)
+            products = force_products(point_range, state, memory)
+            if wp.static(cell_relaxes):
+                if role.from_end == 0:
+                    products = add_strain_products(products, entry, trial_slot(numbers), state, memory)
             sum_over_block(products, memory.products[cell])
             if lane == 0:
-                judge(cell, memory)
+                update_memory(cell, memory)
             wait_for_block()
-            slots = preconditioned(share, state, memory)
-            if wp.static(strained):
-                if crew.from_end == 0:
-                    slots = with_rise(slots, entry, numbers, memory.fall[cell], state, memory)
+            slots = direction_products(point_range, state, memory)
+            if wp.static(cell_relaxes):
+                if role.from_end == 0:
+                    slots = add_direction_products(slots, entry, numbers, memory.alpha[cell], state, memory)
             sum_over_block(slots, memory.products[cell])
             if lane == 0:
-                recollect(cell, memory)
+                update_coefficients(cell, memory)
             wait_for_block()
-            proposed(share, step_limit, state, memory)
-            if wp.static(strained):
-                if crew.from_end == 0:
-                    propose(entry, step_limit, numbers, memory.rise[cell], state, memory)
-                    take(entry, slot_on_trial(numbers), state, memory)
+            propose_point_moves(point_range, step_limit, state, memory)
+            if wp.static(cell_relaxes):
+                if role.from_end == 0:
+                    propose_move(entry, step_limit, numbers, memory.alpha_minus_beta[cell], state, memory)
+                    apply_move(entry, trial_slot(numbers), state, memory)
                 wait_for_block()
-            moved(share, cells, strains, state, memory)
+            moved(point_range, cells, strains, state, memory)
             wait_for_block()
             if numbers[6] != wp.float64(0.0):
                 break
@@ -214,7 +214,7 @@ def burst(scalar: Any, quadrature_points: int, together: int, strained: bool) ->
     return burst
 
 
-class BurstLaunches:
+class FusedLaunch:
     """The launch of a burst."""
 
     def __init__(self, model: Model, memory: Any) -> None:
@@ -227,7 +227,7 @@ class BurstLaunches:
             self.threads = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
 
     def launch(
-        self, scene: Scene, bounds: Any, point_stiffness: wp.array[Any], iterations: int, run: Run
+        self, scene: SolverInputs, bounds: Any, point_stiffness: wp.array[Any], iterations: int, launcher: Launcher
     ) -> Any:
         """All of so many iterations, forces included."""
         model = scene.model
@@ -237,9 +237,9 @@ class BurstLaunches:
         lists = [scene.candidates.count, scene.candidates.lists]
         inputs = [model.constants, self.cells, bounds, point_stiffness, model.number(scene.step_fraction), iterations,
                   *lists, strains_of(scene), scene.state.arrays, self.memory]  # fmt: skip
-        return run(kernel, model.cell_count, inputs, [], tile=self.threads)
+        return launcher(kernel, model.cell_count, inputs, [], tile=self.threads)
 
 
-def suits_burst(model: Model) -> bool:
+def suits_fusing(model: Model) -> bool:
     """Whether all cells are small."""
     return bool(np.diff(model.point_start).max() <= MOST_POINTS)

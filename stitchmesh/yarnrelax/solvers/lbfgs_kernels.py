@@ -16,26 +16,26 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import THREADS, Products, Slots, sum_over_block
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.cell_strain import put_strain_force, strains_struct, sum_of_blocks
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     PRODUCTS,
     Cells,
-    Share,
-    compared,
-    judge,
+    PointRange,
+    add_direction_products,
+    add_strain_products,
+    apply_move,
+    direction_products,
+    force_products,
     moved,
-    preconditioned,
-    propose,
-    proposed,
-    recollect,
-    slot_on_trial,
-    take,
-    with_rise,
-    with_strain_products,
+    propose_move,
+    propose_point_moves,
+    trial_slot,
+    update_coefficients,
+    update_memory,
 )
-from stitchmesh.yarnrelax.solvers.solver import Scene
+from stitchmesh.yarnrelax.solvers.solver import SolverInputs
 
 CHUNK = {"cuda": THREADS, "cpu": 1024}
 """Control points of a block."""
@@ -52,14 +52,14 @@ class Blocks:
 
 
 @wp.func
-def share_of(blocks: Blocks, block: int, lane: int, threads: int) -> Share:
+def point_range_of(blocks: Blocks, block: int, lane: int, threads: int) -> PointRange:
     """What a thread of a block does."""
-    share = Share()
-    share.cell = blocks.cell[block]
-    share.threads = threads
-    share.first = blocks.first[block] + lane
-    share.last = blocks.last[block]
-    return share
+    point_range = PointRange()
+    point_range.cell = blocks.cell[block]
+    point_range.threads = threads
+    point_range.first = blocks.first[block] + lane
+    point_range.last = blocks.last[block]
+    return point_range
 
 
 @kernel
@@ -74,7 +74,7 @@ def compare(
 ) -> None:
     """What the forces lost on the last move, and all products that the memory needs."""
     block, lane = wp.tid()
-    sum_over_block(compared(share_of(blocks, block, lane, wp.block_dim()), state, memory), sums[block])
+    sum_over_block(force_products(point_range_of(blocks, block, lane, wp.block_dim()), state, memory), sums[block])
 
 
 @kernel
@@ -103,10 +103,10 @@ def remember(
         if strains.count > 0:
             entry = cells.point_count + cell
             put_strain_force(cell, entry, strains, state)
-            own = with_strain_products(Products(), entry, slot_on_trial(memory.numbers[cell]), state, memory)
+            own = add_strain_products(Products(), entry, trial_slot(memory.numbers[cell]), state, memory)
             for k in range(19):
                 memory.products[cell, k] += own[k]
-        judge(cell, memory)
+        update_memory(cell, memory)
 
 
 @kernel
@@ -121,7 +121,7 @@ def precondition(
 ) -> None:
     """z, and its products with the memory."""
     block, lane = wp.tid()
-    sum_over_block(preconditioned(share_of(blocks, block, lane, wp.block_dim()), state, memory), sums[block])
+    sum_over_block(direction_products(point_range_of(blocks, block, lane, wp.block_dim()), state, memory), sums[block])
 
 
 @kernel
@@ -147,13 +147,13 @@ def recall(
     if lane == 0:
         entry, numbers = cells.point_count + cell, memory.numbers[cell]
         if strains.count > 0:
-            own = with_rise(Slots(), entry, numbers, memory.fall[cell], state, memory)
+            own = add_direction_products(Slots(), entry, numbers, memory.alpha[cell], state, memory)
             for k in range(7):
                 memory.products[cell, k] += own[k]
-        recollect(cell, memory)
+        update_coefficients(cell, memory)
         if strains.count > 0:
-            propose(entry, step_limit, numbers, memory.rise[cell], state, memory)
-            take(entry, slot_on_trial(numbers), state, memory)
+            propose_move(entry, step_limit, numbers, memory.alpha_minus_beta[cell], state, memory)
+            apply_move(entry, trial_slot(numbers), state, memory)
 
 
 @kernel
@@ -167,7 +167,7 @@ def propose_moves(
 ) -> None:
     """The next move of each control point, within its limit."""
     block, lane = wp.tid()
-    proposed(share_of(blocks, block, lane, wp.block_dim()), step_limit, state, memory)
+    propose_point_moves(point_range_of(blocks, block, lane, wp.block_dim()), step_limit, state, memory)
 
 
 @kernel
@@ -182,7 +182,7 @@ def move_and_note(
 ) -> None:
     """Move, put the move into the slot of the pair on trial, and deform cells."""
     block, lane = wp.tid()
-    moved(share_of(blocks, block, lane, wp.block_dim()), cells, strains, state, memory)
+    moved(point_range_of(blocks, block, lane, wp.block_dim()), cells, strains, state, memory)
 
 
 def cells_of(model: Model) -> Any:
@@ -192,7 +192,7 @@ def cells_of(model: Model) -> Any:
     return cells
 
 
-def strains_of(scene: Scene) -> Any:
+def strains_of(scene: SolverInputs) -> Any:
     """The struct of a scene's strains."""
     return strains_struct(scene.model.scalar)() if scene.strain is None else scene.strain.struct(scene.candidates)
 
@@ -221,19 +221,21 @@ class StepLaunches:
         self.count = len(self.blocks.cell)
         self.sums = wp.zeros((self.count, PRODUCTS), dtype=wp.float64, device=model.device)
 
-    def launches(self, scene: Scene, run: Run) -> list[Any]:
+    def launches(self, scene: SolverInputs, launcher: Launcher) -> list[Any]:
         """Gather the forces on strains, then remember, propose, hold, move."""
         state, memory, cells, blocks, tile = scene.state, self.memory, self.cells, self.blocks, self.threads
         strains, step_limit = strains_of(scene), scene.model.number(scene.step_fraction)
         both = [state.arrays, memory]
-        launches = [] if scene.strain is None else [scene.strain.gather_launch(state, run)]
+        launches = [] if scene.strain is None else [scene.strain.gather_launch(state, launcher)]
         launches += [
-            run(compare, self.count, [blocks, *both], [self.sums], tile=tile),
-            run(remember, scene.model.cell_count, [cells, blocks, self.sums, strains, *both], [], tile=tile),
-            run(precondition, self.count, [blocks, *both], [self.sums], tile=tile),
-            run(recall, scene.model.cell_count, [cells, blocks, step_limit, self.sums, strains, *both], [], tile=tile),
-            run(propose_moves, self.count, [blocks, step_limit, *both], [], tile=tile),
+            launcher(compare, self.count, [blocks, *both], [self.sums], tile=tile),
+            launcher(remember, scene.model.cell_count, [cells, blocks, self.sums, strains, *both], [], tile=tile),
+            launcher(precondition, self.count, [blocks, *both], [self.sums], tile=tile),
+            launcher(
+                recall, scene.model.cell_count, [cells, blocks, step_limit, self.sums, strains, *both], [], tile=tile
+            ),
+            launcher(propose_moves, self.count, [blocks, step_limit, *both], [], tile=tile),
         ]
         for constraint in scene.constraints:
-            launches += constraint.filter_steps(state, memory.step, memory.limit, run)
-        return [*launches, run(move_and_note, self.count, [cells, blocks, strains, *both], [], tile=tile)]
+            launches += constraint.filter_steps(state, memory.step, memory.limit, launcher)
+        return [*launches, launcher(move_and_note, self.count, [cells, blocks, strains, *both], [], tile=tile)]

@@ -5,8 +5,8 @@
 An entry is a control point, or the strains of a cell (``cell``). What a cell keeps stands in its row of the memory's
 ``numbers``, ``curvature`` and so on; its control points are its own. A scene of one piece is one cell.
 
-An iteration is, with sums over the cell between its steps: ``compared`` by many threads, ``judge`` by one,
-``preconditioned`` by many, ``recollect`` by one, ``proposed`` and ``moved`` by many.
+An iteration is, with sums over the cell between its steps: ``force_products`` by many threads, ``update_memory`` by
+one, ``direction_products`` by many, ``update_coefficients`` by one, ``propose_point_moves`` and ``moved`` by many.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def slot_before(head: int, age: int) -> int:
 
 
 @wp.func
-def slot_on_trial(numbers: wp.array[wp.float64]) -> int:
+def trial_slot(numbers: wp.array[wp.float64]) -> int:
     """The slot of the newest pair, which may be taken into the memory or not."""
     return (int(numbers[0]) + 1) % 7
 
@@ -69,7 +69,7 @@ class Cells:
 
 
 @wp.struct
-class Share:
+class PointRange:
     """What a thread does of a cell: every so many-th of some control points."""
 
     cell: wp.int32
@@ -79,18 +79,18 @@ class Share:
 
 
 @wp.func
-def with_products(total: Any, i: int, new: int, state: Any, memory: Any) -> Any:
+def add_force_products(total: Any, i: int, new: int, state: Any, memory: Any) -> Any:
     """Note what the force on an entry lost on the last move, and add the entry to all products."""
-    now = state.point_force[i]
+    now = state.force[i]
     lost = memory.last_force[i] - now
     memory.last_force[i] = now
-    memory.losses[new, i] = lost
+    memory.gradient_change[new, i] = lost
     for j in range(SLOTS):
         moved = memory.moves[j, i]
         total[j] += wp.float64(wp.dot(moved, now))
         total[j + SLOTS] += wp.float64(wp.dot(moved, lost))
     move = memory.moves[new, i]
-    total[2 * SLOTS] += wp.float64(wp.dot(lost, times_block(state.compliance[i], lost)))
+    total[2 * SLOTS] += wp.float64(wp.dot(lost, times_block(state.preconditioner[i], lost)))
     total[2 * SLOTS + 1] += wp.float64(wp.dot(move, move))
     total[2 * SLOTS + 2] += wp.float64(wp.dot(lost, lost))
     if room_left(state.points, state.listed_points, state.budget, i) < state.budget[i] * type(now[0])(1.0 - 0.7):
@@ -100,34 +100,34 @@ def with_products(total: Any, i: int, new: int, state: Any, memory: Any) -> Any:
 
 
 @wp.func
-def compared(share: Share, state: Any, memory: Any) -> Products:
+def force_products(point_range: PointRange, state: Any, memory: Any) -> Products:
     """Products over a thread's control points."""
     total = Products()
-    new = slot_on_trial(memory.numbers[share.cell])
-    for i in range(share.first, share.last, share.threads):
-        total = with_products(total, i, new, state, memory)
+    new = trial_slot(memory.numbers[point_range.cell])
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        total = add_force_products(total, i, new, state, memory)
     return total
 
 
 @wp.func
-def with_strain_products(total: Any, entry: int, new: int, state: Any, memory: Any) -> Any:
+def add_strain_products(total: Any, entry: int, new: int, state: Any, memory: Any) -> Any:
     """Add the strains of a cell; L's gradient knows of none."""
     square = total[18]
-    whole = with_products(total, entry, new, state, memory)
+    whole = add_force_products(total, entry, new, state, memory)
     whole[18] = square
     return whole
 
 
 @wp.func
-def judge(cell: int, memory: Any) -> None:
+def update_memory(cell: int, memory: Any) -> None:
     """With the sums over a cell: take its newest pair."""
     products, numbers = memory.products[cell], memory.numbers[cell]
-    take_pair(products, numbers, memory.curvature[cell], memory.fall[cell])
+    accept_pair(products, numbers, memory.curvature[cell], memory.alpha[cell])
     note_gradient(products[18], numbers)
 
 
 @wp.func
-def by_age(curvature: wp.array2d[wp.float64], head: int, count: int) -> Table:  # type: ignore[valid-type]
+def curvature_by_age(curvature: wp.array2d[wp.float64], head: int, count: int) -> Table:  # type: ignore[valid-type]
     """Products s_older . y_newer of the pairs, rows and columns by age.
 
     The diagonal is 1 / s . y, and 0 where there is no pair. All is read before anything depends on it: one wait for
@@ -144,15 +144,15 @@ def by_age(curvature: wp.array2d[wp.float64], head: int, count: int) -> Table:  
 
 
 @wp.func
-def take_pair(
+def accept_pair(
     product: wp.array[wp.float64],
     numbers: wp.array[wp.float64],
     curvature: wp.array2d[wp.float64],
-    fall: wp.array[wp.float64],
+    alpha: wp.array[wp.float64],
 ) -> None:
     """Take a cell's newest pair into the memory if it is sound, and find the numbers a_j."""
     zero = wp.float64(0.0)
-    new = slot_on_trial(numbers)
+    new = trial_slot(numbers)
     for j in range(7):
         curvature[j, new] = product[7 + j]
     bend = product[7 + new]
@@ -167,7 +167,7 @@ def take_pair(
     plain = turn >= PERIOD - SMOOTHING
     numbers[3] = wp.where(plain, wp.float64(1.0), zero)
     head, count = int(numbers[0]), wp.where(plain, 0, int(numbers[1]))
-    table = by_age(curvature, head, count)
+    table = curvature_by_age(curvature, head, count)
     along, part = Ages(), Ages()
     for age in range(6):
         along[age] = product[slot_before(head, age)]
@@ -178,9 +178,9 @@ def take_pair(
                 value -= part[newer] * table[age, newer]
         part[age] = value * table[age, age]
     for age in range(6):
-        fall[slot_before(head, age)] = part[age]
+        alpha[slot_before(head, age)] = part[age]
     # the seventh slot is that of no pair
-    fall[slot_before(head, 6)] = zero
+    alpha[slot_before(head, 6)] = zero
 
 
 @wp.func
@@ -199,56 +199,57 @@ def note_gradient(square: wp.float64, numbers: wp.array[wp.float64]) -> None:
 
 
 @wp.func
-def with_rise(total: Any, i: int, numbers: wp.array[wp.float64], fall: Any, state: Any, memory: Any) -> Any:
+def add_direction_products(
+    total: Any, i: int, numbers: wp.array[wp.float64], alpha: Any, state: Any, memory: Any
+) -> Any:
     """Leave z of an entry in the memory's ``step``, and add the entry to z's products with the memory."""
-    rest = state.point_force[i]
+    rest = state.force[i]
     plain = numbers[3] != wp.float64(0.0)
     scale = type(rest[0])(numbers[5])
     for j in range(SLOTS):
-        rest -= memory.losses[j, i] * type(scale)(fall[j])
-    ready = times_block(state.compliance[i], rest) * scale
+        rest -= memory.gradient_change[j, i] * type(scale)(alpha[j])
+    ready = times_block(state.preconditioner[i], rest) * scale
     if plain:
         ready = rest * (type(scale)(1.6) / state.stiffness[i])
     memory.step[i] = ready
     for j in range(SLOTS):
-        total[j] += wp.float64(wp.dot(memory.losses[j, i], ready))
+        total[j] += wp.float64(wp.dot(memory.gradient_change[j, i], ready))
     return total
 
 
 @wp.func
-def preconditioned(share: Share, state: Any, memory: Any) -> Slots:
+def direction_products(point_range: PointRange, state: Any, memory: Any) -> Slots:
     """Z of a thread's control points, and its products."""
     total = Slots()
-    numbers, fall = memory.numbers[share.cell], memory.fall[share.cell]
-    for i in range(share.first, share.last, share.threads):
-        total = with_rise(total, i, numbers, fall, state, memory)
+    numbers, alpha = memory.numbers[point_range.cell], memory.alpha[point_range.cell]
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        total = add_direction_products(total, i, numbers, alpha, state, memory)
     return total
 
 
 @wp.func
-def recollect(cell: int, memory: Any) -> None:
+def update_coefficients(cell: int, memory: Any) -> None:
     """With the sums over a cell: find the numbers a_j - b_j."""
-    recall_pairs(
-        memory.products[cell], memory.numbers[cell], memory.curvature[cell], memory.fall[cell], memory.rise[cell]
-    )  # fmt: skip
+    products, numbers = memory.products[cell], memory.numbers[cell]
+    find_coefficients(products, numbers, memory.curvature[cell], memory.alpha[cell], memory.alpha_minus_beta[cell])
 
 
 @wp.func
-def recall_pairs(
+def find_coefficients(
     product: wp.array[wp.float64],
     numbers: wp.array[wp.float64],
     curvature: wp.array2d[wp.float64],
-    fall: wp.array[wp.float64],
-    rise: wp.array[wp.float64],
+    alpha: wp.array[wp.float64],
+    alpha_minus_beta: wp.array[wp.float64],
 ) -> None:
     """Find a cell's numbers a_j - b_j."""
     zero = wp.float64(0.0)
     head, count = int(numbers[0]), wp.where(numbers[3] != zero, 0, int(numbers[1]))
-    table = by_age(curvature, head, count)
+    table = curvature_by_age(curvature, head, count)
     along, down, part = Ages(), Ages(), Ages()
     for age in range(6):
         along[age] = product[slot_before(head, age)]
-        down[age] = fall[slot_before(head, age)]
+        down[age] = alpha[slot_before(head, age)]
     for later in range(6):
         value = along[5 - later]
         for older in range(6):
@@ -256,26 +257,31 @@ def recall_pairs(
                 value += part[older] * table[older, 5 - later]
         part[5 - later] = wp.where(5 - later < count, down[5 - later] - value * table[5 - later, 5 - later], zero)
     for age in range(6):
-        rise[slot_before(head, age)] = part[age]
-    rise[slot_before(head, 6)] = zero
+        alpha_minus_beta[slot_before(head, age)] = part[age]
+    alpha_minus_beta[slot_before(head, 6)] = zero
 
 
 @wp.func
-def propose(
-    i: int, step_limit: Any, numbers: wp.array[wp.float64], rise: wp.array[wp.float64], state: Any, memory: Any
+def propose_move(
+    i: int,
+    step_limit: Any,
+    numbers: wp.array[wp.float64],
+    alpha_minus_beta: wp.array[wp.float64],
+    state: Any,
+    memory: Any,
 ) -> None:
     """Leave the next move of an entry in the memory's ``step``, within its limit, which is noted."""
     allowed = wp.min(step_limit, room_left(state.points, state.listed_points, state.budget, i))
     wish = memory.step[i]
     for j in range(SLOTS):
-        wish += memory.moves[j, i] * type(allowed)(rise[j])
+        wish += memory.moves[j, i] * type(allowed)(alpha_minus_beta[j])
     allowed *= type(allowed)(1.0) - type(allowed)(numbers[6])
     memory.limit[i] = allowed
     memory.step[i] = shortened(wish * type(allowed)(numbers[4]), allowed)
 
 
 @wp.func
-def take(i: int, new: int, state: Any, memory: Any) -> None:
+def apply_move(i: int, new: int, state: Any, memory: Any) -> None:
     """Move an entry, and put the move into the slot of the pair on trial."""
     move = memory.step[i]
     memory.moves[new, i] = move
@@ -283,24 +289,24 @@ def take(i: int, new: int, state: Any, memory: Any) -> None:
 
 
 @wp.func
-def proposed(share: Share, step_limit: Any, state: Any, memory: Any) -> None:
+def propose_point_moves(point_range: PointRange, step_limit: Any, state: Any, memory: Any) -> None:
     """Propose moves of a thread's control points."""
-    numbers, rise = memory.numbers[share.cell], memory.rise[share.cell]
-    for i in range(share.first, share.last, share.threads):
-        propose(i, step_limit, numbers, rise, state, memory)
+    numbers, alpha_minus_beta = memory.numbers[point_range.cell], memory.alpha_minus_beta[point_range.cell]
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        propose_move(i, step_limit, numbers, alpha_minus_beta, state, memory)
 
 
 @wp.func
-def moved(share: Share, cells: Cells, strains: Any, state: Any, memory: Any) -> None:
+def moved(point_range: PointRange, cells: Cells, strains: Any, state: Any, memory: Any) -> None:
     """Move a thread's control points, and deform them and as many segments' places as the cell's strains moved."""
-    cell = share.cell
-    new = slot_on_trial(memory.numbers[cell])
-    for i in range(share.first, share.last, share.threads):
-        take(i, new, state, memory)
+    cell = point_range.cell
+    new = trial_slot(memory.numbers[cell])
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        apply_move(i, new, state, memory)
     if strains.count > 0:
         e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
         more = memory.step[cells.point_count + cell] * strains.per_unit
-        for i in range(share.first, share.last, share.threads):
+        for i in range(point_range.first, point_range.last, point_range.threads):
             state.points[i] = deformed(state.points[i], e1, e2, more)
             state.listed_points[i] = deformed(state.listed_points[i], e1, e2, more)
             # a cell has no more segments than control points
@@ -316,22 +322,23 @@ def moved(share: Share, cells: Cells, strains: Any, state: Any, memory: Any) -> 
 def _struct(scalar: Any) -> Any:
     """The struct of a memory in one precision.
 
-    Of each entry: ``moves``, what it did in the iteration of each slot, and ``losses``, what the force on it lost,
-    shape (7, E, 3); ``last_force``, that of the last iteration, and ``step``, its next move, shape (E, 3); ``limit``,
-    how far it may go, shape (E,). Of each cell: ``numbers``, (C, 12); ``curvature``, products of moves with losses,
-    (C, 7, 7); ``fall``, the numbers a_j, and ``rise``, a_j - b_j, (C, 7); ``products``, sums over its entries, (C, 19).
+    Of each entry: ``moves``, what it did in the iteration of each slot, and ``gradient_change``, the force before less
+    the force after, shape (7, E, 3); ``last_force``, that of the last iteration, and ``step``, its next move, shape
+    (E, 3); ``limit``, how far it may go, shape (E,). Of each cell: ``numbers``, (C, 12); ``curvature``, products of
+    moves with changes of the gradient, (C, 7, 7); ``alpha``, the numbers a_j, and ``alpha_minus_beta``, a_j - b_j,
+    (C, 7); ``products``, sums over its entries, (C, 19).
     """
     threes, doubles = vector(3, scalar), wp.float64
     annotations = {
         "moves": wp.array2d(dtype=threes),
-        "losses": wp.array2d(dtype=threes),
+        "gradient_change": wp.array2d(dtype=threes),
         "last_force": wp.array(dtype=threes),
         "step": wp.array(dtype=threes),
         "limit": wp.array(dtype=scalar),
         "numbers": wp.array2d(dtype=doubles),
         "curvature": wp.array3d(dtype=doubles),
-        "fall": wp.array2d(dtype=doubles),
-        "rise": wp.array2d(dtype=doubles),
+        "alpha": wp.array2d(dtype=doubles),
+        "alpha_minus_beta": wp.array2d(dtype=doubles),
         "products": wp.array2d(dtype=doubles),
     }
     return wp.struct(type(f"Memory_{scalar.__name__}", (), {"__annotations__": annotations}))
@@ -341,10 +348,10 @@ def make_memory(model: Model, strains: int) -> Any:
     """Room for a model's control points and so many cells' strains, in a struct for kernels."""
     n, cells = model.point_count + strains, model.cell_count
     memory = _struct(model.scalar)()
-    memory.moves, memory.losses = model.empty((7, n), 3), model.empty((7, n), 3)
+    memory.moves, memory.gradient_change = model.empty((7, n), 3), model.empty((7, n), 3)
     memory.last_force, memory.step, memory.limit = model.empty(n, 3), model.empty(n, 3), model.empty(n)
-    shapes = {"numbers": (cells, NUMBERS), "curvature": (cells, 7, 7), "fall": (cells, 7), "rise": (cells, 7),
-              "products": (cells, PRODUCTS)}  # fmt: skip
+    shapes = {"numbers": (cells, NUMBERS), "curvature": (cells, 7, 7), "alpha": (cells, 7),
+              "alpha_minus_beta": (cells, 7), "products": (cells, PRODUCTS)}  # fmt: skip
     for name, shape in shapes.items():
         setattr(memory, name, wp.zeros(shape, dtype=wp.float64, device=model.device))
     return memory

@@ -62,10 +62,10 @@ def bounds_struct(scalar: Any) -> Any:
 
 
 @wp.func
-def compliance_at(model: Any, i: int, bounds: Any, state: Any) -> None:
+def preconditioner_at(model: Any, i: int, bounds: Any, state: Any) -> None:
     """The compliance of a control point [unit^2 / erg]."""
     slots = model.point_segments[i]
-    block = type(state.compliance[0])()
+    block = type(state.preconditioner[0])()
     level = bounds.further[i]
     for slot in range(4):
         s = slots[slot]
@@ -81,11 +81,11 @@ def compliance_at(model: Any, i: int, bounds: Any, state: Any) -> None:
             for k in range(count):
                 block += state.sample_block[first + k] * (type(level)(2.0) * model.sample_basis[row + k][slot])
     block += type(block)(level, level, level, level - level, level - level, level - level)
-    state.compliance[i] = inverse_block(block)
+    state.preconditioner[i] = inverse_block(block)
 
 
 @kernel
-def find_compliance(
+def find_preconditioner(
     # model
     model: Any,
     bounds: Any,
@@ -93,4 +93,4 @@ def find_compliance(
     state: Any,
 ) -> None:
     """The compliance of each control point."""
-    compliance_at(model, wp.tid(), bounds, state)
+    preconditioner_at(model, wp.tid(), bounds, state)

@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.collision.step_limit import wear
-from stitchmesh.yarnrelax.energies.term import Constraint, Run
+from stitchmesh.yarnrelax.collision.step_limit import measure_budget_use
+from stitchmesh.yarnrelax.energies.term import Constraint, Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class SolverInputs:
     """What a solver works on."""
 
     model: Model
@@ -40,8 +40,8 @@ WORN = 0.7
 """Part of its budget that a control point has used when the candidate lists are made again."""
 
 
-class Method(ABC):
-    """A solver. ``state.point_force`` and ``state.stiffness`` are fresh when its launches run."""
+class Solver(ABC):
+    """A solver. ``state.force`` and ``state.stiffness`` are fresh when its launches run."""
 
     needs_blocks: bool
     """Whether it wants ``state.sample_block`` and ``state.segment_block``."""
@@ -53,20 +53,20 @@ class Method(ABC):
     """Iterations that were done between the last two looks, by the cell that did most."""
 
     @abstractmethod
-    def launches(self, scene: Scene, run: Run) -> list[Any]:
+    def launches(self, scene: SolverInputs, launcher: Launcher) -> list[Any]:
         """Move the control points by one iteration, none by more than its limits."""
 
-    def burst(self, scene: Scene, point_stiffness: wp.array[Any], run: Run) -> Any:
+    def burst(self, scene: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
         """One launch of ``quasi_newton_steps.PERIOD`` whole iterations, forces included; None if there is none."""
         return None
 
     @abstractmethod
-    def restart(self, caution: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
-        """Forget the past of some cells, or of all; ``caution`` in (0, 1] scales steps of each, 1 undisturbed."""
+    def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
+        """Forget the past of some cells, or of all; ``step_scale`` in (0, 1] scales steps of each, 1 undisturbed."""
 
     @abstractmethod
-    def dare(self, caution: NDArray[np.float64]) -> None:
-        """Scale the steps of each cell by ``caution`` from now on."""
+    def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
+        """Scale the steps of each cell by ``step_scale`` from now on."""
 
     @abstractmethod
     def arrays(self) -> dict[str, wp.array[Any]]:
@@ -80,10 +80,10 @@ class Method(ABC):
         """Get ready for so many iterations of each cell."""
         self.left = int(count.max())
 
-    def worn(self, scene: Scene, launched: int) -> bool:
+    def needs_new_lists(self, scene: SolverInputs, launched: int) -> bool:
         """Count what was launched, and tell whether the candidate lists must be made again."""
         self.left, self.advanced = self.left - launched, launched
         state = scene.state
         used = scene.model.empty(len(state.points))
-        scene.model.launch(wear, len(used), [state.points, state.listed_points, state.budget], [used])
+        scene.model.launch(measure_budget_use, len(used), [state.points, state.listed_points, state.budget], [used])
         return maximum(used) > WORN

@@ -10,7 +10,7 @@ the energy. Per segment, with B' and B'' the derivatives of the four basis funct
     bending           2 k_bend / l^3              int |B''_i| sum_j |B''_j|    across the yarn
 
 Sums of both hold in all directions, bending's dependence on y' included, while stretch is much the stiffer
-(``compliance``).
+(``preconditioner``).
 Contact adds its own row sums as they change (``contact``).
 """
 
@@ -23,20 +23,20 @@ from stitchmesh.yarn import basis_derivative
 from stitchmesh.yarnrelax.model.constants import Model
 
 
-def internal_stiffness(model: Model) -> NDArray[np.float64]:
+def stiffness_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums of the stiffness of stretch, length and bending at each control point [erg / unit^2], shape (N,)."""
     points = model.yarns.segment_points.ravel()
-    rows = (along_stiffness(model) + bend_stiffness(model)).ravel()
+    rows = (stretch_row_sums(model) + bend_row_sums(model)).ravel()
     return np.bincount(points, weights=rows, minlength=model.point_count).astype(np.float64)
 
 
-def along_stiffness(model: Model) -> NDArray[np.float64]:
+def stretch_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums along the yarn, for each of a segment's four control points [erg / unit^2], shape (S, 4)."""
     stiffness = model.segment_stiffness[:, :2].sum(axis=1, keepdims=True)
     return 2 * stiffness * _swept_rows(1) / model.rest_length[:, None] ** 2
 
 
-def bend_stiffness(model: Model) -> NDArray[np.float64]:
+def bend_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums across the yarn, for each of a segment's four control points [erg / unit^2], shape (S, 4)."""
     return 2 * model.segment_stiffness[:, 2:] * _swept_rows(2) / model.rest_length[:, None] ** 3
 

@@ -31,7 +31,7 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import strand_maxima, strands_for
-from stitchmesh.yarnrelax.energies.term import Run
+from stitchmesh.yarnrelax.energies.term import Launcher
 
 LONGEST_TIME_STEP = 4e-4
 """Time step [s] where nothing asks for a shorter one (L section 3.1)."""
@@ -62,7 +62,7 @@ def set_time_step(
     longest: wp.float64,
     # state in
     maxima: wp.array[wp.float64],
-    caution: wp.array[wp.float64],
+    step_scale: wp.array[wp.float64],
     # state out
     clock: wp.array[wp.float64],
 ) -> None:
@@ -71,7 +71,7 @@ def set_time_step(
     for k in range(maxima.shape[0]):
         if -maxima[k] < shortest:  # what is not a number makes no time step; the forces tell of it
             shortest = -maxima[k]
-    clock[0] = shortest * caution[0]
+    clock[0] = shortest * step_scale[0]
     clock[1] = clock[1] + clock[0]
 
 
@@ -82,16 +82,16 @@ class Clock:
         """Start at time 0, for ``count`` control points."""
         self.now = wp.zeros(2, dtype=wp.float64, device=device)
         """The last time step, and the time since the start [s]."""
-        self.caution = wp.ones(1, dtype=wp.float64, device=device)
+        self.step_scale = wp.ones(1, dtype=wp.float64, device=device)
         """Scale of time steps."""
         self.many = wp.zeros(strands_for(count), dtype=wp.float64, device=device)
         self.few = wp.zeros(FEW_STRANDS, dtype=wp.float64, device=device)
 
-    def launches(self, longest: wp.array[Any], run: Run) -> list[Any]:
+    def launches(self, longest: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Advance by the shortest of the control points' longest time steps."""
         largest, smallest = wp.float64(1.0), wp.float64(-1.0)
         return [
-            run(strand_maxima, len(self.many), [smallest, longest], [self.many]),
-            run(strand_maxima, len(self.few), [largest, self.many], [self.few]),
-            run(set_time_step, 1, [wp.float64(LONGEST_TIME_STEP), self.few, self.caution], [self.now]),
+            launcher(strand_maxima, len(self.many), [smallest, longest], [self.many]),
+            launcher(strand_maxima, len(self.few), [largest, self.many], [self.few]),
+            launcher(set_time_step, 1, [wp.float64(LONGEST_TIME_STEP), self.few, self.step_scale], [self.now]),
         ]

@@ -17,7 +17,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
 from stitchmesh.yarnrelax.collision.step_limit import SAFETY, clearances
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.stockinette import flat_patch, hopf_link
 
 DRAFT = PRESETS["draft"]
@@ -55,11 +55,11 @@ def test_clearances_are_below_the_true_distances_of_the_curves() -> None:
     radius = 0.22  # nearly twice as thick as the patch was made for: the rows overlap by almost half
     yarns = replace(patch, points=patch.points + noise, radius=np.full(4, radius))
     quality = replace(DRAFT, precision="float64")
-    iteration = Iteration.start(yarns, YarnMaterial.named("kaldor-simulation"), quality, device_named("cpu"))
-    iteration.candidates.margin = 2.0  # so wide that every clearance up to two radii is computed
-    iteration.list_candidates()
-    clearance = clearances(iteration.model, iteration.state, iteration.candidates).numpy() * iteration.model.unit
-    assert (np.diff(iteration.model.sample_start) == 3).all()
+    simulation = YarnSimulation.start(yarns, YarnMaterial.named("kaldor-simulation"), quality, device_named("cpu"))
+    simulation.candidates.margin = 2.0  # so wide that every clearance up to two radii is computed
+    simulation.list_candidates()
+    clearance = clearances(simulation.model, simulation.state, simulation.candidates).numpy() * simulation.model.unit
+    assert (np.diff(simulation.model.sample_start) == 3).all()
     # eight points on each of the three arcs of a segment, from border to border
     fine = np.concatenate([curve[:-1] for curve in yarns.sampled(24)])
     segment = np.repeat(np.arange(len(yarns.rest_length)), 24)
@@ -83,25 +83,25 @@ def test_budgets_are_part_of_the_clearance_of_every_arc_that_a_point_shapes() ->
     # where loops cross they are within a radius
     yarns = replace(patch, points=patch.points + noise, radius=np.full(3, 0.4))
     quality = replace(DRAFT, precision="float64")
-    iteration = Iteration.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
-    model, margin = iteration.model, iteration.candidates.margin
-    clearance = clearances(model, iteration.state, iteration.candidates).numpy()
+    simulation = YarnSimulation.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
+    model, margin = simulation.model, simulation.candidates.margin
+    clearance = clearances(model, simulation.state, simulation.candidates).numpy()
     expected = np.full(model.point_count, margin / 2)
     of_segment = np.minimum.reduceat(clearance, model.sample_start[:-1])
     np.minimum.at(expected, model.yarns.segment_points, SAFETY * of_segment[:, None])
     # the factor stands in the kernel as a literal, and both are float64
-    np.testing.assert_allclose(iteration.state.budget.numpy(), expected, rtol=1e-15)
+    np.testing.assert_allclose(simulation.state.budget.numpy(), expected, rtol=1e-15)
     assert (expected < margin / 2).any() and (expected == margin / 2).any()
 
 
 def test_no_control_point_moves_more_than_its_part_of_the_radius() -> None:
     yarns = hopf_link(0.5)
     material = YarnMaterial.named("kaldor-simulation")
-    iteration = Iteration.start(yarns, material, DRAFT, device_named("cpu"))
+    simulation = YarnSimulation.start(yarns, material, DRAFT, device_named("cpu"))
     for _ in range(10):
-        before = iteration.state.points.numpy().copy()
-        iteration.run(5)
-        moved = np.linalg.norm(iteration.state.points.numpy() - before, axis=1)
+        before = simulation.state.points.numpy().copy()
+        simulation.run(5)
+        moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1)
         # five iterations in units of a radius, and float32 rounding of coordinates of twelve units
         assert moved.max() <= 5 * DRAFT.step_fraction + 1e-5
     assert moved.max() > 0.0
@@ -111,17 +111,17 @@ def test_no_control_point_moves_more_than_its_part_of_the_radius() -> None:
 @pytest.mark.parametrize("pull", ["tight", "torn"])
 def test_no_control_point_leaves_its_ball_whatever_happens_on_one_list(solver: Solver, pull: str) -> None:
     quality = replace(DRAFT, solver=solver, step_fraction=10.0)  # only the ball limits a step
-    iteration = Iteration.start(hopf_link(0.3), YarnMaterial.named("leaf"), quality, device_named("cpu"))
-    state = iteration.state
+    simulation = YarnSimulation.start(hopf_link(0.3), YarnMaterial.named("leaf"), quality, device_named("cpu"))
+    state = simulation.state
     listed, budget = state.listed_points.numpy().copy(), state.budget.numpy().copy()
-    iteration.method.begin(np.array([200]))
+    simulation.solver.begin(np.array([200]))
     gone = np.zeros(len(budget))
     for turn in range(200):
-        for launch in iteration.launches:  # a look at the lists would make new ones
+        for launch in simulation.launches:  # a look at the lists would make new ones
             launch.launch()
             if pull == "torn" and launch.kernel.key == "gather_forces":
                 wild = np.random.default_rng(turn).normal(scale=1e6, size=listed.shape)
-                state.point_force.assign(wild.astype(np.float32))
+                state.force.assign(wild.astype(np.float32))
         gone = np.maximum(gone, np.linalg.norm(state.points.numpy().astype(np.float64) - listed, axis=1))
     # float32 rounding of coordinates of twelve units in each move; few moves reach the border
     assert (gone <= budget + 1e-5).all()

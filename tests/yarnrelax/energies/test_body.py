@@ -94,7 +94,7 @@ def push(model: Model, term: Term, points: np.ndarray) -> tuple[float, np.ndarra
     term.forces(state, candidates, model.launch)
     evaluation.gather(model, state, model.empty(model.point_count), model.launch)
     energy = term.energy(state, candidates)
-    return energy, state.point_force.numpy().astype(np.float64) / model.unit, state.sample_force.numpy()
+    return energy, state.force.numpy().astype(np.float64) / model.unit, state.sample_force.numpy()
 
 
 @kernel

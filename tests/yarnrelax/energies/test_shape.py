@@ -44,9 +44,9 @@ def energy_and_force(scene: Setting, points: np.ndarray) -> tuple[float, np.ndar
     """Energy [erg] and forces [dyn] with control points at ``points`` [cm]."""
     model, shape, state, candidates = scene
     state.points.assign(model.to_device(points))
-    state.outer_force.zero_()
+    state.external_force.zero_()
     shape.forces(state, candidates, model.launch)
-    return shape.energy(state, candidates), state.outer_force.numpy() / model.unit
+    return shape.energy(state, candidates), state.external_force.numpy() / model.unit
 
 
 def test_shape_force_is_minus_the_gradient_on_both_sides_of_the_threshold() -> None:

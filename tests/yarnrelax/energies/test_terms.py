@@ -22,11 +22,11 @@ from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import Gravity
-from stitchmesh.yarnrelax.energies.point_load import Pull
+from stitchmesh.yarnrelax.energies.point_load import PointLoad
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.constants import put_model
 from stitchmesh.yarnrelax.model.state import make_state
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.gallery import ROOT
 from tests.yarnrelax.stockinette import flat_patch
 
@@ -36,7 +36,7 @@ OPTIONAL = ("body", "friction", "gravity", "mesh_features", "pins", "point_load"
 
 
 def kernels_of_forces(*choices: TermChoice) -> list[str]:
-    """Names of the kernels that ``all_forces`` launches, in their order."""
+    """Names of the kernels that ``force_launches`` launches, in their order."""
     model = put_model(
         flat_patch(1, 2), YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=wp.float32,
         device=device_named("cpu"),
@@ -48,14 +48,14 @@ def kernels_of_forces(*choices: TermChoice) -> list[str]:
 
     terms = [choice.on(model) for choice in choices]
     state, candidates = make_state(model, outer=bool(terms)), make_candidates(model, 0.1)
-    evaluation.all_forces(model, state, candidates, terms, model.empty(model.point_count), count)
+    evaluation.force_launches(model, state, candidates, terms, model.empty(model.point_count), count)
     return launched
 
 
 def test_forces_without_terms_take_three_kernels() -> None:
     launched = kernels_of_forces()
     assert launched[1:] == ["contact_forces", "gather_forces"]
-    assert launched[0].startswith("place_and_pull")
+    assert launched[0].startswith("samples_and_segment_forces")
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_forces_without_terms_take_three_kernels() -> None:
     [
         ([Gravity()], ["add_weights"]),
         ([Body(FLOOR)], ["body_forces"]),
-        ([Pull((0.0, 1.0, 0.0), [3])], ["add_pull"]),
+        ([PointLoad((0.0, 1.0, 0.0), [3])], ["add_pull"]),
         ([Gravity(), Body(FLOOR)], ["add_weights", "body_forces"]),
     ],
 )
@@ -74,10 +74,10 @@ def test_each_term_adds_one_kernel(choices: list[TermChoice], added: list[str]) 
 
 
 def launches_of_an_iteration(terms: list[TermChoice], constraints: list[ConstraintChoice]) -> int:
-    iteration = Iteration.start(
+    simulation = YarnSimulation.start(
         flat_patch(1, 2), YarnMaterial.named("leaf"), quality_named("draft"), device_named("cpu"), terms, constraints
     )
-    return len(iteration.launches)
+    return len(simulation.launches)
 
 
 def test_an_iteration_has_the_launches_of_what_was_asked_for() -> None:
@@ -92,7 +92,7 @@ def test_a_state_without_terms_has_no_room_for_their_forces() -> None:
         flat_patch(1, 2), YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=wp.float32,
         device=device_named("cpu"),
     )  # fmt: skip
-    assert len(make_state(model).outer_force) == 0
+    assert len(make_state(model).external_force) == 0
 
 
 REPORT = """
@@ -124,8 +124,8 @@ CHOICES = {
         {"pins"},
     ),
     "pull": (
-        "from stitchmesh.yarnrelax.energies.point_load import Pull; constraints = []; "
-        "terms = [Pull((1.0, 0.0, 0.0), [0])]",
+        "from stitchmesh.yarnrelax.energies.point_load import PointLoad; constraints = []; "
+        "terms = [PointLoad((1.0, 0.0, 0.0), [0])]",
         {"point_load"},
         {"point_load"},
     ),

@@ -18,7 +18,7 @@ from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
 from stitchmesh.yarnrelax.energies.gravity import Gravity
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
@@ -42,10 +42,10 @@ def deformed(yarns: YarnSet, a: float, b: float, c: float) -> YarnSet:
 
 def strain_forces(yarns: YarnSet) -> np.ndarray:
     """Forces of all energies on the strains [erg]."""
-    iteration = Iteration.start(yarns, KALDOR, EXACT, device_named("cpu"), cell=RelaxCell())
-    assert iteration.strain is not None
-    iteration.assess()
-    return np.asarray(iteration.strain.net.numpy()[0])
+    simulation = YarnSimulation.start(yarns, KALDOR, EXACT, device_named("cpu"), cell=RelaxCell())
+    assert simulation.strain is not None
+    simulation.assess()
+    return np.asarray(simulation.strain.net.numpy()[0])
 
 
 @pytest.mark.parametrize("yarns", [sheared(periodic_patch(1, 1), 0.1), sheared(woven_cell(), 0.05)],

@@ -19,9 +19,9 @@ from stitchmesh.yarnrelax import YarnMaterial, linking_certificate
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.model.material import point_masses
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
-from stitchmesh.yarnrelax.solvers.stiffness_bounds import internal_stiffness
+from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 from stitchmesh.yarnrelax.solvers.time_step import LONGEST_TIME_STEP, STABLE_PART
 from tests.yarnrelax.stockinette import (
     FORMULA_RADIUS,
@@ -39,10 +39,12 @@ SAMPLES = MOTION.contact_samples
 Vectors = NDArray[np.float64]
 
 
-def started(yarns: YarnSet, material: YarnMaterial = LEAF, quality: Quality = MOTION) -> tuple[Iteration, Dynamics]:
-    iteration = Iteration.start(yarns, material, quality, device_named("cpu"))
-    assert isinstance(iteration.method, Dynamics)
-    return iteration, iteration.method
+def started(
+    yarns: YarnSet, material: YarnMaterial = LEAF, quality: Quality = MOTION
+) -> tuple[YarnSimulation, Dynamics]:
+    simulation = YarnSimulation.start(yarns, material, quality, device_named("cpu"))
+    assert isinstance(simulation.solver, Dynamics)
+    return simulation, simulation.solver
 
 
 def hopf_link(shrink: float) -> YarnSet:
@@ -65,11 +67,11 @@ def overlapping_yarns() -> YarnSet:
 
 def damping_forces(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) -> Vectors:
     """Damping of the control points [dyn] at velocities [cm / s], as the solver applies it."""
-    iteration, method = started(yarns, material)
-    method.velocity.assign(velocity / iteration.model.unit)
-    iteration.state.point_force.zero_()
-    method.launches(iteration.scene, iteration.model.launch)
-    return (method.acceleration.numpy() * method.mass.numpy()[:, None]) / iteration.model.unit
+    simulation, solver = started(yarns, material)
+    solver.velocity.assign(velocity / simulation.model.unit)
+    simulation.state.force.zero_()
+    solver.launches(simulation.scene, simulation.model.launch)
+    return (solver.acceleration.numpy() * solver.mass.numpy()[:, None]) / simulation.model.unit
 
 
 def dissipation(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) -> float:
@@ -118,7 +120,7 @@ def test_contact_damping_keeps_momentum_and_takes_twice_the_dissipation() -> Non
 def test_a_material_without_contact_damping_launches_none() -> None:
     materials = (LEAF, replace(LEAF, k_dt=0.0, k_dn=0.0))
     runs = [started(overlapping_yarns(), material)[0] for material in materials]
-    keys = [{launch.kernel.key for launch in iteration.launches} for iteration in runs]
+    keys = [{launch.kernel.key for launch in simulation.launches} for simulation in runs]
     assert keys[0] - keys[1] == {"sample_velocities", "contact_damping"}
 
 
@@ -128,62 +130,62 @@ def straight_yarn(spacing: float) -> YarnSet:
 
 
 def test_the_time_step_is_that_of_the_paper_where_nothing_is_stiff() -> None:
-    iteration, method = started(straight_yarn(2.0))
-    iteration.run(1)
-    assert method.time_step == method.time == LONGEST_TIME_STEP
+    simulation, solver = started(straight_yarn(2.0))
+    simulation.run(1)
+    assert solver.time_step == solver.time == LONGEST_TIME_STEP
 
 
 def test_the_time_step_is_a_part_of_two_over_the_highest_frequency() -> None:
-    iteration, method = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
-    iteration.run(1)
-    stiffness = internal_stiffness(iteration.model) / iteration.model.unit**2
-    highest = np.sqrt((stiffness / point_masses(iteration.model)).max())
-    assert method.time_step == pytest.approx(STABLE_PART * 2 / highest, rel=1e-12)
-    assert method.time_step < 0.5 * LONGEST_TIME_STEP
+    simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
+    simulation.run(1)
+    stiffness = stiffness_row_sums(simulation.model) / simulation.model.unit**2
+    highest = np.sqrt((stiffness / point_masses(simulation.model)).max())
+    assert solver.time_step == pytest.approx(STABLE_PART * 2 / highest, rel=1e-12)
+    assert solver.time_step < 0.5 * LONGEST_TIME_STEP
 
 
 def test_damping_shortens_the_time_step() -> None:
-    iteration, method = started(straight_yarn(0.2), replace(LEAF, k_global=100.0))
-    iteration.run(1)
+    simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=100.0))
+    simulation.run(1)
     mass = LEAF.mass_per_length * 0.2
     # stiffness counts for little beside a rate of 2 k_global / m l, for which 4 / (2 rate) is stable
-    assert method.time_step == pytest.approx(STABLE_PART * 2 / (2 * 100.0 / mass), rel=0.05)
+    assert solver.time_step == pytest.approx(STABLE_PART * 2 / (2 * 100.0 / mass), rel=0.05)
 
 
 def test_row_sums_bound_the_highest_frequency() -> None:
     """What is stable by row sums is stable: a yarn that shivers at the limit keeps its energy within bounds."""
-    iteration, method = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
-    method.velocity.assign(np.random.default_rng(5).normal(scale=0.01, size=(9, 3)))
-    start = method.kinetic_energy()
+    simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
+    solver.velocity.assign(np.random.default_rng(5).normal(scale=0.01, size=(9, 3)))
+    start = solver.kinetic_energy()
     most = 0.0
     for _ in range(20):
-        iteration.run(100)
-        most = max(most, iteration.assess().energy + method.kinetic_energy())
+        simulation.run(100)
+        most = max(most, simulation.assess().energy + solver.kinetic_energy())
     # the integrator keeps an energy that is larger by at most 1 / (1 - (w dt / 2)^2) = 1 / (1 - 0.8^2)
     assert most < 3.0 * start
 
 
 def test_no_control_point_goes_farther_than_it_may() -> None:
     yarns = hopf_link(0.8)
-    iteration, method = started(yarns, replace(LEAF, k_global=0.1 * LEAF.k_global))
+    simulation, solver = started(yarns, replace(LEAF, k_global=0.1 * LEAF.k_global))
     shortest = np.inf
     for _ in range(40):
-        before = iteration.state.points.numpy()
-        iteration.run(5)
-        moved = np.linalg.norm(iteration.state.points.numpy() - before, axis=1).max()
+        before = simulation.state.points.numpy()
+        simulation.run(5)
+        moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1).max()
         assert moved <= 5 * MOTION.step_fraction * (1 + 1e-12)  # rounding
-        shortest = min(shortest, method.time_step)
+        shortest = min(shortest, solver.time_step)
     assert shortest < 0.1 * LONGEST_TIME_STEP  # the limits were felt
-    relaxed = replace(yarns, points=iteration.model.from_device(iteration.state.points))
+    relaxed = replace(yarns, points=simulation.model.from_device(simulation.state.points))
     assert linking_certificate(relaxed)[0, 1] == linking_certificate(yarns)[0, 1] != 0
 
 
 def test_the_same_run_gives_the_same_bits() -> None:
     ends = []
     for _ in range(2):
-        iteration, method = started(flat_patch(3, 3), quality=replace(MOTION, precision="float32"))
-        iteration.run(60)
-        ends.append([iteration.state.points.numpy(), *(array.numpy() for array in method.arrays().values())])
+        simulation, solver = started(flat_patch(3, 3), quality=replace(MOTION, precision="float32"))
+        simulation.run(60)
+        ends.append([simulation.state.points.numpy(), *(array.numpy() for array in solver.arrays().values())])
     assert all(np.array_equal(first, second) for first, second in zip(*ends, strict=True))
     assert ends[0][1].any()
 
@@ -192,12 +194,12 @@ def test_its_arrays_are_all_that_goes_on() -> None:
     first, second = started(flat_patch(3, 3))[0], started(flat_patch(3, 3))[0]
     first.run(40)
     second.state.points.assign(first.state.points)
-    for name, array in second.method.arrays().items():
-        array.assign(first.method.arrays()[name])
-    for iteration in (first, second):
-        iteration.candidates.margin = 0.6
-        iteration.list_candidates()
-        iteration.run(40)
+    for name, array in second.solver.arrays().items():
+        array.assign(first.solver.arrays()[name])
+    for simulation in (first, second):
+        simulation.candidates.margin = 0.6
+        simulation.list_candidates()
+        simulation.run(40)
     np.testing.assert_array_equal(second.state.points.numpy(), first.state.points.numpy())
 
 
@@ -227,25 +229,25 @@ def test_a_cell_moves_as_its_tiling_does() -> None:
     velocity = np.random.default_rng(9).normal(scale=50.0, size=one.points.shape)
     ends = []
     for yarns in (one, four):
-        iteration, method = started(yarns)
-        method.velocity.assign(np.tile(velocity, (len(yarns.points) // 12, 1)))
-        iteration.run(60)
-        ends.append(iteration.model.from_device(iteration.state.points) - yarns.points)
+        simulation, solver = started(yarns)
+        solver.velocity.assign(np.tile(velocity, (len(yarns.points) // 12, 1)))
+        simulation.run(60)
+        ends.append(simulation.model.from_device(simulation.state.points) - yarns.points)
     assert np.abs(ends[0]).max() > 0.1 * one.radius[0]
     # sixty iterations of float64 rounding, which contact may amplify a thousandfold
     np.testing.assert_allclose(ends[1], np.tile(ends[0], (4, 1)), rtol=0, atol=1e-10)
 
 
 def test_a_restart_stands_still_and_takes_shorter_steps() -> None:
-    iteration, method = started(straight_yarn(2.0))
-    method.velocity.fill_(1.0)
-    method.restart(np.array([0.25]))
-    assert method.kinetic_energy() == 0.0
-    iteration.run(1)
-    assert method.time_step == LONGEST_TIME_STEP / 4
-    method.dare(np.ones(1))
-    iteration.run(1)
-    assert method.time_step == LONGEST_TIME_STEP
+    simulation, solver = started(straight_yarn(2.0))
+    solver.velocity.fill_(1.0)
+    solver.restart(np.array([0.25]))
+    assert solver.kinetic_energy() == 0.0
+    simulation.run(1)
+    assert solver.time_step == LONGEST_TIME_STEP / 4
+    solver.set_step_scale(np.ones(1))
+    simulation.run(1)
+    assert solver.time_step == LONGEST_TIME_STEP
 
 
 def test_a_yarn_without_mass_does_not_move() -> None:
@@ -257,15 +259,15 @@ def test_it_rests_where_the_other_solver_rests() -> None:
     """Where motion has died the other solver finds nothing to do, and both end with the same energy."""
     yarns, fabric = tube(3, 4), fabric_of(3, 4, closed=True)
     moving, still = (
-        Iteration.start(yarns, LEAF, replace(MOTION, solver=solver), device_named("cpu"), [KeepShape(fabric)],
+        YarnSimulation.start(yarns, LEAF, replace(MOTION, solver=solver), device_named("cpu"), [KeepShape(fabric)],
                         [KeepBorders(fabric)])
         for solver in ("dynamics", "quasistatic")
     )  # fmt: skip
     moving.run(1600)
     end = moving.assess()
     assert end.residual < 1e-3
-    assert isinstance(moving.method, Dynamics)
-    assert moving.method.kinetic_energy() < 1e-5 * end.energy
+    assert isinstance(moving.solver, Dynamics)
+    assert moving.solver.kinetic_energy() < 1e-5 * end.energy
     still.state.points.assign(moving.state.points)
     still.list_candidates()
     still.run(400)

@@ -14,7 +14,7 @@ from stitchmesh.yarn import YarnSet, basis_derivative
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
-from stitchmesh.yarnrelax.simulation import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import MEMORY, PERIOD, SMOOTHING
 from tests.yarnrelax.stockinette import flat_patch, tube
 
@@ -24,14 +24,14 @@ PAIRS, TURN, PLAIN, WAITS = 1, 2, 3, 6
 """Places in the numbers of the memory."""
 
 
-def started(yarns: YarnSet, material: YarnMaterial = LEAF) -> Iteration:
-    iteration = Iteration.start(yarns, material, DOUBLE, device_named("cpu"))
-    iteration.method.begin(np.array([PERIOD]))
-    return iteration
+def started(yarns: YarnSet, material: YarnMaterial = LEAF) -> YarnSimulation:
+    simulation = YarnSimulation.start(yarns, material, DOUBLE, device_named("cpu"))
+    simulation.solver.begin(np.array([PERIOD]))
+    return simulation
 
 
-def numbers(iteration: Iteration) -> np.ndarray:
-    return iteration.method.arrays()["numbers"].numpy()[0].copy()
+def numbers(simulation: YarnSimulation) -> np.ndarray:
+    return simulation.solver.arrays()["numbers"].numpy()[0].copy()
 
 
 def blocks(rows: np.ndarray) -> np.ndarray:
@@ -44,81 +44,81 @@ class Textbook:
     """L-BFGS as Nocedal and Wright, algorithm 7.4, have it, on whole vectors of all control points."""
 
     moves: list[np.ndarray] = field(default_factory=list)
-    losses: list[np.ndarray] = field(default_factory=list)
+    gradient_change: list[np.ndarray] = field(default_factory=list)
     scale: float = 1.0
 
-    def take(self, move: np.ndarray, loss: np.ndarray, compliance: np.ndarray) -> bool:
+    def accept(self, move: np.ndarray, loss: np.ndarray, preconditioner: np.ndarray) -> bool:
         """Remember a pair if it is sound."""
         curvature = (move * loss).sum()
         if curvature <= 1e-8 * np.linalg.norm(move) * np.linalg.norm(loss):
             return False
-        self.moves, self.losses = [*self.moves, move][-MEMORY:], [*self.losses, loss][-MEMORY:]
-        softened = (loss * np.einsum("nij,nj->ni", compliance, loss)).sum()
+        self.moves, self.gradient_change = [*self.moves, move][-MEMORY:], [*self.gradient_change, loss][-MEMORY:]
+        softened = (loss * np.einsum("nij,nj->ni", preconditioner, loss)).sum()
         self.scale = float(np.clip(curvature / softened, 0.05, 4.0))
         return True
 
-    def step(self, force: np.ndarray, compliance: np.ndarray) -> np.ndarray:
-        pairs = list(zip(self.moves, self.losses, strict=True))
+    def step(self, force: np.ndarray, preconditioner: np.ndarray) -> np.ndarray:
+        pairs = list(zip(self.moves, self.gradient_change, strict=True))
         rest, shares = force.copy(), []
         for move, loss in reversed(pairs):
             shares.append((move * rest).sum() / (move * loss).sum())
             rest -= shares[-1] * loss
-        step = self.scale * np.einsum("nij,nj->ni", compliance, rest)
-        for (move, loss), share in zip(pairs, reversed(shares), strict=True):
-            step += move * (share - (loss * step).sum() / (move * loss).sum())
+        step = self.scale * np.einsum("nij,nj->ni", preconditioner, rest)
+        for (move, loss), point_range in zip(pairs, reversed(shares), strict=True):
+            step += move * (point_range - (loss * step).sum() / (move * loss).sum())
         return step
 
 
-def iterate(iteration: Iteration, growth: np.ndarray | None = None) -> np.ndarray:
+def iterate(simulation: YarnSimulation, growth: np.ndarray | None = None) -> np.ndarray:
     """One iteration; the forces that it stepped by, with ``growth`` added where it is given."""
-    state = iteration.state
+    state = simulation.state
     force = np.zeros(0)
-    for launch in iteration.launches:
+    for launch in simulation.launches:
         launch.launch()
         if launch.kernel.key == "gather_forces":
             if growth is not None:
-                state.point_force.assign(state.point_force.numpy() + growth)
-            force = state.point_force.numpy().copy()
+                state.force.assign(state.force.numpy() + growth)
+            force = state.force.numpy().copy()
     return force
 
 
-def cut(iteration: Iteration, step: np.ndarray, before: np.ndarray) -> np.ndarray:
+def cut(simulation: YarnSimulation, step: np.ndarray, before: np.ndarray) -> np.ndarray:
     """A step within the limits of an iteration."""
-    state = iteration.state
+    state = simulation.state
     room = state.budget.numpy() - np.linalg.norm(before - state.listed_points.numpy(), axis=1)
-    limit = np.minimum(iteration.step_fraction, room)
+    limit = np.minimum(simulation.step_fraction, room)
     return step * np.minimum(1.0, limit / np.linalg.norm(step, axis=1))[:, None]
 
 
-def settled_tube() -> Iteration:
+def settled_tube() -> YarnSimulation:
     """A tube on its way to rest with an empty memory, and so much room that nobody waits for new lists."""
-    iteration = started(tube(3, 6))
+    simulation = started(tube(3, 6))
     for _ in range(3):
-        iteration.run(PERIOD)
-    iteration.list_candidates()
-    iteration.state.budget.fill_(10.0)
-    iteration.method.restart(np.ones(1))
-    iteration.method.begin(np.array([PERIOD]))
-    return iteration
+        simulation.run(PERIOD)
+    simulation.list_candidates()
+    simulation.state.budget.fill_(10.0)
+    simulation.solver.restart(np.ones(1))
+    simulation.solver.begin(np.array([PERIOD]))
+    return simulation
 
 
-def follow(iteration: Iteration, count: int, bad: int = -1) -> tuple[Textbook, list[float]]:
+def follow(simulation: YarnSimulation, count: int, bad: int = -1) -> tuple[Textbook, list[float]]:
     """Compare ``count`` iterations with the textbook's; in one of them forces are made to grow along the last move."""
     book, left_out = Textbook(), []
     last_points = last_force = None
     for turn in range(count):
-        before = iteration.state.points.numpy().copy()
+        before = simulation.state.points.numpy().copy()
 
         growth = None
         if turn == bad:
             growth = 1e5 * (before - last_points)
-        force = iterate(iteration, growth)
-        compliance = blocks(iteration.state.compliance.numpy())
-        if last_points is not None and not book.take(before - last_points, last_force - force, compliance):
+        force = iterate(simulation, growth)
+        preconditioner = blocks(simulation.state.preconditioner.numpy())
+        if last_points is not None and not book.accept(before - last_points, last_force - force, preconditioner):
             left_out.append(turn)
-        assert numbers(iteration)[PAIRS] == len(book.moves)
-        expected = cut(iteration, book.step(force, compliance), before)
-        moved = iteration.state.points.numpy() - before
+        assert numbers(simulation)[PAIRS] == len(book.moves)
+        expected = cut(simulation, book.step(force, preconditioner), before)
+        moved = simulation.state.points.numpy() - before
         # float64 sums of some thousand products, whose rounding the recursion and close pairs amplify
         np.testing.assert_allclose(moved, expected, atol=1e-8 * np.abs(expected).max(), err_msg=f"iteration {turn}")
         last_points, last_force = before, force
@@ -132,72 +132,72 @@ def test_steps_are_those_of_the_textbook() -> None:
 
 
 def test_a_pair_along_which_forces_grow_is_left_out() -> None:
-    iteration = settled_tube()
-    book, left_out = follow(iteration, 5, bad=3)
+    simulation = settled_tube()
+    book, left_out = follow(simulation, 5, bad=3)
     # what the forces gained in one iteration they lose in the next: that pair is sound again
     assert left_out == [3]
     assert len(book.moves) == 3
 
 
 def test_the_last_iterations_of_a_period_are_plain_and_leave_the_memory_alone() -> None:
-    iteration = settled_tube()
+    simulation = settled_tube()
     for _ in range(PERIOD - SMOOTHING):
-        iterate(iteration)
+        iterate(simulation)
     kept = None
     for _ in range(SMOOTHING):
-        before = iteration.state.points.numpy().copy()
-        force = iterate(iteration)
-        now = numbers(iteration)
+        before = simulation.state.points.numpy().copy()
+        force = iterate(simulation)
+        now = numbers(simulation)
         assert now[PLAIN] == 1.0
         assert kept is None or (now[:2] == kept[:2]).all()
         kept = now
-        expected = cut(iteration, 1.6 * force / iteration.state.stiffness.numpy()[:, None], before)
+        expected = cut(simulation, 1.6 * force / simulation.state.stiffness.numpy()[:, None], before)
         # float64 rounding of coordinates of a dozen units
-        np.testing.assert_allclose(iteration.state.points.numpy() - before, expected, atol=1e-14 * 20)
+        np.testing.assert_allclose(simulation.state.points.numpy() - before, expected, atol=1e-14 * 20)
     assert kept is not None and kept[TURN] == PERIOD
 
 
 def test_all_stand_still_when_the_iterations_asked_for_are_done() -> None:
-    iteration = settled_tube()
+    simulation = settled_tube()
     for _ in range(PERIOD):
-        iterate(iteration)
-    done = iteration.state.points.numpy().copy()
+        iterate(simulation)
+    done = simulation.state.points.numpy().copy()
     for _ in range(3):
-        iterate(iteration)
-    assert np.array_equal(iteration.state.points.numpy(), done)
-    assert numbers(iteration)[TURN] == PERIOD
-    assert not iteration.method.worn(iteration.scene, 1)
-    assert iteration.method.left == 0
+        iterate(simulation)
+    assert np.array_equal(simulation.state.points.numpy(), done)
+    assert numbers(simulation)[TURN] == PERIOD
+    assert not simulation.solver.needs_new_lists(simulation.scene, 1)
+    assert simulation.solver.left == 0
 
 
 def test_all_wait_when_one_has_used_up_its_budget() -> None:
-    iteration = settled_tube()
+    simulation = settled_tube()
     for _ in range(5):
-        iterate(iteration)
-    state = iteration.state
+        iterate(simulation)
+    state = simulation.state
     spent, budget = 17, state.budget.numpy().copy()
     gone = np.linalg.norm(state.points.numpy()[spent] - state.listed_points.numpy()[spent])
     budget[spent] = gone / 0.75  # more than seven tenths of it
     state.budget.assign(budget)
-    before, turn, pairs = state.points.numpy().copy(), numbers(iteration)[TURN], numbers(iteration)[PAIRS]
+    before, turn, pairs = state.points.numpy().copy(), numbers(simulation)[TURN], numbers(simulation)[PAIRS]
     for _ in range(3):
-        iterate(iteration)
-    assert numbers(iteration)[WAITS] == 1.0
+        iterate(simulation)
+    assert numbers(simulation)[WAITS] == 1.0
     assert np.array_equal(state.points.numpy(), before)
-    assert numbers(iteration)[TURN] == turn
-    assert iteration.method.worn(iteration.scene, 1)
-    iteration.list_candidates()  # new budgets
-    iterate(iteration)
-    assert numbers(iteration)[WAITS] == 0.0
+    assert numbers(simulation)[TURN] == turn
+    assert simulation.solver.needs_new_lists(simulation.scene, 1)
+    simulation.list_candidates()  # new budgets
+    iterate(simulation)
+    assert numbers(simulation)[WAITS] == 0.0
     assert not np.array_equal(state.points.numpy(), before)
     # the last move before the wait is a pair like any other; standing still is none
-    assert pairs < numbers(iteration)[PAIRS] <= pairs + 1
+    assert pairs < numbers(simulation)[PAIRS] <= pairs + 1
 
 
-def energy(iteration: Iteration) -> float:
-    model, state = iteration.model, iteration.state
+def energy(simulation: YarnSimulation) -> float:
+    model, state = simulation.model, simulation.state
     place_contact_samples(model, state, model.launch)
-    return sum(evaluation.energies(model, state, iteration.candidates, ()).values())
+    return sum(evaluation.energies(model, state, simulation.candidates, ()).values())
 
 
 def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
@@ -208,26 +208,26 @@ def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
     yarns = YarnSet.from_curves(
         [place[:, None] * [1.0, 0.0, 0.0]], closed=[False], radius=0.125, rest_lengths=[rest]
     )
-    iteration = started(yarns, YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006))
+    simulation = started(yarns, YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006))
     nodes, weights = np.polynomial.legendre.leggauss(3)
     speeds = np.zeros((3 * segments, len(place)))
     for segment in range(segments):
         speeds[3 * segment : 3 * segment + 3, segment : segment + 4] = basis_derivative((nodes + 1) / 2)
-    share = np.sqrt(2000.0 * np.tile(weights / 2, segments))
-    strains = speeds * (share / np.repeat(rest, 3))[:, None]
-    least = ((strains @ np.linalg.lstsq(strains, share, rcond=None)[0] - share) ** 2).sum()
-    start = energy(iteration) - least
+    point_range = np.sqrt(2000.0 * np.tile(weights / 2, segments))
+    strains = speeds * (point_range / np.repeat(rest, 3))[:, None]
+    least = ((strains @ np.linalg.lstsq(strains, point_range, rcond=None)[0] - point_range) ** 2).sum()
+    start = energy(simulation) - least
     for _ in range(3):
-        iteration.run(PERIOD)
+        simulation.run(PERIOD)
     # steps along the forces alone leave (1 - 2 / 160)^120 = 0.2 of it; pairs make up for more than eight digits
-    assert -1e-12 * least < energy(iteration) - least < 1e-9 * start
+    assert -1e-12 * least < energy(simulation) - least < 1e-9 * start
 
 
 def test_steps_lower_the_energy_of_knitting() -> None:
-    iteration = started(flat_patch(3, 3))
-    energies = [energy(iteration)]
+    simulation = started(flat_patch(3, 3))
+    energies = [energy(simulation)]
     for _ in range(4):
-        iteration.run(PERIOD)
-        energies.append(energy(iteration))
+        simulation.run(PERIOD)
+        energies.append(energy(simulation))
     assert energies == sorted(energies, reverse=True)
     assert energies[-1] < energies[0]

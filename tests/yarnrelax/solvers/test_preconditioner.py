@@ -15,8 +15,8 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.simulation import Iteration
-from stitchmesh.yarnrelax.solvers.lbfgs import QuasiNewton
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 from tests.yarnrelax.stockinette import flat_patch
 
 MATERIAL = YarnMaterial.named("stitchmesh")
@@ -45,34 +45,34 @@ def only(*terms: str) -> YarnMaterial:
     return replace(MATERIAL, **{name: 0.0 for term, name in STIFFNESSES.items() if term not in terms})
 
 
-def started(yarns: YarnSet, material: YarnMaterial) -> Iteration:
+def started(yarns: YarnSet, material: YarnMaterial) -> YarnSimulation:
     quality = replace(PRESETS["draft"], precision="float64")
-    iteration = Iteration.start(yarns, material, quality, device_named("cpu"))
-    force_at(iteration, iteration.state.points.numpy().copy())
-    return iteration
+    simulation = YarnSimulation.start(yarns, material, quality, device_named("cpu"))
+    force_at(simulation, simulation.state.points.numpy().copy())
+    return simulation
 
 
-def force_at(iteration: Iteration, points: np.ndarray) -> np.ndarray:
-    model, state = iteration.model, iteration.state
+def force_at(simulation: YarnSimulation, points: np.ndarray) -> np.ndarray:
+    model, state = simulation.model, simulation.state
     state.points.assign(points)
-    evaluation.all_forces(model, state, iteration.candidates, (), iteration.point_stiffness, model.launch)
-    return state.point_force.numpy().copy()
+    evaluation.force_launches(model, state, simulation.candidates, (), simulation.point_stiffness, model.launch)
+    return state.force.numpy().copy()
 
 
-def hessian(iteration: Iteration) -> np.ndarray:
+def hessian(simulation: YarnSimulation) -> np.ndarray:
     """Second derivatives by central differences of the forces: truncation 1e-12, rounding 1e-10 of them."""
-    start, step = iteration.state.points.numpy().copy(), 1e-6
+    start, step = simulation.state.points.numpy().copy(), 1e-6
     shifts = step * np.eye(start.size).reshape(-1, *start.shape)
-    columns = [(force_at(iteration, start - s) - force_at(iteration, start + s)).ravel() / (2 * step) for s in shifts]
-    force_at(iteration, start)
+    columns = [(force_at(simulation, start - s) - force_at(simulation, start + s)).ravel() / (2 * step) for s in shifts]
+    force_at(simulation, start)
     return (np.array(columns) + np.array(columns).T) / 2
 
 
-def blocks(iteration: Iteration) -> np.ndarray:
-    """The formula of ``compliance`` written out, shape (N, 3, 3)."""
-    model, state, method = iteration.model, iteration.state, iteration.method
-    assert isinstance(method, QuasiNewton)
-    along, across = method.bounds.along.numpy(), method.bounds.across.numpy()
+def blocks(simulation: YarnSimulation) -> np.ndarray:
+    """The formula of ``preconditioner`` written out, shape (N, 3, 3)."""
+    model, state, solver = simulation.model, simulation.state, simulation.solver
+    assert isinstance(solver, LBFGS)
+    along, across = solver.bounds.along.numpy(), solver.bounds.across.numpy()
     segment, sample = state.segment_block.numpy(), state.sample_block.numpy()
     tight = np.maximum(1 - segment[:, 6] ** 0.25, 0.0)
     rows = np.zeros((model.point_count, 6))
@@ -95,13 +95,13 @@ def largest_share(curvature: np.ndarray, bound: np.ndarray) -> float:
 
 @pytest.mark.parametrize("state", STATES)
 def test_the_compliance_is_the_inverse_of_the_blocks(state: str) -> None:
-    iteration = started(STATES[state], MATERIAL)
-    launches = [launch for launch in iteration.launches if launch.kernel.key == "find_compliance"]
+    simulation = started(STATES[state], MATERIAL)
+    launches = [launch for launch in simulation.launches if launch.kernel.key == "find_preconditioner"]
     launches[0].launch()
-    rows = iteration.state.compliance.numpy()
+    rows = simulation.state.preconditioner.numpy()
     found = rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
     # a condition number of some thousand times float64 rounding
-    np.testing.assert_allclose(found @ blocks(iteration), np.tile(np.eye(3), (len(found), 1, 1)), atol=1e-10)
+    np.testing.assert_allclose(found @ blocks(simulation), np.tile(np.eye(3), (len(found), 1, 1)), atol=1e-10)
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -116,23 +116,23 @@ def test_the_compliance_is_the_inverse_of_the_blocks(state: str) -> None:
     ],
 )
 def test_blocks_bound_the_curvature_of_each_term(state: str, term: str, looseness: float) -> None:
-    iteration = started(STATES[state], only(term))
-    assert 0.1 < largest_share(hessian(iteration), blocks(iteration)) < looseness
+    simulation = started(STATES[state], only(term))
+    assert 0.1 < largest_share(hessian(simulation), blocks(simulation)) < looseness
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_blocks_bound_the_curvature_of_all_terms_together(state: str) -> None:
     """Bending too: what its blocks leave out acts along the yarn, where stretch is hundreds of times stiffer."""
-    iteration = started(STATES[state], MATERIAL)
-    assert 0.5 < largest_share(hessian(iteration), blocks(iteration)) < 1.1
+    simulation = started(STATES[state], MATERIAL)
+    assert 0.5 < largest_share(hessian(simulation), blocks(simulation)) < 1.1
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_row_sums_bound_the_curvature_of_all_terms_together(state: str) -> None:
-    iteration = started(STATES[state], MATERIAL)
-    rows = np.einsum("n,ij->nij", iteration.state.stiffness.numpy(), np.eye(3))
+    simulation = started(STATES[state], MATERIAL)
+    rows = np.einsum("n,ij->nij", simulation.state.stiffness.numpy(), np.eye(3))
     # plain steps are 1.6 of a force over them, and stable below 2 / 1.6
-    assert 0.3 < largest_share(hessian(iteration), rows) < 1.0
+    assert 0.3 < largest_share(hessian(simulation), rows) < 1.0
 
 
 def test_blocks_of_bending_bound_a_straight_yarn_and_are_loose_by_the_turn_of_a_segment() -> None:
@@ -140,8 +140,8 @@ def test_blocks_of_bending_bound_a_straight_yarn_and_are_loose_by_the_turn_of_a_
     straight = YarnSet.from_curves([line], closed=[False], radius=0.125)
     shares = []
     for yarns in (straight, PATCH):
-        iteration = started(yarns, only("bend"))
-        shares.append(largest_share(hessian(iteration), blocks(iteration)))
+        simulation = started(yarns, only("bend"))
+        shares.append(largest_share(hessian(simulation), blocks(simulation)))
     assert shares[0] < 1.0
-    # bending depends on y' too (``compliance``), the more the more a segment turns; here it is up to a radian
+    # bending depends on y' too (``preconditioner``), the more the more a segment turns; here it is up to a radian
     assert 1.0 < shares[1] < 2.0
