@@ -21,8 +21,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from leaf_convergence import LARGEST_PART, GradientNorms, first_converged
-from solvers import NotingIteration
+from leaf_convergence import LARGEST_PART, first_converged
+from solvers import NotingSimulation
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
@@ -33,7 +33,8 @@ from stitchmesh.periodic.weave_library import weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.relax_cells import relax_cells
-from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "gallery"
 LEAF: dict[str, tuple[float, float, int]] = {
@@ -125,14 +126,14 @@ def together(
 def stepped(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.ndarray:
     """Norms of the gradient in so many time steps."""
     moving = replace(quality_named(quality), solver="dynamics")
-    simulation = NotingIteration.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
-    simulation.norms = GradientNorms(simulation.model, 2 * ASSESSMENT_INTERVAL)
-    simulation._record()
-    norms = []
+    simulation = NotingSimulation.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
+    assert isinstance(simulation, NotingSimulation)
+    norms, loop = simulation.note_norms(), RelaxationLoop(simulation, tolerance=0.0)
+    found = []
     for _ in range(0, steps, ASSESSMENT_INTERVAL):
-        simulation.run(ASSESSMENT_INTERVAL)
-        norms.append(simulation.norms.new())
-    return np.concatenate(norms)
+        loop.iterate(ASSESSMENT_INTERVAL)
+        found.append(norms.new())
+    return np.concatenate(found)
 
 
 def leaf_test(folder: Path, names: list[str], quality: str, device: str | None) -> None:

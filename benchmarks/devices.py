@@ -19,14 +19,14 @@ import stitchmesh as sm
 from stitchmesh.compute.device import device_named
 from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.quality import quality_named
-from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies import by_term
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.energies.twist import Twist
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
@@ -40,7 +40,7 @@ def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarra
     scene.state.points.assign(scene.state.points.numpy() + shake)
     place_contact_samples(scene.model, scene.state, scene.model.launch)
     found = np.zeros_like(shake)
-    for name in evaluation.each_term(scene.model, scene.state, scene.candidates, scene.terms, scene.point_stiffness):
+    for name in by_term.each_term(scene.model, scene.state, scene.candidates, scene.terms, scene.point_stiffness):
         if name == scene.terms[0].name:
             found = scene.state.force.numpy().copy()
     return found

@@ -33,8 +33,9 @@ from stitchmesh.tiling import tiled
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.relax_cells import relax_cells
-from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 QUALITY = PRESETS["standard"]
 MATERIAL = YarnMaterial.named("leaf")
@@ -111,36 +112,36 @@ def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
 
 def advance(simulation: YarnSimulation, rounds: int) -> None:
     """Iterations and assessments as in a relaxation."""
+    loop, every = RelaxationLoop(simulation, tolerance=0.0), np.ones(simulation.model.cell_count, dtype=bool)
     for _ in range(rounds):
-        simulation.run(ASSESSMENT_INTERVAL)
+        loop.iterate(ASSESSMENT_INTERVAL)
         simulation.assess()
-        simulation.keep()
+        loop.accept(every)
     wp.synchronize_device(simulation.model.device)
 
 
 def stand_still(simulation: YarnSimulation) -> None:
     """Let iterations repeat for as long as it takes, none of which moves anything."""
     simulation.step_fraction = 0.0
-    simulation._record()
+    simulation.discard_launches()
     simulation.state.budget.fill_(ENDLESS)
     simulation.solver.begin(np.full(simulation.model.cell_count, ENDLESS))
 
 
 def launch_seconds(simulation: YarnSimulation) -> float:
     """Seconds of the launches of one iteration, the shortest measurement of some."""
-    assert simulation.recording is not None
     count, taken = 1, list[float]()
     while len(taken) < REPEATS:
         wp.synchronize_device(simulation.model.device)
         began = time.perf_counter()
         for _ in range(count):
-            simulation.recording.launch()
+            simulation.iterate()
         wp.synchronize_device(simulation.model.device)
         seconds = time.perf_counter() - began
         if seconds < LEAST_SECONDS:
             count *= 2
         else:
-            taken.append(seconds / (count * simulation.burst))
+            taken.append(seconds / (count * simulation.graph_iterations))
     return min(taken)
 
 

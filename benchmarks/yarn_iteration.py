@@ -19,6 +19,7 @@ from scenes import stockinette_tube
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 BANDWIDTH = {"cuda": 4.8e12, "cpu": 1.0e10}
@@ -66,10 +67,10 @@ def traffic(simulation: YarnSimulation) -> dict[str, float]:
         "contact_forces": p * (4 * real + 4 + real) + 4 * entries + p * 10 * real,
         "gather_forces": s * 3 * vectors + p * 4 * real + n * (16 + 4 + real) + n * 4 * real,
         "find_preconditioner": s * (7 + 8) * real + p * 6 * real + n * (16 + 4 + real) + n * 6 * real,
-        "compare": n * (2 * vectors + 6 * real + 7 * vectors + 2 * vectors + real + 2 * vectors),
-        "precondition": n * (vectors + 7 * real + 7 * vectors + vectors),
+        "compare_forces": n * (2 * vectors + 6 * real + 7 * vectors + 2 * vectors + real + 2 * vectors),
+        "apply_preconditioner": n * (vectors + 7 * real + 7 * vectors + vectors),
         "propose_moves": n * (3 * vectors + 7 * vectors + real + vectors + real),
-        "move_and_note": n * 4 * vectors,
+        "apply_moves": n * 4 * vectors,
     }
 
 
@@ -80,7 +81,8 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     yarns = stockinette_tube(rows, max(round(points / per_stitch / rows), 6), per_stitch)
     material = YarnMaterial.named("stitchmesh")
     simulation = YarnSimulation.start(yarns, material, quality, device)
-    simulation.run(settle)
+    loop = RelaxationLoop(simulation, tolerance=0.0)
+    loop.iterate(settle)
     residual = simulation.assess().residual
     settled = wp.clone(simulation.state.points)
     n = simulation.model.point_count
@@ -93,18 +95,19 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     bound = traffic(simulation)
     bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]
     print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9} {'of it':>6}")
-    for launch in simulation.launches:
+    launches = simulation.iterations.launches
+    for launch in launches:
         name = launch.kernel.key.split("__")[-1]
         took = seconds(device, repeated(device, [launch], times), repeats) / times
         limit = f"{bound[name] / bandwidth * 1e6:9.2f} {bound[name] / bandwidth / took:6.0%}" if name in bound else ""
         print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f} {limit}")
         wp.copy(simulation.state.points, settled)
-    all_forces = seconds(device, repeated(device, simulation.launches[:3], times), repeats) / times
+    all_forces = seconds(device, repeated(device, launches[:3], times), repeats) / times
     print(f"{'all forces':20} {all_forces * 1e6:9.2f} {all_forces / n * 1e9:9.2f}")
-    whole = seconds(device, repeated(device, simulation.launches, times), repeats) / times
+    whole = seconds(device, repeated(device, launches, times), repeats) / times
     wp.copy(simulation.state.points, settled)
     print(f"{'one iteration':20} {whole * 1e6:9.2f} {whole / n * 1e9:9.2f}")
-    for name, action in (("assessment", simulation.assess), ("new lists", simulation.list_candidates)):
+    for name, action in (("assessment", simulation.assess), ("new lists", loop.search_contacts)):
         took = seconds(device, action, 3)
         print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f}")
 

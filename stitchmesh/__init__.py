@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.energies.gravity import Gravity
     from stitchmesh.yarnrelax.energies.point_load import PointLoad
     from stitchmesh.yarnrelax.energies.twist import Twist
+    from stitchmesh.yarnrelax.relax_cells import relax_cells
 
 __version__ = "0.1.0"
 
@@ -118,6 +119,7 @@ _HOME = {
     "RelaxCell": "yarnrelax",
     "YarnMaterial": "yarnrelax",
     "linking_certificate": "yarnrelax",
+    "relax_cells": "yarnrelax.relax_cells",
     "relax_yarns": "yarnrelax",
     "yarn_energies": "yarnrelax",
     "yarn_forces": "yarnrelax",
@@ -176,6 +178,7 @@ __all__ = [
     "read_weave",
     "read_yarns",
     "regenerate_yarns",
+    "relax_cells",
     "relax_mesh",
     "relax_yarns",
     "replay",

@@ -16,7 +16,7 @@ THREADS = 256
 MOST_THREADS = 1024
 """Threads of the largest block."""
 
-Parts = wp.types.vector(length=9, dtype=wp.float64)
+VirialSums = wp.types.vector(length=9, dtype=wp.float64)
 Slots = wp.types.vector(length=7, dtype=wp.float64)
 Products = wp.types.vector(length=19, dtype=wp.float64)
 
@@ -84,7 +84,7 @@ def wait_for_block():
 
 
 @wp.func_native(_sum(9))
-def sum_over_block(values: Parts, totals: wp.array1d(dtype=wp.float64)):
+def sum_over_block(values: VirialSums, totals: wp.array1d(dtype=wp.float64)):
     """Sum each of a thread's numbers over all threads of the block, always in the same order."""
     ...
 

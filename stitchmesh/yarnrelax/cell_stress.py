@@ -32,13 +32,12 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.collision.pairs import from_entry
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.evaluate import put_evaluation
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.model.spline import segment_corners
+from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
 
 SUMS = 5
 """W_11, W_22, W_12, and Q along the courses and along the wales."""
@@ -147,8 +146,8 @@ def cell_stress(
     if yarns.lattice is None:
         raise ParameterError("cell stress: the yarns repeat on no lattice")
     model, state, candidates = put_evaluation(yarns, material, "float64", quadrature_points, contact_samples, device)
-    unheld = model.empty(model.point_count)
-    evaluation.force_launches(model, state, candidates, (), unheld, model.launch)
+    no_stiffness = model.empty(model.point_count)
+    evaluation.force_launches(model, state, candidates, (), no_stiffness, model.launch)
     along, across, normal = lattice_frame(yarns.lattice.periods)
     middle = np.array([np.concatenate(yarns.sampled(4)).mean(axis=0)])
     shift = model.to_device(middle)[0] @ normal

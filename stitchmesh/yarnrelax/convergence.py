@@ -34,14 +34,14 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import CapturedLaunches, CopyArray, ZeroArray
+from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import Sums
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.energies.term import Constraint, Launcher, Term
+from stitchmesh.yarnrelax.energies import by_term, evaluation
+from stitchmesh.yarnrelax.energies.term import Constraint, Term
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
@@ -155,7 +155,7 @@ class Assessment:
         return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
 
 
-FALL = 0.1
+LARGEST_ENERGY_FALL = 0.1
 """Largest fall of the energy between two assessments of yarns at rest, over itself and the tolerance."""
 
 
@@ -167,7 +167,7 @@ def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool
         energy_fall: part of itself by which the energy fell since the assessment before.
         tolerance: ``Quality.tolerance``.
     """
-    return residual == 0.0 or (residual < tolerance and abs(energy_fall) < FALL * tolerance)
+    return residual == 0.0 or (residual < tolerance and abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance)
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -198,7 +198,7 @@ class Assessor:
         self.constraints, self.point_stiffness, self.strain = constraints, point_stiffness, strain
         self.rounding = rounding
         self.net, self.effort, self.contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
-        self.sums = Sums(evaluation.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
+        self.sums = Sums(by_term.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
         self.noise = Sums(1, model.largest_cell, model.cell_count, model.device)
         self.recording = CapturedLaunches(self._launches(model.prepare), model.device)
         self.nudging: CapturedLaunches | None = None
@@ -240,7 +240,7 @@ class Assessor:
             launches += self.strain.clear_launches()
         launches.append(place_contact_samples(model, state, launcher))
         arguments = (model, state, self.candidates, self.terms, self.point_stiffness)
-        for own in evaluation.term_launches(*arguments, launcher).values():
+        for own in by_term.term_launches(*arguments).values():
             launches += own
             inputs = [self.point_stiffness, state.points, state.force, state.stiffness]
             launches.append(launcher(add_effort, model.point_count, inputs, sums))
@@ -250,7 +250,7 @@ class Assessor:
             launches += constraint.filter_forces(self.net, launcher)
         squares = [model.empty(model.point_count) for _ in sums]
         launches.append(launcher(square_forces, model.point_count, list(sums), squares))
-        launches += evaluation.energy_launches(model, state, self.candidates, self.sums, launcher)
+        launches += by_term.energy_launches(model, state, self.candidates, self.sums, launcher)
         for name, square in zip(("net", "effort", "contact noise"), squares, strict=True):
             launches.append(self.sums.add(name, square, model.cell_points, launcher))
         return [*launches, self.sums.total_launch(launcher)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Energies and forces of yarns as they lie, for checks and for other programs."""
+"""Energies and forces of yarns in their current positions, for checks and for other programs."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, find_candidates, make_candidates
-from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.model.constants import Model, put_model
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
+from stitchmesh.yarnrelax.energies import by_term, evaluation
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 SMALLEST_MARGIN = 1e-4
-"""Margin of the candidate lists, in mean radii; any would do."""
+"""Margin of the candidate lists, in mean radii; the result does not depend on it."""
 
 
 @alone()
@@ -31,15 +32,15 @@ def yarn_energies(
     contact_samples: int = 11,
     device: str | None = None,
 ) -> dict[str, float]:
-    """Energies of yarns as they lie [erg].
+    """Energies of yarns in their current positions [erg].
 
     Args:
         yarns: the yarns, on a lattice or not (energies are then those of one cell).
-        material: stiffnesses, taken as they are (``YarnMaterial.scaled`` adapts them to another radius).
+        material: stiffnesses, used without change (``YarnMaterial.scaled`` adapts them to another radius).
         precision: "float32" or "float64".
-        quadrature_points: Gauss points a segment for stretch, length and bending; three reach what eleven
-            equidistant samples do.
-        contact_samples: contact samples a segment; a good number puts them closer than half a radius.
+        quadrature_points: Gauss points for each segment for stretch, length and bending; three are as accurate as
+            eleven equidistant points.
+        contact_samples: contact samples for each segment; choose a number that places them closer than half a radius.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
 
     Returns:
@@ -49,7 +50,7 @@ def yarn_energies(
         ParameterError: an unknown device or precision, or a count below 1.
     """
     model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
-    return evaluation.energies(model, state, candidates, ())
+    return by_term.energies(model, state, candidates, ())
 
 
 @alone()
@@ -67,8 +68,8 @@ def yarn_forces(
     Arguments and errors are those of ``yarn_energies``.
     """
     model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
-    unheld = model.empty(model.point_count)
-    evaluation.force_launches(model, state, candidates, (), unheld, model.launch)
+    no_stiffness = model.empty(model.point_count)
+    evaluation.force_launches(model, state, candidates, (), no_stiffness, model.launch)
     return state.force.numpy().astype(np.float64) / model.unit
 
 
@@ -80,7 +81,7 @@ def put_evaluation(
     contact_samples: int,
     device: str | None,
 ) -> tuple[Model, State, Candidates]:
-    """Everything that an evaluation needs, samples placed and candidates listed."""
+    """A model, and a state with samples placed and candidates listed, for an evaluation."""
     model = put_model(
         yarns,
         material,
@@ -91,6 +92,5 @@ def put_evaluation(
     )
     state = make_state(model)
     candidates = make_candidates(model, margin=SMALLEST_MARGIN)
-    place_contact_samples(model, state, model.launch)
-    find_candidates(model, state.samples, candidates)
+    ContactSearch(model, state, candidates).run()
     return model, state, candidates

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.model.constants import Model, put_model
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 from tests.gallery import ROOT
 from tests.yarnrelax.stockinette import flat_patch
 

@@ -22,9 +22,9 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
-from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.model.constants import put_model
+from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 Response = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """Energy [erg] and forces [dyn] at control points in the plane, shape (N, 2)."""
@@ -61,7 +61,7 @@ def response(yarns: YarnSet, matter: YarnMaterial) -> Response:
     def respond(plane: np.ndarray) -> tuple[float, np.ndarray]:
         state.points.assign(model.to_device(np.column_stack([plane, np.zeros(len(plane))])))
         evaluation.force_launches(model, state, nothing, (), unheld, model.launch)
-        energy = sum(evaluation.energies(model, state, nothing, ()).values())
+        energy = sum(by_term.energies(model, state, nothing, ()).values())
         return energy, state.force.numpy()[:, :2] / model.unit
 
     return respond

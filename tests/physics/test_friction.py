@@ -20,13 +20,15 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, find_candidates, make_candidates
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.term import Term
-from stitchmesh.yarnrelax.model.constants import Model, put_model
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
@@ -54,7 +56,7 @@ class SolverInputs:
             scalar=scalar_named(choices.get("precision", "float64")),
             device=device_named("cpu"),
         )
-        scene = cls(model, make_state(model, outer=True), make_candidates(model, 0.5), friction.on(model))
+        scene = cls(model, make_state(model, external=True), make_candidates(model, 0.5), friction.on(model))
         scene.begin_step(scene.start)
         return scene
 
@@ -67,7 +69,7 @@ class SolverInputs:
         place_contact_samples(self.model, self.state, self.model.launch)
 
     def list_candidates(self) -> None:
-        find_candidates(self.model, self.state.samples, self.candidates)
+        ContactSearch(self.model, self.state, self.candidates).run()
 
     def begin_step(self, points: np.ndarray) -> None:
         self.put(points)
@@ -88,7 +90,7 @@ class SolverInputs:
         self.state.leg_force.zero_()
         self.state.external_force.zero_()
         self.sample_forces(points)
-        evaluation.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        evaluation.gather_launch(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
         return self.state.force.numpy().astype(np.float64)
 
     def force_launches(self, points: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from tests.yarnrelax.loops import iterate
 
 FALL = -STANDARD[1]
 MOTION = Quality("float64", 5, 3, 12, 0.2, 1e-4, 20_000, "dynamics")
@@ -66,7 +67,7 @@ def crossing_yarns() -> YarnSet:
 def test_a_yarn_falls_freely(step_scale: float) -> None:
     simulation, solver = started(straight_yarn(5), undamped(), [Gravity()])
     solver.restart(np.array([step_scale]))
-    simulation.run(100)
+    iterate(simulation, 100)
     time, step = solver.time, step_scale * 4e-4
     assert time == pytest.approx(100 * step, rel=1e-12)  # nothing is stiff enough to shorten the step
     # a hundred roundings of float64
@@ -80,7 +81,7 @@ def test_terminal_speed_tells_the_factor_of_global_damping() -> None:
     """Minus the derivative of k_global v.v is twice k_global v: a segment of mass m l falls at m l g / (2 k_global)."""
     material = replace(YarnMaterial.named("leaf"), k_dt=0.0, k_dn=0.0)
     simulation, solver = started(straight_yarn(5), material, [Gravity()])
-    simulation.run(400)
+    iterate(simulation, 400)
     rate = 2 * material.k_global / material.mass_per_length
     assert rate * solver.time > 40  # the approach is exponential, e^-40
     terminal = material.mass_per_length * FALL / (2 * material.k_global)
@@ -95,7 +96,7 @@ def test_momentum_is_conserved_without_global_damping() -> None:
     solver.velocity.assign(start / simulation.model.unit)
     mass = solver.mass.numpy() / simulation.model.unit**2
     before = mass @ start
-    simulation.run(200)
+    iterate(simulation, 200)
     after = velocities(simulation, solver)
     assert np.abs(after[12:24]).max() > 1.0  # they have met
     # 200 roundings of float64
@@ -109,7 +110,7 @@ def test_angular_momentum_is_conserved_without_damping() -> None:
     solver.velocity.assign(start / simulation.model.unit)
     mass = solver.mass.numpy()[:, None]
     before = np.cross(places(simulation), mass * start).sum(axis=0)
-    simulation.run(200)
+    iterate(simulation, 200)
     after = np.cross(places(simulation), mass * velocities(simulation, solver)).sum(axis=0)
     # forces have no torque, and a semi-implicit Euler step adds none, x' x v' = x x v'; rounding is left
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-12 * np.abs(before).max())
@@ -124,7 +125,7 @@ def test_damped_yarns_never_gain_energy() -> None:
     energies = []
     for _ in range(100):
         energies.append(simulation.assess().energy + solver.kinetic_energy())
-        simulation.run(10)
+        iterate(simulation, 10)
     assert (np.diff(energies) < 0.0).all()
     assert energies[-1] < 0.2 * energies[0]
 
@@ -137,7 +138,7 @@ def test_energy_is_kept_without_damping() -> None:
     energies = []
     for _ in range(60):
         energies.append(simulation.assess().energy + solver.kinetic_energy())
-        simulation.run(20)
+        iterate(simulation, 20)
     # semi-implicit Euler swings about the true energy by w dt / 2 of it: at most 0.08 here, and does not drift
     assert np.mean(energies[-10:]) == pytest.approx(energies[0], rel=0.04)
 
@@ -147,7 +148,7 @@ def half_period_of(simulation: YarnSimulation, solver: Dynamics, reading: Callab
     moments: list[float] = []
     last_time, last = solver.time, reading()
     while len(moments) < 3:
-        simulation.run(5)
+        iterate(simulation, 5)
         time, now = solver.time, reading()
         if (now > 0.0) != (last > 0.0):
             moments.append(last_time + (time - last_time) * last / (last - now))
@@ -168,7 +169,7 @@ def test_a_plucked_string_swings_at_its_pitch() -> None:
     pluck = yarns.points.copy()
     pluck[3:-3, 1] = 0.1 * np.sin(np.pi * (yarns.points[3:-3, 0] - stretch) / length)
     simulation.state.points.assign(simulation.model.to_device(pluck))
-    simulation.list_candidates()
+    simulation.search_contacts()
     half_period = half_period_of(simulation, solver, lambda: float(places(simulation)[middle, 1]))
     tension = 2 * material.k_len * (stretch - 1)  # derivative of k_len (1 - |y'|)^2 for segments of rest length 1
     pitch = np.sqrt(tension * stretch / material.mass_per_length)
@@ -188,7 +189,7 @@ def test_a_ring_rings() -> None:
     # without extension: the way around is minus the integral of the way out
     swing = np.cos(waves * angle)[:, None] * outward - np.sin(waves * angle)[:, None] / waves * around
     simulation.state.points.assign(simulation.model.to_device(yarns.points + 0.01 * swing))
-    simulation.list_candidates()
+    simulation.search_contacts()
 
     def reading() -> float:
         return float(((places(simulation) - yarns.points) * swing).sum())

@@ -17,8 +17,8 @@ from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.point_load import PointLoad
-from stitchmesh.yarnrelax.model.constants import put_model
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000)
 """Three Gauss points integrate a uniform stretch without error."""
@@ -45,11 +45,11 @@ def pull_of(yarns: YarnSet, choice: PointLoad, precision: str, points: np.ndarra
         yarns, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=2, scalar=scalar_named(precision),
         device=device_named("cpu"),
     )  # fmt: skip
-    state, candidates, term = make_state(model, outer=True), make_candidates(model, 1e-4), choice.on(model)
+    state, candidates, term = make_state(model, external=True), make_candidates(model, 1e-4), choice.on(model)
     state.points.assign(model.to_device(points))
     term.forces(state, candidates, model.launch)
     assert not term.stiffness().any()
-    evaluation.gather(model, state, model.empty(model.point_count), model.launch)
+    evaluation.gather_launch(model, state, model.empty(model.point_count), model.launch)
     return term.energy(state, candidates), state.force.numpy().astype(np.float64) / model.unit
 
 

@@ -26,8 +26,9 @@ from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candida
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.term import Term
 from stitchmesh.yarnrelax.energies.twist import Twist
-from stitchmesh.yarnrelax.model.constants import Model, put_model
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 RADIUS = 0.05
 MATERIAL = YarnMaterial(2000.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.006)
@@ -52,7 +53,7 @@ class SolverInputs:
             scalar=scalar_named(precision),
             device=device_named("cpu"),
         )
-        return cls(model, make_state(model, outer=True), make_candidates(model, 0.5), twist.on(model))
+        return cls(model, make_state(model, external=True), make_candidates(model, 0.5), twist.on(model))
 
     @property
     def start(self) -> np.ndarray:
@@ -69,7 +70,7 @@ class SolverInputs:
         self.put(points)
         self.state.leg_force.zero_()
         self.twist.forces(self.state, self.candidates, self.model.launch)
-        evaluation.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        evaluation.gather_launch(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
         return self.state.force.numpy().astype(np.float64)
 
     def force_launches(self, points: np.ndarray) -> np.ndarray:

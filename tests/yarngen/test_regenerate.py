@@ -21,7 +21,7 @@ from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import NEAREST
 from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
 from stitchmesh.yarnrelax import Relaxation
-from stitchmesh.yarnrelax.relaxation_loop import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from tests.gallery import GARMENTS
 
 QUALITY = quality_named("draft")

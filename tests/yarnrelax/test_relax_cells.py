@@ -19,8 +19,9 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_ener
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers import lbfgs_kernels
+from stitchmesh.yarnrelax.solvers import lbfgs
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from tests.yarnrelax.loops import iterate
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
 KALDOR, LEAF = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf")
@@ -47,7 +48,7 @@ MATERIALS = [KALDOR, LEAF, LEAF, KALDOR.scaled(0.3)]
 
 
 def test_forces_and_energies_of_each_are_those_of_it_alone() -> None:
-    simulation = YarnSimulation.start_cells(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
+    simulation = YarnSimulation(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
     found = simulation.assess_cells()
     all_terms.force_launches(
         simulation.model,
@@ -63,7 +64,7 @@ def test_forces_and_energies_of_each_are_those_of_it_alone() -> None:
         energies = yarn_energies(yarns, material, **counts)
         # orders of float64 sums
         assert found[cell].energies == pytest.approx(energies, rel=1e-11, abs=1e-12 * sum(energies.values()))
-        alone = yarn_forces(yarns, material, **counts) * simulation.model.members[cell].unit
+        alone = yarn_forces(yarns, material, **counts) * simulation.model.cells[cell].unit
         own = force[start[cell] : start[cell + 1]]
         np.testing.assert_allclose(own, alone, atol=1e-11 * np.abs(alone).max())
 
@@ -96,17 +97,17 @@ def test_a_single_cell_is_the_same_run_to_the_bit() -> None:
 @pytest.mark.parametrize("free", [None, FREE])
 def test_steps_launched_one_by_one_are_those_of_a_burst(free: RelaxCell | None) -> None:
     ends = []
-    for in_bursts in (True, False):
+    for in_one_launch in (True, False):
         chosen = None if free is None else [free] * 4
-        simulation = YarnSimulation.start_cells(
+        simulation = YarnSimulation(
             list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"), cells=chosen
         )
-        assert isinstance(simulation.solver, LBFGS) and simulation.solver.bursts is not None
-        if not in_bursts:
-            simulation.solver.bursts = None
-            simulation._record()
+        assert isinstance(simulation.solver, LBFGS) and simulation.solver.fused is not None
+        if not in_one_launch:
+            simulation.solver.fused = None
+            simulation.discard_launches()
         simulation.state.budget.fill_(1e6)  # or cells that wait for one another would get their lists later
-        simulation.run(20)
+        iterate(simulation, 20)
         ends.append((simulation.state.points.numpy(), simulation.model.constants.images.periods.numpy()))
     # on a CPU both add up in one order
     np.testing.assert_array_equal(ends[0][0], ends[1][0])
@@ -116,12 +117,12 @@ def test_steps_launched_one_by_one_are_those_of_a_burst(free: RelaxCell | None) 
 def test_a_cell_of_many_blocks_takes_the_steps_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
     ends = []
     for chunk in (1024, 10):
-        monkeypatch.setitem(lbfgs_kernels.CHUNK, "cpu", chunk)
+        monkeypatch.setitem(lbfgs.CHUNK, "cpu", chunk)
         simulation = YarnSimulation.start(CELLS[2], LEAF, EXACT, device_named("cpu"), cell=FREE)
         assert isinstance(simulation.solver, LBFGS)
-        simulation.solver.bursts = None
-        simulation._record()
-        simulation.run(10)
+        simulation.solver.fused = None
+        simulation.discard_launches()
+        iterate(simulation, 10)
         ends.append(simulation.state.points.numpy()[:-1])
     # other orders of float64 sums, which ten steps amplify
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)

@@ -15,11 +15,12 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
-from stitchmesh.yarnrelax import relax as solver_module
+from stitchmesh.yarnrelax import YarnMaterial, observer, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
-from stitchmesh.yarnrelax.simulation import SMALLEST_CAUTION, YarnSimulation
+from stitchmesh.yarnrelax.relaxation_loop import SMALLEST_STEP_SCALE, RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.lbfgs_steps import PAIRS, STEP_SCALE
 from tests.yarnrelax.stockinette import fabric_of, hopf_link, tube
 
 DRAFT = PRESETS["draft"]
@@ -100,7 +101,7 @@ def started(yarns: YarnSet, material: YarnMaterial, fabric: StitchMesh | None = 
 
 
 def kernels(simulation: YarnSimulation) -> set[str]:
-    return {launch.kernel.key.split("__")[0] for launch in simulation.launches}
+    return {launch.kernel.key.split("__")[0] for launch in simulation.iterations.launches}
 
 
 def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
@@ -110,48 +111,50 @@ def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
         "contact_forces",
         "gather_forces",
         "find_preconditioner",
-        "compare",
-        "remember",
-        "precondition",
-        "recall",
+        "compare_forces",
+        "update_memories",
+        "apply_preconditioner",
+        "update_directions",
         "propose_moves",
-        "move_and_note",
+        "apply_moves",
     }
     fabric = fabric_of(ROWS, STITCHES, closed=True)
     full = kernels(started(knit, YarnMaterial.named("leaf"), fabric))
-    added = {"clear", "displace_loops", "pull_patches", "add_shape_forces", "centre_forces", "hold_loops"}
+    added = {"clear_vectors", "displace_loops", "pull_patches", "add_shape_forces", "centre_forces", "hold_loops"}
     assert full - plain == added and plain <= full
 
 
-def test_backing_off_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
+def test_stepping_back_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
     simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
-    simulation.run(20)
-    simulation.keep()
+    loop, every = RelaxationLoop(simulation, tolerance=0.0), np.ones(1, dtype=bool)
+    loop.iterate(20)
+    loop.accept(every)
     good = simulation.good_yarns().points
-    simulation.run(20)
-    simulation.step_back()
+    loop.iterate(20)
+    loop.step_back(every)
     np.testing.assert_array_equal(simulation.state.points.numpy(), simulation.good_points.numpy())
     np.testing.assert_array_equal(simulation.good_yarns().points, good)
-    assert simulation.step_scale == 0.5
-    pairs, scale = simulation.solver.arrays()["numbers"].numpy()[0, [1, 4]]
+    assert loop.step_scale == 0.5
+    pairs, scale = simulation.solver.arrays()["record"].numpy()[0, [PAIRS, STEP_SCALE]]
     assert pairs == 0 and scale == 0.5  # nothing is remembered of what went wrong
-    simulation.run(20)
+    loop.iterate(20)
     assert simulation.assess().finite
-    simulation.keep()
-    assert simulation.step_scale == simulation.solver.arrays()["numbers"].numpy()[0, 4] == 0.6
+    loop.accept(every)
+    assert loop.step_scale == simulation.solver.arrays()["record"].numpy()[0, STEP_SCALE] == 0.6
 
 
 def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
     simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
-    simulation.step_scale[:] = SMALLEST_CAUTION / 2
+    loop = RelaxationLoop(simulation, tolerance=0.0)
+    loop.step_scale[:] = SMALLEST_STEP_SCALE / 2
     with pytest.raises(
         SolverError, match=r"(stretch|bend|contact) energy of yarn \d \(control point \d+, stitch face \d+\)"
     ):
-        simulation.step_back()
+        loop.step_back(np.ones(1, dtype=bool))
 
 
 def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solver_module, "PROGRESS_SECONDS", 0.0)
+    monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
     states: list[YarnSet] = []
 
     def interrupt(entry: HistoryEntry) -> None:
@@ -178,21 +181,22 @@ def test_the_history_holds_each_assessment(knit: YarnSet) -> None:
 def test_an_unfinished_relaxation_says_so(knit: YarnSet, caplog: pytest.LogCaptureFixture) -> None:
     result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=20), device="cpu")
     assert not result.report["converged"]
-    (prepare,) = caplog.records
-    assert "yarns are not at rest" in prepare.message and "max_iterations" in prepare.message
+    (record,) = caplog.records
+    assert "yarns are not at rest" in record.message and "max_iterations" in record.message
 
 
 def test_a_yarn_pulled_through_by_hand_is_caught_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     rings = hopf_link(1.0)
     rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
 
-    def pull_apart(simulation: YarnSimulation, count: int, cells: np.ndarray) -> None:
+    def pull_apart(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
+        simulation = loop.simulation
         points = simulation.state.points.numpy()
         points[rings.start[1] :] += 40.0  # radii: the second ring is somewhere else
         simulation.state.points.assign(points)
-        simulation.list_candidates()
+        simulation.search_contacts()
 
-    monkeypatch.setattr(YarnSimulation, "run", pull_apart)
+    monkeypatch.setattr(RelaxationLoop, "iterate", pull_apart)
     quality = replace(DRAFT, tolerance=1e-9, max_iterations=20)
     named = r"yarns 0 and 1 \(stitch faces \[5\] \.\.\. and \[8\] \.\.\.\): their linking number changed"
     with pytest.raises(SolverError, match=named):

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Segments near each segment: the coarse half of the search for contacts.
+"""Broad phase of the contact search: the segments near each segment.
 
-Each segment lies in a ball around the yarn of its samples. A hash grid of the balls finds, for each, those that come
-nearer to it than a reach. The lists are kept while they hold all pairs within the margin that is asked for: if no
-ball has moved and grown by more than d since they were made with a reach R, they hold all pairs within R - 2 d. They
-are ascending, so what is filtered from them does not depend on when they were made.
+Each segment lies in a ball around the yarn at its samples. A hash grid of the balls finds, for each ball, the balls
+that come nearer to it than a reach. The lists are kept as long as they contain all pairs within the margin that is
+needed: if no ball has moved and grown by more than d since the lists were made with a reach R, they contain all pairs
+within R - 2 d. The lists are ascending, so what is selected from them does not depend on when they were made.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import warp as wp
 
 from stitchmesh.compute.captured import CopyArray
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.reduction import maximum
 from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.model.constants import BLOCK, Model
 from stitchmesh.yarnrelax.model.lattice_images import (
@@ -33,9 +32,9 @@ from stitchmesh.yarnrelax.model.lattice_images import (
 FIRST_CAPACITY = 16
 """Capacity of a list before its first growth."""
 SPARE_REACH = 1.0
-"""How much farther than the margin the lists reach, in mean radii: what they outlive."""
+"""How much farther than the margin the near lists reach, in mean radii, so that they last for several searches."""
 NOTHING_LISTED = -1.0
-"""Reach of lists that hold nothing."""
+"""``NearSegments.complete_within`` of lists that are out of date."""
 CELL = 2.0
 """Width of a cell of the hash grid over the radius of a search."""
 APART = 6.0
@@ -210,13 +209,21 @@ class NearSegments:
     """The grid that finds them."""
     grid_place: wp.array[Any]
     """Where each segment stands in it, shape (S, 3)."""
-    reach: float = NOTHING_LISTED
-    """How near balls had to come to be listed, in units; negative before there are lists."""
+    reach: float = 0.0
+    """Distance within which balls were listed when the lists were made [units]."""
+    complete_within: float = NOTHING_LISTED
+    """Distance within which the lists contain all pairs now [units]; negative where they must be made anew."""
+
+    def invalidate(self) -> None:
+        """Declare the lists out of date: segments were placed elsewhere, or the lists have no capacity."""
+        self.complete_within = NOTHING_LISTED
 
 
 def make_near_segments(model: Model) -> NearSegments:
     """Empty lists."""
     cells, count = SMALL_GRID if model.segment_count <= MANY_SEGMENTS else LARGE_GRID, model.segment_count
+    grid = wp.HashGrid(cells, cells, cells, device=model.device, dtype=model.scalar)
+    grid.reserve(count)  # a capture must not allocate
     return NearSegments(
         wp.zeros(count, dtype=wp.int32, device=model.device),
         allocate_lists(model, count, FIRST_CAPACITY),
@@ -224,37 +231,9 @@ def make_near_segments(model: Model) -> NearSegments:
         model.empty(count),
         model.empty(count, 3),
         model.empty(count),
-        wp.HashGrid(cells, cells, cells, device=model.device, dtype=model.scalar),
+        grid,
         model.empty(count, 3),
     )
-
-
-def find_near_segments(model: Model, samples: wp.array[Any], near: NearSegments, margin: float) -> None:
-    """Bring the lists up to date for samples as they lie now, so that they hold all pairs within a margin.
-
-    Raises:
-        SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the worst place.
-    """
-    count = model.segment_count
-    model.launch(bound_segments, count, [model.constants, samples], [near.centre, near.extent])
-    drift = model.empty(count)
-    inputs = [near.centre, near.extent, near.listed_centre, near.listed_extent]
-    model.launch(measure_drift, count, inputs, [drift])
-    if margin + 2.0 * maximum(drift) <= near.reach:
-        return
-    near.reach = margin + SPARE_REACH
-    longest = maximum(near.extent)
-    for launch in grid_launches(model, near, near.reach, longest):
-        launch.launch()
-    listing = near_launches(model, near, near.reach, longest)
-    while True:
-        for launch in listing:
-            launch.launch()
-        needed = int(maximum(near.count))
-        if needed <= near.lists.shape[1]:
-            return
-        near.lists = allocate_lists(model, count, checked_length(model, near.count, needed))
-        listing = near_launches(model, near, near.reach, longest)
 
 
 def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:

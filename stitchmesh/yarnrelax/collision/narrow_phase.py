@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact candidates: for each contact sample the samples that may touch it, kept over many iterations.
+"""Narrow phase of the contact search: for each contact sample the samples that may touch it, kept over many iterations.
 
-The list of a sample holds every sample of a segment that may collide with its own, up to the contact distance plus a
-margin, in ascending order; on a lattice an entry is the sample plus the number of samples times its image
-(``images``). Each pair is listed from both sides. A list stays complete while no control point
-has moved by more than half the margin since it was made (the weights of the spline sum to one, so samples move no
-farther), and the step limit keeps them from moving farther. The force does not depend on the margin: samples beyond the
-contact distance add nothing.
+The candidate list of a sample contains every sample of a segment that may collide with its own segment, up to the
+contact distance plus a margin, in ascending order. On a lattice an entry is the sample plus the number of samples times
+its image (``lattice_images``). Each pair is listed from both sides. A list stays complete while no control point has
+moved by more than half the margin since the list was made, because the weights of the spline sum to one and samples
+move no farther than control points. The step limit keeps control points from moving farther. The force does not depend
+on the margin: samples beyond the contact distance add nothing.
 
-They are found coarsely and filtered finely: each segment has a list of the segments near it, which is kept longer
-(``broad_phase``), and their samples are compared. Both kinds of lists have a fixed capacity. The longest one is
-measured while they are filled; if it does not fit they are made again with more room, so that nothing is dropped. On a
-GPU the lists of neighbouring samples lie interleaved, so that a warp reads whole lines of memory.
+The broad phase gives each segment a list of the segments near it, which lasts longer (``broad_phase``). The narrow
+phase compares the samples of these segments. Lists of both phases have a fixed capacity. A list that does not fit is
+counted in full, and the search is repeated with more capacity (``captured_search``), so that no pair is dropped. On a
+GPU the lists of neighbouring samples are interleaved, so that a warp reads whole lines of memory.
 """
 
 from __future__ import annotations
@@ -22,19 +22,20 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.reduction import maximum
 from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.broad_phase import (
     FIRST_CAPACITY,
     NearSegments,
     allocate_lists,
-    checked_length,
-    find_near_segments,
     make_near_segments,
 )
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, image_of, shifted_by
+
+WIDEST_MARGIN = 0.6
+"""Margin of candidate lists at the start of a relaxation, the widest one, in mean radii."""
 
 
 @kernel
@@ -61,7 +62,7 @@ def list_samples(
     cell = cell_of(model.images, s)
     reach = here4[3] + margin
     found = int(0)
-    for n in range(wp.min(near_count[s], near.shape[1])):  # lists that are too short are seen and made again
+    for n in range(wp.min(near_count[s], near.shape[1])):  # a list beyond its capacity is made again
         entry = near[s, n]
         image = image_of(model.images, entry, segment_count)
         j = entry - image * segment_count
@@ -101,24 +102,9 @@ def make_candidates(model: Model, margin: float) -> Candidates:
     return Candidates(margin, count, lists, make_near_segments(model))
 
 
-def find_candidates(model: Model, samples: wp.array[Any], candidates: Candidates) -> bool:
-    """Fill the lists for samples as they lie now.
-
-    Returns:
-        Whether the lists had to grow, so that ``candidates.lists`` is a new array.
-
-    Raises:
-        SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the worst place.
-    """
-    found, near = candidates, candidates.near
-    find_near_segments(model, samples, near, found.margin)
-    inputs = [model.constants, model.number(found.margin), model.segment_count, samples, near.centre, near.extent,
+def narrow_launch(model: Model, samples: wp.array[Any], candidates: Candidates, launcher: Launcher) -> Any:
+    """The launch that fills the candidate lists from the near lists of the broad phase."""
+    near = candidates.near
+    inputs = [model.constants, model.number(candidates.margin), model.segment_count, samples, near.centre, near.extent,
               near.count, near.lists]  # fmt: skip
-    grown = False
-    while True:
-        model.launch(list_samples, model.sample_count, inputs, [found.count, found.lists])
-        needed = int(maximum(found.count))
-        if needed <= found.lists.shape[1]:
-            return grown
-        found.lists = allocate_lists(model, model.sample_count, checked_length(model, found.count, needed))
-        grown = True
+    return launcher(list_samples, model.sample_count, inputs, [candidates.count, candidates.lists])

@@ -1,41 +1,43 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The step limit that forbids pull-through (Y 6.3, eqs 8 to 10; L appendix A).
+"""The step limit that excludes pull-through (Y 6.3, eqs 8 to 10; L appendix A).
 
-Cut each segment of a yarn into one arc for each contact sample. An arc stays within its *reach*
+Divide each segment of a yarn into one arc for each contact sample. An arc stays within its *reach*
 
     e = longest leg / (2 samples)
 
-of its sample, because |y'| is at most the longest leg between control points. More sharply, it stays within its *sag*
+of its sample, because |y'| is at most the longest leg between control points. A sharper bound is that the arc stays
+within its *sag*
 
     g = (half a sample's parameter range)^2 / 2 * largest difference of legs
 
-of the straight tangent piece through the sample, because |y''| is at most the largest difference of legs. So two arcs
-that do not neighbour each other along a yarn are at least their *clearance*
+of the straight tangent piece through the sample, because |y''| is at most the largest difference of legs. Two arcs that
+are not neighbours along a yarn are therefore at least their *clearance* apart:
 
     c = |y_p - y_q| - e_p - e_q        or        c = distance of the tangent pieces - g_p - g_q
 
-apart; the second, dearer one is used where the first is too small to be of use.
+The second form costs more and is used where the first is too small to be useful.
 
-Let every control point stay within a ball around the place x0 where it was when the candidate lists were made. The
-weights of the spline are not negative and sum to one, so every point of a curve is displaced from where it was by at
-most the largest displacement of its four control points. If each control point stays closer to x0 than half the
-clearance of every arc it takes part in, two arcs approach by less than their clearance and cannot touch, at no moment,
-however many iterations there are: no yarn passes through another. The radius of the ball is the point's *budget*,
+Let every control point stay within a ball around its place x0 at the time when the candidate lists were made. The
+weights of the spline are not negative and sum to one, so every point of a curve is displaced by at most the largest
+displacement of its four control points. If each control point stays closer to x0 than half the clearance of every arc
+that it takes part in, two arcs approach by less than their clearance and cannot touch, at any moment and after any
+number of iterations. No yarn passes through another. The radius of the ball is the point's *budget* (``budget``),
 
     min(margin / 2,  0.45 * smallest clearance of its arcs)
 
-and new lists give a new budget. Where the cell deforms too (``cell``), displacements count from places that follow it,
-and two arcs D apart come nearer by at most the strain times D. Then a control point's part of the clearance is
+and new lists give a new budget. Where the cell deforms too (``cell_strain``), displacements are measured from places
+that follow the deformation, and two arcs D apart approach by at most the strain times D. The clearance is then divided
+between the control points and the strain,
 
-    0.7 * 0.45,    and the strain's    0.35 * smallest clearance / D,    D the range of the lists and both arcs,
+    0.7 * 0.45    and    0.35 * smallest clearance / D,    D the range of the lists and both arcs,
 
-for arcs beyond that range gain more by their distance than they lose; the margin is parted likewise. A straight move
-within the ball never leaves it, for a ball is convex.
+because arcs beyond that range gain more by their distance than they lose. The margin is divided in the same way. A
+straight move within the ball never leaves the ball, because a ball is convex.
 
-Only pairs in the candidate lists are looked at. The lists hold all pairs up to the contact distance plus a margin;
-samples that are not listed are farther apart, and their arcs at least (r_p - e_p) + (r_q - e_q) + margin. So
-2 (r - e) + margin serves as the clearance of an arc towards all of them.
+Only pairs in the candidate lists are examined. The lists contain all pairs up to the contact distance plus a margin.
+Samples that are not listed are farther apart, and their arcs at least (r_p - e_p) + (r_q - e_q) + margin. Therefore
+2 (r - e) + margin is the clearance of an arc towards all of them.
 """
 
 from __future__ import annotations
@@ -49,19 +51,20 @@ from numpy.typing import NDArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import minima_over
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.collision.budget import (
+    LARGEST_STRAIN_STEP,
+    PART_BESIDE_STRAIN,
+    SAFETY,
+    STRAIN_CLEARANCE,
+    STRAIN_MARGIN,
+    STRAIN_UNIT,
+)
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.collision.pairs import from_entry
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.contact_samples import LARGEST_REACH
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
-from stitchmesh.yarnrelax.model.spline import segment_corners, weight_row
-from stitchmesh.yarnrelax.model.state import STRAIN_UNIT, State
+from stitchmesh.yarnrelax.model.spline import LARGEST_REACH, from_entry, segment_corners, weight_row
+from stitchmesh.yarnrelax.model.state import State
 
-SAFETY = 0.45
-"""Part of the clearance that one control point may use up; below one half."""
-PART_BESIDE_STRAIN = 0.7
-"""Part of that where the cell deforms too; its strain has the rest of the margin, 0.35 of the smallest clearance, and
-at most 0.05, whose square, which is left out, is a small part of a clearance (``strain_budget``)."""
 SMALLEST_CLEARANCE = 1e-3
 """Clearance over the mean yarn radius below which a relaxation gives up."""
 
@@ -129,7 +132,7 @@ def arc_clearances(
     here = samples[p]
     reach, sag = slack[p][0], slack[p][1]
     least = type(margin)(2.0) * (here[3] - reach) + margin
-    enough = margin / type(margin)(2.0 * 0.45)
+    enough = margin / type(margin)(2.0 * SAFETY)
     for c in range(wp.min(candidate_count[p], candidates.shape[1])):  # as in ``list_samples``
         entry = candidates[p, c]
         q = sample_number(model.images, entry)
@@ -153,7 +156,7 @@ def set_budgets(
     # state out
     budget: wp.array[Any],
 ) -> None:
-    """How far each control point may go on these lists."""
+    """Budget of each control point."""
     i = wp.tid()
     slots = model.point_segments[i]
     least = largest
@@ -163,6 +166,29 @@ def set_budgets(
             for p in range(model.sample_start[s], model.sample_start[s + 1]):
                 least = wp.min(least, clearance[p] * part)
     budget[i] = wp.max(least, least - least)
+
+
+@wp.func
+def strain_budget(clearance: wp.float64, margin: wp.float64, apart: wp.float64) -> wp.float64:
+    """Budget of the strains of a cell, in the unit of their entry."""
+    part = wp.min(clearance * STRAIN_CLEARANCE, margin * STRAIN_MARGIN) / apart
+    return wp.clamp(part, wp.float64(0.0), LARGEST_STRAIN_STEP) * wp.float64(STRAIN_UNIT)
+
+
+@kernel
+def set_strain_budgets(
+    # model
+    point_count: int,
+    margin: wp.float64,
+    apart: wp.float64,
+    # state in
+    least: wp.array[wp.float64],
+    # state out
+    budget: wp.array[Any],
+) -> None:
+    """Budget of the strains of each cell."""
+    cell = wp.tid()
+    budget[point_count + cell] = type(budget[0])(strain_budget(least[cell], margin, apart))
 
 
 @kernel
@@ -218,87 +244,28 @@ def nearest_entry(
             distance[0] = found
 
 
-@wp.func
-def shortened(step: Any, limit: Any) -> Any:
-    """The step, no longer than the limit."""
-    length = wp.length(step)
-    if length > limit:
-        return step * (limit / length)
-    return step
-
-
-@wp.func
-def room_left(points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any], i: int) -> Any:
-    """How far control point ``i`` may still go before the candidate lists are made again (``step_limit``)."""
-    return wp.max(budget[i] - wp.length(points[i] - listed_points[i]), budget[i] - budget[i])
-
-
-@kernel
-def measure_budget_use(
-    # state in
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    # state out
-    needs_new_lists: wp.array[Any],
-) -> None:
-    """Part of its budget that each control point has used up."""
-    i = wp.tid()
-    needs_new_lists[i] = wp.length(points[i] - listed_points[i]) / budget[i]
-
-
-def clearances(model: Model, state: State, candidates: Candidates) -> wp.array[Any]:
-    """Clearance of each arc as the yarns lie, where it limits a budget, shape (P,); samples and lists are fresh."""
-    clearance, launches = clearance_launches(model, state, candidates)
-    for launch in launches:
-        launch.launch()
-    return clearance
-
-
-def clearance_launches(model: Model, state: State, candidates: Candidates) -> tuple[wp.array[Any], list[Any]]:
-    """Room for the clearance of each arc, and what finds it."""
+def clearance_launches(
+    model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]
+) -> list[Any]:
+    """The launches that find the clearance of each arc where it limits a budget; samples and lists are up to date."""
     half_tangent, slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
-    result, launcher = model.empty(model.sample_count), model.prepare
     inputs = [model.constants, model.number(candidates.margin), state.samples, half_tangent, slack,
               candidates.count, candidates.lists]  # fmt: skip
-    return result, [
-        launcher(measure_arcs, model.segment_count, [model.constants, state.points], [half_tangent, slack]),
-        launcher(arc_clearances, model.sample_count, inputs, [result]),
+    return [
+        model.prepare(measure_arcs, model.segment_count, [model.constants, state.points], [half_tangent, slack]),
+        model.prepare(arc_clearances, model.sample_count, inputs, [clearance]),
     ]
 
 
 def budget_launch(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> Any:
-    """Set the budgets of all control points."""
+    """The launch that sets the budgets of all control points."""
     beside = PART_BESIDE_STRAIN if state.cell_relaxes else 1.0
     numbers = [model.number(beside * candidates.margin / 2.0), model.number(beside * SAFETY)]
     return model.prepare(set_budgets, model.point_count, [model.constants, *numbers, clearance], [state.budget])
 
 
-@wp.func
-def strain_budget(clearance: wp.float64, margin: wp.float64, apart: wp.float64) -> wp.float64:
-    """How far the strains of a cell may go, as their entry counts them."""
-    part = wp.min(clearance * wp.float64(0.35), margin * wp.float64(0.3)) / apart
-    return wp.clamp(part, wp.float64(0.0), wp.float64(0.05)) * wp.float64(STRAIN_UNIT)
-
-
-@kernel
-def set_strain_budgets(
-    # model
-    point_count: int,
-    margin: wp.float64,
-    apart: wp.float64,
-    # state in
-    least: wp.array[wp.float64],
-    # state out
-    budget: wp.array[Any],
-) -> None:
-    """Set the budget of the strains of each cell."""
-    cell = wp.tid()
-    budget[point_count + cell] = type(budget[0])(strain_budget(least[cell], margin, apart))
-
-
 def strain_budget_launches(model: Model, state: State, candidates: Candidates, least: wp.array[Any]) -> list[Any]:
-    """Set the budgets of the strains of cells that relax, for the smallest clearance of each."""
+    """The launch that sets the budgets of the strains of relaxing cells, for the smallest clearance of each cell."""
     if not state.cell_relaxes:
         return []
     apart = 2.0 * (float(model.radius.max()) + LARGEST_REACH) + candidates.margin
@@ -306,25 +273,10 @@ def strain_budget_launches(model: Model, state: State, candidates: Candidates, l
     return [model.prepare(set_strain_budgets, model.cell_count, inputs, [state.budget])]
 
 
-def limit_steps(model: Model, state: State, candidates: Candidates) -> dict[int, str]:
-    """Set the budgets of all control points, and of the strains of cells, for lists that were just made.
-
-    Returns:
-        Of cells in which the clearance of an arc is used up what is wrong; it names the yarn and the stitch face.
-    """
-    clearance = clearances(model, state, candidates)
-    least = minima_over(clearance, model.cell_samples, model.largest_cell)
-    on_device = wp.array(least, dtype=wp.float64, device=model.device)
-    budgets = budget_launch(model, state, candidates, clearance)
-    for launch in [budgets, *strain_budget_launches(model, state, candidates, on_device)]:
-        launch.launch()
-    return too_close_cells(model, state, candidates, clearance, least)
-
-
 def too_close_cells(
     model: Model, state: State, candidates: Candidates, clearance: wp.array[Any], least: NDArray[np.float64]
 ) -> dict[int, str]:
-    """Of cells in which the clearance of an arc is used up what is wrong; it names the yarn and the stitch face."""
+    """For each cell in which the clearance of an arc is used up, what is wrong; it names yarn and stitch face."""
     failed = {}
     for cell in np.flatnonzero(~(least >= SMALLEST_CLEARANCE)).tolist():
         first, last = model.sample_start[model.segment_start[cell : cell + 2]]

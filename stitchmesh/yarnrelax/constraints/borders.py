@@ -18,10 +18,11 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.energies.shape_patches import loops_of
-from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Launcher
+from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 

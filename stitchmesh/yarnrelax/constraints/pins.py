@@ -19,9 +19,10 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Launcher
+from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.point_selection import select_points
 from stitchmesh.yarnrelax.model.state import State

@@ -31,6 +31,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.compute.vector_loads import load_vector, store_vector
@@ -41,7 +42,7 @@ from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.body_penalty import near_triangles, push_listed, push_of
 from stitchmesh.yarnrelax.energies.body_surface import from_triangle, gap_to, put_surface
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
-from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 

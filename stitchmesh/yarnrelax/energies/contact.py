@@ -26,9 +26,9 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.vector_loads import load_vector, store_vector
-from stitchmesh.yarnrelax.collision.pairs import from_entry
 from stitchmesh.yarnrelax.energies.cell_virial import add_contact_virial
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.spline import from_entry
 
 
 @wp.func
@@ -58,29 +58,35 @@ def outer_product(apart: Any, size: Any, zero: Any) -> Any:
 
 @functools.cache
 def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> Any:
-    """The function of a sample's contact force in one precision that takes so many entries of its list at a time.
+    """The function of a sample's contact force in one precision, which reads ``entries_at_once`` entries of a list.
 
-    Where cells are ``cell_relaxes``, it finds the sample's share of the forces on their strains too.
-
-    On a GPU four places are on the way together; a CPU is fastest with one. Entries past the end are left out.
+    Where a cell relaxes, the function also finds the sample's part of the virial of the cell. On a GPU four entries
+    are loaded at the same time; a CPU is fastest with one. Entries beyond the end of a list are left out.
     """
     vectors, scalars = wp.types.matrix(shape=(entries_at_once, 4), dtype=scalar), vector(entries_at_once, scalar)
 
     @wp.func
     def contact_force_at(
-        model: Any, p: int, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
+        model: Any,
+        p: int,
+        candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32],
+        samples: wp.array[Any],
+        sample_force: wp.array[Any],
+        sample_block: wp.array[Any],
+        sample_virial: wp.array[Any],
     ) -> None:
-        """Contact force on a sample and the row sum of its stiffness; its block of stiffness where there is room."""
-        here = load_vector(state.samples, p)
-        push = type(here)()
-        block = type(state.sample_block[0])()
-        share = type(state.sample_virial[0])()
+        """Write the force on a sample and the row sum of its stiffness; its block of stiffness where it is read."""
+        here = load_vector(samples, p)
+        force = type(here)()
+        block = type(sample_block[0])()
+        virial = type(sample_virial[0])()
         count = candidate_count[p]
         apart, weight = vectors(), scalars()
         for c in range(0, count, entries_at_once):
             for k in range(entries_at_once):
                 entry = candidates[p, wp.min(c + k, count - 1)]
-                apart[k] = from_entry(model.images, state.samples, p, here, entry)
+                apart[k] = from_entry(model.images, samples, p, here, entry)
                 weight[k] = model.sample_weight[sample_number(model.images, entry)]
             for k in range(entries_at_once):
                 gap = apart[k]
@@ -88,23 +94,23 @@ def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool
                 reach2 = gap[3] * gap[3]
                 if distance2 < reach2 and c + k < count:
                     size, stiff, inverse = contact_force_scale(distance2, reach2, weight[k])
-                    push += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
+                    force += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
                     block += outer_product(gap, stiff * inverse, block)
                     if wp.static(cell_relaxes):
-                        share = add_contact_virial(share, model.images, p, gap, size, stiff, distance2, inverse)
+                        virial = add_contact_virial(virial, model.images, p, gap, size, stiff, distance2, inverse)
         scale = model.sample_stiffness[p]
-        store_vector(state.sample_force, p, push * scale)
-        if state.sample_block.shape[0] > 0:
-            state.sample_block[p] = block * scale
+        store_vector(sample_force, p, force * scale)
+        if sample_block.shape[0] > 0:
+            sample_block[p] = block * scale
         if wp.static(cell_relaxes):
-            state.sample_virial[p] = share * scale
+            sample_virial[p] = virial * scale
 
     return contact_force_at
 
 
 @functools.cache
 def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
-    """The kernel of ``contact_force_function``, for all samples."""
+    """The kernel of ``contact_force_function`` for all samples."""
     contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
 
     @kernel
@@ -114,11 +120,16 @@ def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.
         # state in
         candidate_count: wp.array[wp.int32],
         candidates: wp.array2d[wp.int32],
-        # state in and out
-        state: Any,
+        samples: wp.array[Any],
+        # state out
+        sample_force: wp.array[Any],
+        sample_block: wp.array[Any],
+        sample_virial: wp.array[Any],
     ) -> None:
         """Contact force on each sample."""
-        contact_force_at(model, wp.tid(), candidate_count, candidates, state)
+        contact_force_at(
+            model, wp.tid(), candidate_count, candidates, samples, sample_force, sample_block, sample_virial
+        )
 
     return contact_forces
 

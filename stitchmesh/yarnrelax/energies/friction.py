@@ -33,6 +33,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
@@ -40,7 +41,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, renewed_contacts
 from stitchmesh.yarnrelax.energies.friction_law import resisted_slip, slip_energy, slip_measure, slip_slope, vector_from
-from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.state import State

@@ -28,9 +28,8 @@ from stitchmesh.compute.reduction import maximum
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.contact_samples import place_samples
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
-from stitchmesh.yarnrelax.model.spline import segment_corners, weight_row
+from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.collision.pairs import from_entry
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.spline import from_entry
 
 # Two yarns cross where the difference of their unit tangents is longer than sqrt(0.1), an angle of 18 degrees; below
 # that their contact is long, and only the direction that they share counts as along.

@@ -32,11 +32,12 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Launcher, Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.energies.twist_holonomy import binormal, find_chords, multiply_strands, total_holonomy
 from stitchmesh.yarnrelax.energies.twist_path import put_path
 from stitchmesh.yarnrelax.model.constants import Model

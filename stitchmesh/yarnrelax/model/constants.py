@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The constants of a relaxation, on the device: who belongs to whom, rest lengths, quadrature, stiffnesses.
+"""The constants of a relaxation on the device: topology, rest lengths, quadrature and stiffnesses.
 
 On the device lengths are in units of the mean yarn radius and relative to the middle of the yarns, so that single
-precision keeps its digits whatever the units of the scene and wherever it lies. Energies stay in erg; a force is in
-erg per unit. By the similarity of L section 6.2 the material is scaled to match.
+precision keeps its digits whatever the units and the position of the scene. Energies stay in erg, and a force is in erg
+per unit. By the similarity of L section 6.2 the material is scaled to match. ``upload`` creates a model.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,14 +20,8 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.precision import vector
-from stitchmesh.errors import ParameterError
-from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax.model.contact_samples import sample_counts
-from stitchmesh.yarnrelax.model.image_table import put_images
-from stitchmesh.yarnrelax.model.lattice_images import Images32, Images64, NoImages
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.model.self_contact import UNENDING, neighbour_reach
-from stitchmesh.yarnrelax.model.spline import gauss_rule, leg_weights, sample_places
 
 BLOCK = 64
 """Threads of a block on a GPU; small blocks spread a swatch over all of it, and large scenes lose nothing."""
@@ -39,12 +33,12 @@ CONTACT = 3
 
 @dataclass(frozen=True, eq=False)
 class PeriodicCell:
-    """One of the fabrics that are relaxed together: a cell on its lattice, or the only one."""
+    """One cell of the fabrics that are relaxed together: yarns on their lattice, or one piece without a lattice."""
 
     yarns: YarnSet
-    """Its yarns as they were given [cm]."""
+    """The yarns as they were given [cm]."""
     material: YarnMaterial
-    """Stiffnesses, for lengths in its units."""
+    """Stiffnesses for lengths in units."""
 
     @cached_property
     def origin(self) -> NDArray[np.float64]:
@@ -62,8 +56,8 @@ class Model:
     """Constants on the device, and the host values that launches need."""
 
     yarns: YarnSet
-    """All yarns as they were given [cm], member by member; without lattices if there are several."""
-    members: tuple[PeriodicCell, ...]
+    """All yarns as they were given [cm], cell after cell; without lattices if there are several."""
+    cells: tuple[PeriodicCell, ...]
     """The fabrics that are relaxed together."""
     device: wp.Device
     """Where the kernels run."""
@@ -78,23 +72,23 @@ class Model:
 
     @property
     def material(self) -> YarnMaterial:
-        """Stiffnesses of the first member, for lengths in units."""
-        return self.members[0].material
+        """Stiffnesses of the first cell, for lengths in units."""
+        return self.cells[0].material
 
     @property
     def unit(self) -> float:
-        """Length unit of the first member [cm]."""
-        return self.members[0].unit
+        """Length unit of the first cell [cm]."""
+        return self.cells[0].unit
 
     @property
     def on_lattice(self) -> bool:
-        """Whether all members are cells."""
-        return self.members[0].yarns.lattice is not None
+        """Whether all cells are cells."""
+        return self.cells[0].yarns.lattice is not None
 
     @property
     def cell_count(self) -> int:
-        """Number of members."""
-        return len(self.members)
+        """Number of cells."""
+        return len(self.cells)
 
     @property
     def point_count(self) -> int:
@@ -113,18 +107,18 @@ class Model:
 
     @cached_property
     def point_start(self) -> NDArray[np.int64]:
-        """Where each member's control points start, shape (C + 1,)."""
-        return _starts(len(member.yarns.points) for member in self.members)
+        """Where each cell's control points start, shape (C + 1,)."""
+        return starts_of(len(cell.yarns.points) for cell in self.cells)
 
     @cached_property
     def segment_start(self) -> NDArray[np.int64]:
-        """Where each member's segments start, shape (C + 1,)."""
-        return _starts(len(member.yarns.rest_length) for member in self.members)
+        """Where each cell's segments start, shape (C + 1,)."""
+        return starts_of(len(cell.yarns.rest_length) for cell in self.cells)
 
     @cached_property
     def yarn_start(self) -> NDArray[np.int64]:
-        """Where each member's yarns start, shape (C + 1,)."""
-        return _starts(member.yarns.yarn_count for member in self.members)
+        """Where each cell's yarns start, shape (C + 1,)."""
+        return starts_of(cell.yarns.yarn_count for cell in self.cells)
 
     @cached_property
     def cell_points(self) -> wp.array[Any]:
@@ -138,18 +132,18 @@ class Model:
 
     @cached_property
     def cell_samples(self) -> wp.array[Any]:
-        """Where each member's contact samples start, on the device."""
+        """Where each cell's contact samples start, on the device."""
         return self.integers(self.sample_start[self.segment_start])
 
     @cached_property
     def largest_cell(self) -> int:
-        """Contact samples of the member that has the most."""
+        """Contact samples of the cell that has the most."""
         return int(np.diff(self.sample_start[self.segment_start]).max())
 
     @cached_property
     def stiffness(self) -> NDArray[np.float64]:
-        """k_len, k_length, k_bend and k_contact of each member, shape (C, 4)."""
-        materials = [member.material for member in self.members]
+        """k_len, k_length, k_bend and k_contact of each cell, shape (C, 4)."""
+        materials = [cell.material for cell in self.cells]
         return np.array([[m.k_len, m.k_length, m.k_bend, m.k_contact] for m in materials])
 
     @cached_property
@@ -165,23 +159,23 @@ class Model:
     @cached_property
     def radius(self) -> NDArray[np.float64]:
         """Radius of each yarn in units, shape (Y,)."""
-        return np.concatenate([member.yarns.radius / member.unit for member in self.members])
+        return np.concatenate([cell.yarns.radius / cell.unit for cell in self.cells])
 
     @cached_property
     def rest_length(self) -> NDArray[np.float64]:
         """Rest length of each segment in units, shape (S,)."""
-        return np.concatenate([member.yarns.rest_length / member.unit for member in self.members])
+        return np.concatenate([cell.yarns.rest_length / cell.unit for cell in self.cells])
 
     @cached_property
     def natural_ends(self) -> NDArray[np.float64]:
         """Natural curvature at both ends of each segment in 1 / units, shape (S, 2), or (0, 2) if all are straight."""
-        ends = np.concatenate([member.yarns.natural_ends * member.unit for member in self.members])
+        ends = np.concatenate([cell.yarns.natural_ends * cell.unit for cell in self.cells])
         return ends if ends.any() else ends[:0]
 
     @cached_property
     def lattice_step(self) -> NDArray[np.int64]:
         """Image from each yarn's last control point to its first, shape (Y, 2)."""
-        steps = [member.yarns.lattice_step for member in self.members]
+        steps = [cell.yarns.lattice_step for cell in self.cells]
         counts = np.diff(self.yarn_start)
         return np.concatenate([np.zeros((n, 2), dtype=np.int64) if step is None else step
                                for step, n in zip(steps, counts, strict=True)])  # fmt: skip
@@ -198,29 +192,34 @@ class Model:
 
     @cached_property
     def units(self) -> NDArray[np.float64]:
-        """Unit of length of each member [cm], shape (C,)."""
-        return np.array([member.unit for member in self.members])
+        """Unit of length of each cell [cm], shape (C,)."""
+        return np.array([cell.unit for cell in self.cells])
 
     def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Positions [cm] of control points in units from the origin of their member, or of any in the first's."""
-        origin, unit = self._frames if self.cell_count > 1 else (self.members[0].origin, self.unit)
+        """Positions [cm] of control points in units from the origin of their cell; any points if there is one cell."""
+        origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
         return (points - origin) / unit
 
     def from_device(self, points: wp.array[Any]) -> NDArray[np.float64]:
         """Positions [cm] of the control points on the device, shape (N, 3)."""
-        origin, unit = self._frames if self.cell_count > 1 else (self.members[0].origin, self.unit)
+        origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
         return points.numpy()[: self.point_count].astype(np.float64) * unit + origin
 
     @cached_property
     def _frames(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Origin and unit of each control point."""
         counts = np.diff(self.point_start)
-        origin = np.repeat([member.origin for member in self.members], counts, axis=0)
-        return origin, np.repeat([member.unit for member in self.members], counts)[:, None]
+        origin = np.repeat([cell.origin for cell in self.cells], counts, axis=0)
+        return origin, np.repeat([cell.unit for cell in self.cells], counts)[:, None]
 
     def upload(self, values: NDArray[Any], size: int = 1) -> wp.array[Any]:
         """An array of scalars, or of vectors of ``size``, on the device."""
         return wp.array(values, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
+
+    @property
+    def entries_at_once(self) -> int:
+        """Entries of a candidate list that a thread loads at the same time."""
+        return 4 if self.device.is_cuda else 1
 
     def integers(self, values: NDArray[Any]) -> wp.array[Any]:
         """An array of 32-bit integers on the device."""
@@ -259,7 +258,7 @@ class Model:
 
 
 @functools.cache
-def _constants_type(scalar: Any, images: Any) -> Any:
+def constants_struct(scalar: Any, images: Any) -> Any:
     """The struct of constants in one precision, with or without images; lengths in units."""
     scalars = wp.array(dtype=scalar)
     integers = wp.array(dtype=wp.int32)
@@ -290,108 +289,6 @@ def _constants_type(scalar: Any, images: Any) -> Any:
     return wp.struct(type(name, (), {"__annotations__": annotations}))
 
 
-def put_model(
-    yarns: YarnSet,
-    material: YarnMaterial,
-    *,
-    quadrature_points: int,
-    contact_samples: int,
-    scalar: Any,
-    device: wp.Device,
-) -> Model:
-    """Send everything that stays constant to the device.
-
-    Args:
-        yarns: the yarns, on a lattice or not.
-        material: stiffnesses, CGS.
-        quadrature_points: Gauss points a segment.
-        contact_samples: contact samples a segment; a long segment gets as many as leave no gap (``sampling``).
-        scalar: Warp's floating-point type.
-        device: where the kernels run.
-
-    Raises:
-        ParameterError: fewer than one quadrature point or contact sample.
-    """
-    counts = {"quadrature_points": quadrature_points, "contact_samples": contact_samples}
-    return put_cells([(yarns, material)], **counts, scalar=scalar, device=device)
-
-
-def put_cells(
-    given: Sequence[tuple[YarnSet, YarnMaterial]],
-    *,
-    quadrature_points: int,
-    contact_samples: int,
-    scalar: Any,
-    device: wp.Device,
-) -> Model:
-    """Likewise for several cells that know nothing of one another; arguments and errors as for ``put_model``."""
-    for name, count in (("quadrature_points", quadrature_points), ("contact_samples", contact_samples)):
-        if count < 1:
-            raise ParameterError(f"{name}: got {count}; expected at least 1")
-    members = tuple(PeriodicCell(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
-    counts = np.concatenate([sample_counts(member.yarns, contact_samples) for member in members])
-    kind = NoImages if members[0].yarns.lattice is None else Images32 if scalar is wp.float32 else Images64
-    model = Model(
-        members[0].yarns if len(members) == 1 else join_yarns([member.yarns for member in members]),
-        members,
-        device,
-        scalar,
-        np.concatenate([[0], np.cumsum(counts)]),
-        quadrature_points,
-        _constants_type(scalar, kind)(),
-    )
-    model.constants.images = put_images(model, kind)
-    _put_segments(model)
-    _put_samples(model, counts)
-    _put_points(model)
-    model.constants.rule = model.upload(gauss_rule(quadrature_points), 6)
-    model.constants.quadrature_points = quadrature_points
-    return model
-
-
-def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
-    """Yarns of several sets one after the other, their lattices left out."""
-    names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature")
-    joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
-    return YarnSet(**joined, start=_starts(np.concatenate([np.diff(yarns.start) for yarns in sets]).tolist()))
-
-
-def _starts(counts: Iterable[int]) -> NDArray[np.int64]:
+def starts_of(counts: Iterable[int]) -> NDArray[np.int64]:
+    """Where each of several consecutive groups starts, from their sizes, with the end of the last one."""
     return np.concatenate([[0], np.cumsum(list(counts))]).astype(np.int64)
-
-
-def _put_segments(model: Model) -> None:
-    yarns, constants = model.yarns, model.constants
-    counts = np.diff(yarns.segment_start)
-    returns = yarns.closed & ~model.lattice_step.any(axis=1)
-    constants.yarn_step = wp.array(model.lattice_step.astype(np.int32), dtype=wp.vec2i, device=model.device)
-    constants.yarn_segments = model.integers(counts)
-    constants.segment_points = wp.array(yarns.segment_points.astype(np.int32), dtype=wp.vec4i, device=model.device)
-    constants.segment_rest_length = model.upload(model.rest_length)
-    constants.segment_stiffness = model.upload(model.segment_stiffness, 3)
-    constants.segment_natural = model.upload(model.natural_ends, 2)
-    constants.segment_yarn = model.integers(yarns.segment_yarn)
-    constants.segment_skip = model.integers(neighbour_reach(yarns))
-    constants.segment_cycle = model.integers(np.where(returns, counts, UNENDING)[yarns.segment_yarn])
-
-
-def _put_samples(model: Model, counts: NDArray[np.int64]) -> None:
-    constants = model.constants
-    place = sample_places(int(counts.max()))
-    constants.sample_start = model.integers(model.sample_start)
-    constants.sample_segment = model.integers(np.repeat(np.arange(model.segment_count), counts))
-    weight = np.repeat(model.rest_length / counts, counts)
-    k_contact = np.repeat(np.repeat(model.stiffness[:, CONTACT], np.diff(model.segment_start)), counts)
-    constants.sample_weight, constants.sample_stiffness = model.upload(weight), model.upload(k_contact * weight)
-    constants.sample_basis = model.upload(basis(place), 4)
-    constants.sample_legs = model.upload(leg_weights(place), 3)
-    constants.yarn_radius = model.upload(model.radius)
-
-
-def _put_points(model: Model) -> None:
-    yarns = model.yarns
-    slots = np.full((len(yarns.points), 4), -1, dtype=np.int32)
-    segments = np.arange(model.segment_count)
-    for slot in range(4):
-        slots[yarns.segment_points[:, slot], slot] = segments
-    model.constants.point_segments = wp.array(slots, dtype=wp.vec4i, device=model.device)

@@ -36,7 +36,7 @@ def put_images(model: Model, kind: Any) -> Any:
     images.sample_count = model.sample_count
     if not model.on_lattice:
         return images
-    periods = np.stack([m.yarns.lattice.periods for m in model.members if m.yarns.lattice]) / model.units[:, None, None]
+    periods = np.stack([m.yarns.lattice.periods for m in model.cells if m.yarns.lattice]) / model.units[:, None, None]
     images.periods = model.upload(periods.reshape(-1, 3), 3)
     cell = np.repeat(np.arange(model.cell_count), np.diff(model.segment_start))
     images.segment_cell = model.integers(cell)

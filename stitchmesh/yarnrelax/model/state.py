@@ -16,9 +16,6 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.model.constants import Model
 
-STRAIN_UNIT = wp.constant(10.0)
-"""Length of the entry of the strains over a strain, in mean radii: a limit on moves of 0.1 radii is one of 1 %."""
-
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -93,7 +90,7 @@ def _struct(scalar: Any) -> Any:
 
 
 def make_state(
-    model: Model, start: FloatArray | None = None, *, outer: bool = False, blocks: bool = False, strains: int = 0
+    model: Model, start: FloatArray | None = None, *, external: bool = False, blocks: bool = False, strains: int = 0
 ) -> State:
     """A state at ``start`` [cm], or where the yarns were given.
 
@@ -113,7 +110,7 @@ def make_state(
         leg_force=model.empty((3, model.segment_count), 3),
         sample_virial=model.empty(model.sample_count if strains else 0, 9),
         segment_virial=model.empty(model.segment_count if strains else 0, 9),
-        external_force=model.empty(n if outer else 0, 3),
+        external_force=model.empty(n if external else 0, 3),
         force=model.empty(entries, 3),
         stiffness=model.empty(entries),
         preconditioner=model.empty(entries if blocks else 0, 6),

@@ -40,16 +40,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import ZeroArray
+from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.thread_block import THREADS, Parts, sum_over_block
+from stitchmesh.compute.thread_block import THREADS, VirialSums, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.state import STRAIN_UNIT, State
+from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
 
 PARTS = 9
@@ -129,7 +129,7 @@ def gather_strain_forces(
     first, last = cell_segments[cell], cell_segments[cell + 1]
     thread = block * threads + lane
     total = add_cell_virial(
-        Parts(), model, first, last, thread, blocks * threads, segment_virial, sample_virial
+        VirialSums(), model, first, last, thread, blocks * threads, segment_virial, sample_virial
     )  # fmt: skip
     sum_over_block(total, parts[cell, block])
 
@@ -137,7 +137,7 @@ def gather_strain_forces(
 @wp.func
 def sum_of_blocks(parts: wp.array2d[wp.float64], lane: int, threads: int, totals: wp.array[wp.float64]) -> None:
     """Sum what blocks have gathered for one cell; all threads of a block take part."""
-    total = Parts()
+    total = VirialSums()
     for block in range(lane, parts.shape[0], threads):
         for k in range(9):
             total[k] += parts[block, k]
@@ -145,7 +145,14 @@ def sum_of_blocks(parts: wp.array2d[wp.float64], lane: int, threads: int, totals
 
 
 @wp.func
-def put_strain_force(cell: int, entry: int, strains: Any, state: Any) -> None:
+def put_strain_force(
+    cell: int,
+    entry: int,
+    strains: Any,
+    force: wp.array[Any],
+    stiffness: wp.array[Any],
+    preconditioner: wp.array[Any],
+) -> None:
     """Force on the strains of a cell and how they give way, from ``strains.totals``."""
     one = wp.float64(1.0)
     e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
@@ -153,12 +160,12 @@ def put_strain_force(cell: int, entry: int, strains: Any, state: Any) -> None:
     first = totals[0] + strains.pulls[cell, 0] * wp.float64(wp.dot(strains.periods[2 * cell], e1))
     second = totals[1] + strains.pulls[cell, 1] * wp.float64(wp.dot(strains.periods[2 * cell + 1], e2))
     per_unit = wp.float64(strains.per_unit)
-    state.force[entry] = type(e1)(
+    force[entry] = type(e1)(
         type(e1[0])(first * may[0] * per_unit),
         type(e1[0])(second * may[1] * per_unit),
         type(e1[0])(totals[2] * may[2] * per_unit),
     )
-    state.stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
+    stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
     square = per_unit * per_unit
     # yarns that do not touch and run along one direction do not hold the others
     spare = (totals[3] + totals[4] + totals[5]) * wp.float64(1.0e-3) + wp.float64(1.0e-30)
@@ -168,10 +175,10 @@ def put_strain_force(cell: int, entry: int, strains: Any, state: Any) -> None:
         totals[6] * may[0] * may[1] * square, totals[7] * may[0] * may[2] * square,
         totals[8] * may[1] * may[2] * square,
     ))  # fmt: skip
-    give = state.preconditioner[entry]
+    give = preconditioner[entry]
     for k in range(6):
         give[k] = type(e1[0])(block[k])
-    state.preconditioner[entry] = give
+    preconditioner[entry] = give
 
 
 @wp.func
@@ -240,7 +247,7 @@ class CellStrain:
         if not model.on_lattice:
             raise ParameterError("relax cell: the yarns repeat on no lattice; give them one, or leave it out")
         self.model, self.choices = model, tuple(choices)
-        periods = np.stack([member.yarns.lattice.periods for member in model.members if member.yarns.lattice])
+        periods = np.stack([cell.yarns.lattice.periods for cell in model.cells if cell.yarns.lattice])
         self.host_frame = lattice_frame(periods)[:, :2]
         self.host_free = np.array([choice.free for choice in choices], dtype=np.float64)
         self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
@@ -315,3 +322,8 @@ class CellStrain:
         periods = self.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * self.model.units[:, None, None]
         sizes = np.einsum("ckd,ckd->ck", periods, self.host_frame)
         return np.column_stack([self.host_pulls * sizes, np.zeros(len(sizes))])
+
+
+def strains_of(model: Model, strain: CellStrain | None, candidates: Candidates) -> Any:
+    """The struct that kernels receive; its ``count`` is 0 where no cell relaxes."""
+    return strains_struct(model.scalar)() if strain is None else strain.struct(candidates)

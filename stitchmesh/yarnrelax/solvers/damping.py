@@ -29,15 +29,14 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.collision.pairs import from_entry
-from stitchmesh.yarnrelax.energies.term import Launcher
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
-from stitchmesh.yarnrelax.model.spline import weight_row
+from stitchmesh.yarnrelax.model.spline import from_entry, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
 

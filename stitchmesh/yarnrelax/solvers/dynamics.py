@@ -18,16 +18,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.compute.reduction import maximum, ordered_sum
 from stitchmesh.errors import ParameterError
-from stitchmesh.yarnrelax.collision.step_limit import room_left, shortened
-from stitchmesh.yarnrelax.energies.gather import sample_forces_on
-from stitchmesh.yarnrelax.energies.term import Launcher
+from stitchmesh.yarnrelax.collision.budget import USED_UP, measure_budget_use, room_left, shortened
+from stitchmesh.yarnrelax.energies.evaluation import sample_forces_on
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import point_masses
 from stitchmesh.yarnrelax.solvers.damping import ContactDamping, drag_on, drag_rows, segment_drag
-from stitchmesh.yarnrelax.solvers.solver import Solver, SolverInputs
+from stitchmesh.yarnrelax.solvers.solver import Progress, Solver, SolverInputs
 from stitchmesh.yarnrelax.solvers.time_step import Clock, stable_time, time_within
 
 
@@ -94,7 +94,7 @@ def propose_moves(
 
 
 @kernel
-def carry_out(
+def apply_moves(
     # state in
     clock: wp.array[wp.float64],
     step: wp.array[Any],
@@ -150,21 +150,21 @@ class Dynamics(Solver):
         self.velocity, self.acceleration, self.step = (model.empty(count, 3) for _ in range(3))
         self.limit, self.longest = model.empty(count), model.empty(count)
 
-    def launches(self, scene: SolverInputs, launcher: Launcher) -> list[Any]:
-        """Damp, accelerate, choose the time step, propose, hold, move."""
-        state, model, now = scene.state, self.model, self.clock.now
-        inputs = [model.constants, model.number(scene.step_fraction), self.mass, self.drag, self.drag_row,
-                  state.points, state.listed_points, state.budget, state.force, self.velocity,
-                  self.damping.force]  # fmt: skip
-        outputs = [state.stiffness, self.acceleration, self.limit, self.longest]
-        launches = self.damping.launches(state, scene.candidates, self.velocity, launcher)
-        launches.append(launcher(accelerate, model.point_count, inputs, outputs))
+    def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
+        """Damp, accelerate, choose the time step, propose, constrain, move."""
+        state, model, now = inputs.state, self.model, self.clock.now
+        read = [model.constants, model.number(inputs.step_fraction), self.mass, self.drag, self.drag_row,
+                state.points, state.listed_points, state.budget, state.force, self.velocity,
+                self.damping.force]  # fmt: skip
+        written = [state.stiffness, self.acceleration, self.limit, self.longest]
+        launches = self.damping.launches(state, inputs.candidates, self.velocity, launcher)
+        launches.append(launcher(accelerate, model.point_count, read, written))
         launches += self.clock.launches(self.longest, launcher)
-        inputs = [now, self.acceleration, self.limit]
-        launches.append(launcher(propose_moves, model.point_count, inputs, [self.velocity, self.step]))
-        for constraint in scene.constraints:
+        read = [now, self.acceleration, self.limit]
+        launches.append(launcher(propose_moves, model.point_count, read, [self.velocity, self.step]))
+        for constraint in inputs.constraints:
             launches += constraint.filter_steps(state, self.step, self.limit, launcher)
-        launches.append(launcher(carry_out, model.point_count, [now, self.step], [state.points, self.velocity]))
+        launches.append(launcher(apply_moves, model.point_count, [now, self.step], [state.points, self.velocity]))
         return launches
 
     def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
@@ -175,6 +175,18 @@ class Dynamics(Solver):
     def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
         """Take time steps ``step_scale`` times as long as they may be."""
         self.clock.step_scale.fill_(float(step_scale[0]))
+
+    def begin(self, wanted: NDArray[np.int64]) -> None:
+        """Count iterations from zero."""
+        self.done = 0
+
+    def progress(self, inputs: SolverInputs, launched: int) -> Progress:
+        """Count what was launched, and measure how far control points have moved on these candidate lists."""
+        self.done += launched
+        state = inputs.state
+        used = self.model.empty(len(state.points))
+        self.model.launch(measure_budget_use, len(used), [state.points, state.listed_points, state.budget], [used])
+        return Progress(np.array([self.done]), np.array([maximum(used) > USED_UP]))
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Velocities [unit / s], time step and time [s], and the scale of time steps."""

@@ -13,13 +13,15 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.reduction import maximum
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.collision.step_limit import measure_budget_use
-from stitchmesh.yarnrelax.energies.term import Constraint, Launcher
+from stitchmesh.yarnrelax.energies.term import Constraint
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
+
+ASSESSMENT_INTERVAL = wp.constant(20)
+"""Iterations between two assessments."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,36 +35,38 @@ class SolverInputs:
     step_fraction: float
     """Largest move of a control point in one iteration, in mean yarn radii."""
     strain: CellStrain | None = None
-    """The strains of a cell that relaxes."""
+    """The strains of cells that relax."""
 
 
-WORN = 0.7
-"""Part of its budget that a control point has used when the candidate lists are made again."""
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """How far a solver has come since ``Solver.begin``."""
+
+    done: NDArray[Any]
+    """Iterations of each cell, shape (C,)."""
+    waiting: NDArray[np.bool_]
+    """Whether control points of the cell have used up their budgets and need new candidate lists, shape (C,)."""
 
 
 class Solver(ABC):
-    """A solver. ``state.force`` and ``state.stiffness`` are fresh when its launches run."""
+    """A solver. ``state.force`` and ``state.stiffness`` are up to date when its launches run."""
 
     needs_blocks: bool
-    """Whether it wants ``state.sample_block`` and ``state.segment_block``."""
+    """Whether it reads ``state.sample_block`` and ``state.segment_block``."""
     allowed_rise: float
-    """Rise of the energy between two assessments, over its size, that makes a relaxation back off."""
-    left: int = 0
-    """Iterations that are still to be done before the next assessment."""
-    advanced: int = 0
-    """Iterations that were done between the last two looks, by the cell that did most."""
+    """Largest rise of the energy between two assessments, over its size, that is accepted."""
 
     @abstractmethod
-    def launches(self, scene: SolverInputs, launcher: Launcher) -> list[Any]:
-        """Move the control points by one iteration, none by more than its limits."""
+    def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
+        """The launches that move the control points by one iteration, none by more than its limit."""
 
-    def burst(self, scene: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
-        """One launch of ``quasi_newton_steps.PERIOD`` whole iterations, forces included; None if there is none."""
+    def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
+        """One launch of ``ASSESSMENT_INTERVAL`` whole iterations, forces included; None if there is none."""
         return None
 
     @abstractmethod
     def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
-        """Forget the past of some cells, or of all; ``step_scale`` in (0, 1] scales steps of each, 1 undisturbed."""
+        """Forget the past of some cells, or of all; ``step_scale`` in (0, 1] scales the steps of each cell."""
 
     @abstractmethod
     def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
@@ -70,20 +74,16 @@ class Solver(ABC):
 
     @abstractmethod
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """Everything that it carries from one iteration to the next, by name."""
+        """Everything that is carried from one iteration to the next, by name."""
 
     def kinetic_energy(self) -> float:
-        """Kinetic energy [erg]; none for a solver that knows no motion."""
+        """Kinetic energy [erg]; zero for a solver without motion."""
         return 0.0
 
-    def begin(self, count: NDArray[np.int64]) -> None:
-        """Get ready for so many iterations of each cell."""
-        self.left = int(count.max())
+    @abstractmethod
+    def begin(self, wanted: NDArray[np.int64]) -> None:
+        """Prepare for ``wanted`` iterations of each cell, shape (C,)."""
 
-    def needs_new_lists(self, scene: SolverInputs, launched: int) -> bool:
-        """Count what was launched, and tell whether the candidate lists must be made again."""
-        self.left, self.advanced = self.left - launched, launched
-        state = scene.state
-        used = scene.model.empty(len(state.points))
-        scene.model.launch(measure_budget_use, len(used), [state.points, state.listed_points, state.budget], [used])
-        return maximum(used) > WORN
+    @abstractmethod
+    def progress(self, inputs: SolverInputs, launched: int) -> Progress:
+        """Read how far each cell has come, after ``launched`` more iterations."""

@@ -29,9 +29,9 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import strand_maxima, strands_for
-from stitchmesh.yarnrelax.energies.term import Launcher
 
 LONGEST_TIME_STEP = 4e-4
 """Time step [s] where nothing asks for a shorter one (L section 3.1)."""

@@ -15,11 +15,12 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.broad_phase import FIRST_CAPACITY
-from stitchmesh.yarnrelax.collision.narrow_phase import find_candidates, make_candidates
-from stitchmesh.yarnrelax.model.constants import Model, put_model
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 from tests.yarnrelax.stockinette import flat_patch, tube
 
 MARGIN = 0.4
@@ -36,8 +37,7 @@ def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np
         device=device_named("cpu"),
     )
     state, candidates = make_state(model), make_candidates(model, MARGIN)
-    place_contact_samples(model, state, model.launch)
-    find_candidates(model, state.samples, candidates)
+    ContactSearch(model, state, candidates).run()
     count, lists = candidates.count.numpy(), candidates.lists.numpy()
     return [sorted(lists[p, : count[p]].tolist()) for p in range(model.sample_count)], state.samples.numpy(), model
 
@@ -86,8 +86,7 @@ def test_the_order_of_the_lists_is_always_the_same() -> None:
             device=device_named("cpu"),
         )
         state, candidates = make_state(model), make_candidates(model, MARGIN)
-        place_contact_samples(model, state, model.launch)
-        find_candidates(model, state.samples, candidates)
+        ContactSearch(model, state, candidates).run()
         found.append(candidates.lists.numpy())
     assert np.array_equal(*found)
 

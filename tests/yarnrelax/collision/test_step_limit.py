@@ -15,9 +15,10 @@ from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality, Solver
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
-from stitchmesh.yarnrelax.collision.step_limit import SAFETY, clearances
+from stitchmesh.yarnrelax.collision.budget import SAFETY
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.yarnrelax.loops import iterate
 from tests.yarnrelax.stockinette import flat_patch, hopf_link
 
 DRAFT = PRESETS["draft"]
@@ -56,9 +57,8 @@ def test_clearances_are_below_the_true_distances_of_the_curves() -> None:
     yarns = replace(patch, points=patch.points + noise, radius=np.full(4, radius))
     quality = replace(DRAFT, precision="float64")
     simulation = YarnSimulation.start(yarns, YarnMaterial.named("kaldor-simulation"), quality, device_named("cpu"))
-    simulation.candidates.margin = 2.0  # so wide that every clearance up to two radii is computed
-    simulation.list_candidates()
-    clearance = clearances(simulation.model, simulation.state, simulation.candidates).numpy() * simulation.model.unit
+    simulation.search_contacts(margin=2.0)  # so wide that every clearance up to two radii is computed
+    clearance = simulation.search.clearance.numpy() * simulation.model.unit
     assert (np.diff(simulation.model.sample_start) == 3).all()
     # eight points on each of the three arcs of a segment, from border to border
     fine = np.concatenate([curve[:-1] for curve in yarns.sampled(24)])
@@ -85,7 +85,7 @@ def test_budgets_are_part_of_the_clearance_of_every_arc_that_a_point_shapes() ->
     quality = replace(DRAFT, precision="float64")
     simulation = YarnSimulation.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
     model, margin = simulation.model, simulation.candidates.margin
-    clearance = clearances(model, simulation.state, simulation.candidates).numpy()
+    clearance = simulation.search.clearance.numpy()
     expected = np.full(model.point_count, margin / 2)
     of_segment = np.minimum.reduceat(clearance, model.sample_start[:-1])
     np.minimum.at(expected, model.yarns.segment_points, SAFETY * of_segment[:, None])
@@ -100,7 +100,7 @@ def test_no_control_point_moves_more_than_its_part_of_the_radius() -> None:
     simulation = YarnSimulation.start(yarns, material, DRAFT, device_named("cpu"))
     for _ in range(10):
         before = simulation.state.points.numpy().copy()
-        simulation.run(5)
+        iterate(simulation, 5)
         moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1)
         # five iterations in units of a radius, and float32 rounding of coordinates of twelve units
         assert moved.max() <= 5 * DRAFT.step_fraction + 1e-5
@@ -117,7 +117,7 @@ def test_no_control_point_leaves_its_ball_whatever_happens_on_one_list(solver: S
     simulation.solver.begin(np.array([200]))
     gone = np.zeros(len(budget))
     for turn in range(200):
-        for launch in simulation.launches:  # a look at the lists would make new ones
+        for launch in simulation.iterations.launches:  # a look at the lists would make new ones
             launch.launch()
             if pull == "torn" and launch.kernel.key == "gather_forces":
                 wild = np.random.default_rng(turn).normal(scale=1e6, size=listed.shape)

@@ -16,8 +16,9 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
-from stitchmesh.yarnrelax.model.constants import Model, put_model
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 from tests.yarnrelax.stockinette import flat_patch
 
 MATTER = YarnMaterial.named("leaf")

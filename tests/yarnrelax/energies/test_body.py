@@ -30,9 +30,10 @@ from stitchmesh.yarnrelax.energies.body_surface import gap_to, put_surface
 from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume, mesh_features
 from stitchmesh.yarnrelax.energies.term import Term
-from stitchmesh.yarnrelax.model.constants import Model, put_model
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 from tests.gallery import shared
 
 MATTER = YarnMaterial.named("leaf")
@@ -88,11 +89,11 @@ def on_device(yarns: YarnSet, precision: str = "float64") -> Model:
 
 def push(model: Model, term: Term, points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Energy [erg], forces on the control points [dyn] and the samples' rows of the body at given control points."""
-    state, candidates = make_state(model, outer=True), make_candidates(model, 1e-4)
+    state, candidates = make_state(model, external=True), make_candidates(model, 1e-4)
     state.points.assign(model.to_device(points))
     place_contact_samples(model, state, model.launch)
     term.forces(state, candidates, model.launch)
-    evaluation.gather(model, state, model.empty(model.point_count), model.launch)
+    evaluation.gather_launch(model, state, model.empty(model.point_count), model.launch)
     energy = term.energy(state, candidates)
     return energy, state.force.numpy().astype(np.float64) / model.unit, state.sample_force.numpy()
 

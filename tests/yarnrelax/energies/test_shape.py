@@ -18,8 +18,9 @@ from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
 from stitchmesh.yarnrelax.energies.shape import KeepShape, Shape
 from stitchmesh.yarnrelax.energies.shape_patches import RINGS, choose_patches, loops_of
-from stitchmesh.yarnrelax.model.constants import Model, put_model
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 from tests.yarnrelax.stockinette import fabric_of, flat_patch, tube
 
 ROWS, STITCHES = 7, 8
@@ -37,7 +38,7 @@ def setting(yarns: YarnSet) -> Setting:
         device=device_named("cpu"),
     )
     shape = KeepShape(fabric_of(ROWS, STITCHES, closed=False)).on(model)
-    return model, shape, make_state(model, outer=True), make_candidates(model, 0.1)
+    return model, shape, make_state(model, external=True), make_candidates(model, 0.1)
 
 
 def energy_and_force(scene: Setting, points: np.ndarray) -> tuple[float, np.ndarray]:

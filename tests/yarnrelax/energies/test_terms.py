@@ -24,8 +24,8 @@ from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.point_load import PointLoad
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
-from stitchmesh.yarnrelax.model.constants import put_model
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.gallery import ROOT
 from tests.yarnrelax.stockinette import flat_patch
@@ -47,7 +47,7 @@ def kernels_of_forces(*choices: TermChoice) -> list[str]:
         launched.append(kernel.key.split("__")[0])
 
     terms = [choice.on(model) for choice in choices]
-    state, candidates = make_state(model, outer=bool(terms)), make_candidates(model, 0.1)
+    state, candidates = make_state(model, external=bool(terms)), make_candidates(model, 0.1)
     evaluation.force_launches(model, state, candidates, terms, model.empty(model.point_count), count)
     return launched
 
@@ -70,14 +70,14 @@ def test_forces_without_terms_take_three_kernels() -> None:
 def test_each_term_adds_one_kernel(choices: list[TermChoice], added: list[str]) -> None:
     place, contact, gather = kernels_of_forces()
     # with any term at all, the forces on control points start from zero
-    assert kernels_of_forces(*choices) == [place, contact, "clear", *added, gather]
+    assert kernels_of_forces(*choices) == [place, contact, "clear_vectors", *added, gather]
 
 
 def launches_of_an_iteration(terms: list[TermChoice], constraints: list[ConstraintChoice]) -> int:
     simulation = YarnSimulation.start(
         flat_patch(1, 2), YarnMaterial.named("leaf"), quality_named("draft"), device_named("cpu"), terms, constraints
     )
-    return len(simulation.launches)
+    return len(simulation.iterations.launches)
 
 
 def test_an_iteration_has_the_launches_of_what_was_asked_for() -> None:

@@ -16,12 +16,13 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies, yarn_forces
-from stitchmesh.yarnrelax.collision.narrow_phase import find_candidates, make_candidates
-from stitchmesh.yarnrelax.model.constants import Model, put_cells, put_model
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.image_table import CONTACT_RANGE, SPREAD, corners_of, near_images, renew_images
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_cells, put_model
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
 LEAF = YarnMaterial.named("leaf")
@@ -69,8 +70,7 @@ def listed(yarns: YarnSet, margin: float) -> tuple[list[set[tuple[int, int, int]
     """Sample and image of each entry of each list; the samples; the model."""
     model = put_model(yarns, LEAF, **COARSE, scalar=scalar_named("float64"), device=device_named("cpu"))
     state, candidates = make_state(model), make_candidates(model, margin)
-    place_contact_samples(model, state, model.launch)
-    find_candidates(model, state.samples, candidates)
+    ContactSearch(model, state, candidates).run()
     table = model.constants.images.image.numpy()
     count, lists = candidates.count.numpy(), candidates.lists.numpy()
     entries = [lists[p, : count[p]] for p in range(model.sample_count)]

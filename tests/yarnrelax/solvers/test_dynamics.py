@@ -23,6 +23,7 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 from stitchmesh.yarnrelax.solvers.time_step import LONGEST_TIME_STEP, STABLE_PART
+from tests.yarnrelax.loops import iterate
 from tests.yarnrelax.stockinette import (
     FORMULA_RADIUS,
     ROW_HEIGHT,
@@ -70,7 +71,7 @@ def damping_forces(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) ->
     simulation, solver = started(yarns, material)
     solver.velocity.assign(velocity / simulation.model.unit)
     simulation.state.force.zero_()
-    solver.launches(simulation.scene, simulation.model.launch)
+    solver.launches(simulation.inputs, simulation.model.launch)
     return (solver.acceleration.numpy() * solver.mass.numpy()[:, None]) / simulation.model.unit
 
 
@@ -120,7 +121,7 @@ def test_contact_damping_keeps_momentum_and_takes_twice_the_dissipation() -> Non
 def test_a_material_without_contact_damping_launches_none() -> None:
     materials = (LEAF, replace(LEAF, k_dt=0.0, k_dn=0.0))
     runs = [started(overlapping_yarns(), material)[0] for material in materials]
-    keys = [{launch.kernel.key for launch in simulation.launches} for simulation in runs]
+    keys = [{launch.kernel.key for launch in simulation.iterations.launches} for simulation in runs]
     assert keys[0] - keys[1] == {"sample_velocities", "contact_damping"}
 
 
@@ -131,13 +132,13 @@ def straight_yarn(spacing: float) -> YarnSet:
 
 def test_the_time_step_is_that_of_the_paper_where_nothing_is_stiff() -> None:
     simulation, solver = started(straight_yarn(2.0))
-    simulation.run(1)
+    iterate(simulation, 1)
     assert solver.time_step == solver.time == LONGEST_TIME_STEP
 
 
 def test_the_time_step_is_a_part_of_two_over_the_highest_frequency() -> None:
     simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
-    simulation.run(1)
+    iterate(simulation, 1)
     stiffness = stiffness_row_sums(simulation.model) / simulation.model.unit**2
     highest = np.sqrt((stiffness / point_masses(simulation.model)).max())
     assert solver.time_step == pytest.approx(STABLE_PART * 2 / highest, rel=1e-12)
@@ -146,7 +147,7 @@ def test_the_time_step_is_a_part_of_two_over_the_highest_frequency() -> None:
 
 def test_damping_shortens_the_time_step() -> None:
     simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=100.0))
-    simulation.run(1)
+    iterate(simulation, 1)
     mass = LEAF.mass_per_length * 0.2
     # stiffness counts for little beside a rate of 2 k_global / m l, for which 4 / (2 rate) is stable
     assert solver.time_step == pytest.approx(STABLE_PART * 2 / (2 * 100.0 / mass), rel=0.05)
@@ -159,7 +160,7 @@ def test_row_sums_bound_the_highest_frequency() -> None:
     start = solver.kinetic_energy()
     most = 0.0
     for _ in range(20):
-        simulation.run(100)
+        iterate(simulation, 100)
         most = max(most, simulation.assess().energy + solver.kinetic_energy())
     # the integrator keeps an energy that is larger by at most 1 / (1 - (w dt / 2)^2) = 1 / (1 - 0.8^2)
     assert most < 3.0 * start
@@ -171,7 +172,7 @@ def test_no_control_point_goes_farther_than_it_may() -> None:
     shortest = np.inf
     for _ in range(40):
         before = simulation.state.points.numpy()
-        simulation.run(5)
+        iterate(simulation, 5)
         moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1).max()
         assert moved <= 5 * MOTION.step_fraction * (1 + 1e-12)  # rounding
         shortest = min(shortest, solver.time_step)
@@ -184,7 +185,7 @@ def test_the_same_run_gives_the_same_bits() -> None:
     ends = []
     for _ in range(2):
         simulation, solver = started(flat_patch(3, 3), quality=replace(MOTION, precision="float32"))
-        simulation.run(60)
+        iterate(simulation, 60)
         ends.append([simulation.state.points.numpy(), *(array.numpy() for array in solver.arrays().values())])
     assert all(np.array_equal(first, second) for first, second in zip(*ends, strict=True))
     assert ends[0][1].any()
@@ -192,14 +193,14 @@ def test_the_same_run_gives_the_same_bits() -> None:
 
 def test_its_arrays_are_all_that_goes_on() -> None:
     first, second = started(flat_patch(3, 3))[0], started(flat_patch(3, 3))[0]
-    first.run(40)
+    iterate(first, 40)
     second.state.points.assign(first.state.points)
     for name, array in second.solver.arrays().items():
         array.assign(first.solver.arrays()[name])
     for simulation in (first, second):
         simulation.candidates.margin = 0.6
-        simulation.list_candidates()
-        simulation.run(40)
+        simulation.search_contacts()
+        iterate(simulation, 40)
     np.testing.assert_array_equal(second.state.points.numpy(), first.state.points.numpy())
 
 
@@ -231,7 +232,7 @@ def test_a_cell_moves_as_its_tiling_does() -> None:
     for yarns in (one, four):
         simulation, solver = started(yarns)
         solver.velocity.assign(np.tile(velocity, (len(yarns.points) // 12, 1)))
-        simulation.run(60)
+        iterate(simulation, 60)
         ends.append(simulation.model.from_device(simulation.state.points) - yarns.points)
     assert np.abs(ends[0]).max() > 0.1 * one.radius[0]
     # sixty iterations of float64 rounding, which contact may amplify a thousandfold
@@ -243,10 +244,10 @@ def test_a_restart_stands_still_and_takes_shorter_steps() -> None:
     solver.velocity.fill_(1.0)
     solver.restart(np.array([0.25]))
     assert solver.kinetic_energy() == 0.0
-    simulation.run(1)
+    iterate(simulation, 1)
     assert solver.time_step == LONGEST_TIME_STEP / 4
     solver.set_step_scale(np.ones(1))
-    simulation.run(1)
+    iterate(simulation, 1)
     assert solver.time_step == LONGEST_TIME_STEP
 
 
@@ -263,14 +264,14 @@ def test_it_rests_where_the_other_solver_rests() -> None:
                         [KeepBorders(fabric)])
         for solver in ("dynamics", "quasistatic")
     )  # fmt: skip
-    moving.run(1600)
+    iterate(moving, 1600)
     end = moving.assess()
     assert end.residual < 1e-3
     assert isinstance(moving.solver, Dynamics)
     assert moving.solver.kinetic_energy() < 1e-5 * end.energy
     still.state.points.assign(moving.state.points)
-    still.list_candidates()
-    still.run(400)
+    still.search_contacts()
+    iterate(still, 400)
     best = still.assess()
     assert best.residual < 1e-5
     # forces of 1e-3 are left; energy is of second order in them, places of soft knitting are of first

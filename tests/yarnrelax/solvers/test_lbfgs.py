@@ -12,26 +12,27 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet, basis_derivative
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.model.contact_samples import place_contact_samples
+from stitchmesh.yarnrelax.energies import by_term
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.lbfgs_steps import MEMORY, PERIOD, SMOOTHING
+from stitchmesh.yarnrelax.solvers.lbfgs_steps import ITERATION, MEMORY, PAIRS, PLAIN, SMOOTHING, WAITING
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+from tests.yarnrelax.loops import loop_of
 from tests.yarnrelax.stockinette import flat_patch, tube
 
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 LEAF = YarnMaterial.named("leaf")
-PAIRS, TURN, PLAIN, WAITS = 1, 2, 3, 6
 """Places in the numbers of the memory."""
 
 
 def started(yarns: YarnSet, material: YarnMaterial = LEAF) -> YarnSimulation:
     simulation = YarnSimulation.start(yarns, material, DOUBLE, device_named("cpu"))
-    simulation.solver.begin(np.array([PERIOD]))
+    simulation.solver.begin(np.array([ASSESSMENT_INTERVAL]))
     return simulation
 
 
-def numbers(simulation: YarnSimulation) -> np.ndarray:
-    return simulation.solver.arrays()["numbers"].numpy()[0].copy()
+def record_of(simulation: YarnSimulation) -> np.ndarray:
+    return simulation.solver.arrays()["record"].numpy()[0].copy()
 
 
 def blocks(rows: np.ndarray) -> np.ndarray:
@@ -73,7 +74,7 @@ def iterate(simulation: YarnSimulation, growth: np.ndarray | None = None) -> np.
     """One iteration; the forces that it stepped by, with ``growth`` added where it is given."""
     state = simulation.state
     force = np.zeros(0)
-    for launch in simulation.launches:
+    for launch in simulation.iterations.launches:
         launch.launch()
         if launch.kernel.key == "gather_forces":
             if growth is not None:
@@ -94,11 +95,11 @@ def settled_tube() -> YarnSimulation:
     """A tube on its way to rest with an empty memory, and so much room that nobody waits for new lists."""
     simulation = started(tube(3, 6))
     for _ in range(3):
-        simulation.run(PERIOD)
-    simulation.list_candidates()
+        loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
+    simulation.search_contacts()
     simulation.state.budget.fill_(10.0)
     simulation.solver.restart(np.ones(1))
-    simulation.solver.begin(np.array([PERIOD]))
+    simulation.solver.begin(np.array([ASSESSMENT_INTERVAL]))
     return simulation
 
 
@@ -116,7 +117,7 @@ def follow(simulation: YarnSimulation, count: int, bad: int = -1) -> tuple[Textb
         preconditioner = blocks(simulation.state.preconditioner.numpy())
         if last_points is not None and not book.accept(before - last_points, last_force - force, preconditioner):
             left_out.append(turn)
-        assert numbers(simulation)[PAIRS] == len(book.moves)
+        assert record_of(simulation)[PAIRS] == len(book.moves)
         expected = cut(simulation, book.step(force, preconditioner), before)
         moved = simulation.state.points.numpy() - before
         # float64 sums of some thousand products, whose rounding the recursion and close pairs amplify
@@ -126,7 +127,7 @@ def follow(simulation: YarnSimulation, count: int, bad: int = -1) -> tuple[Textb
 
 
 def test_steps_are_those_of_the_textbook() -> None:
-    book, left_out = follow(settled_tube(), PERIOD - SMOOTHING)
+    book, left_out = follow(settled_tube(), ASSESSMENT_INTERVAL - SMOOTHING)
     assert len(book.moves) == MEMORY  # more pairs were seen than are kept
     assert not left_out
 
@@ -141,33 +142,33 @@ def test_a_pair_along_which_forces_grow_is_left_out() -> None:
 
 def test_the_last_iterations_of_a_period_are_plain_and_leave_the_memory_alone() -> None:
     simulation = settled_tube()
-    for _ in range(PERIOD - SMOOTHING):
+    for _ in range(ASSESSMENT_INTERVAL - SMOOTHING):
         iterate(simulation)
     kept = None
     for _ in range(SMOOTHING):
         before = simulation.state.points.numpy().copy()
         force = iterate(simulation)
-        now = numbers(simulation)
+        now = record_of(simulation)
         assert now[PLAIN] == 1.0
         assert kept is None or (now[:2] == kept[:2]).all()
         kept = now
         expected = cut(simulation, 1.6 * force / simulation.state.stiffness.numpy()[:, None], before)
         # float64 rounding of coordinates of a dozen units
         np.testing.assert_allclose(simulation.state.points.numpy() - before, expected, atol=1e-14 * 20)
-    assert kept is not None and kept[TURN] == PERIOD
+    assert kept is not None and kept[ITERATION] == ASSESSMENT_INTERVAL
 
 
 def test_all_stand_still_when_the_iterations_asked_for_are_done() -> None:
     simulation = settled_tube()
-    for _ in range(PERIOD):
+    for _ in range(ASSESSMENT_INTERVAL):
         iterate(simulation)
     done = simulation.state.points.numpy().copy()
     for _ in range(3):
         iterate(simulation)
     assert np.array_equal(simulation.state.points.numpy(), done)
-    assert numbers(simulation)[TURN] == PERIOD
-    assert not simulation.solver.needs_new_lists(simulation.scene, 1)
-    assert simulation.solver.left == 0
+    assert record_of(simulation)[ITERATION] == ASSESSMENT_INTERVAL
+    progress = simulation.solver.progress(simulation.inputs, 1)
+    assert not progress.waiting.any() and progress.done == ASSESSMENT_INTERVAL
 
 
 def test_all_wait_when_one_has_used_up_its_budget() -> None:
@@ -179,25 +180,25 @@ def test_all_wait_when_one_has_used_up_its_budget() -> None:
     gone = np.linalg.norm(state.points.numpy()[spent] - state.listed_points.numpy()[spent])
     budget[spent] = gone / 0.75  # more than seven tenths of it
     state.budget.assign(budget)
-    before, turn, pairs = state.points.numpy().copy(), numbers(simulation)[TURN], numbers(simulation)[PAIRS]
+    before, turn, pairs = state.points.numpy().copy(), record_of(simulation)[ITERATION], record_of(simulation)[PAIRS]
     for _ in range(3):
         iterate(simulation)
-    assert numbers(simulation)[WAITS] == 1.0
+    assert record_of(simulation)[WAITING] == 1.0
     assert np.array_equal(state.points.numpy(), before)
-    assert numbers(simulation)[TURN] == turn
-    assert simulation.solver.needs_new_lists(simulation.scene, 1)
-    simulation.list_candidates()  # new budgets
+    assert record_of(simulation)[ITERATION] == turn
+    assert simulation.solver.progress(simulation.inputs, 1).waiting.all()
+    simulation.search_contacts()  # new budgets
     iterate(simulation)
-    assert numbers(simulation)[WAITS] == 0.0
+    assert record_of(simulation)[WAITING] == 0.0
     assert not np.array_equal(state.points.numpy(), before)
     # the last move before the wait is a pair like any other; standing still is none
-    assert pairs < numbers(simulation)[PAIRS] <= pairs + 1
+    assert pairs < record_of(simulation)[PAIRS] <= pairs + 1
 
 
 def energy(simulation: YarnSimulation) -> float:
     model, state = simulation.model, simulation.state
     place_contact_samples(model, state, model.launch)
-    return sum(evaluation.energies(model, state, simulation.candidates, ()).values())
+    return sum(by_term.energies(model, state, simulation.candidates, ()).values())
 
 
 def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
@@ -218,7 +219,7 @@ def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
     least = ((strains @ np.linalg.lstsq(strains, point_range, rcond=None)[0] - point_range) ** 2).sum()
     start = energy(simulation) - least
     for _ in range(3):
-        simulation.run(PERIOD)
+        loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
     # steps along the forces alone leave (1 - 2 / 160)^120 = 0.2 of it; pairs make up for more than eight digits
     assert -1e-12 * least < energy(simulation) - least < 1e-9 * start
 
@@ -227,7 +228,7 @@ def test_steps_lower_the_energy_of_knitting() -> None:
     simulation = started(flat_patch(3, 3))
     energies = [energy(simulation)]
     for _ in range(4):
-        simulation.run(PERIOD)
+        loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
         energies.append(energy(simulation))
     assert energies == sorted(energies, reverse=True)
     assert energies[-1] < energies[0]

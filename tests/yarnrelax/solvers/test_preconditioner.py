@@ -96,7 +96,7 @@ def largest_share(curvature: np.ndarray, bound: np.ndarray) -> float:
 @pytest.mark.parametrize("state", STATES)
 def test_the_compliance_is_the_inverse_of_the_blocks(state: str) -> None:
     simulation = started(STATES[state], MATERIAL)
-    launches = [launch for launch in simulation.launches if launch.kernel.key == "find_preconditioner"]
+    launches = [launch for launch in simulation.iterations.launches if launch.kernel.key == "find_preconditioner"]
     launches[0].launch()
     rows = simulation.state.preconditioner.numpy()
     found = rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
