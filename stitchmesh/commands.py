@@ -38,7 +38,7 @@ from stitchmesh.yarngen import YarnFinish, generate_yarns, regenerate_yarns
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
-    from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+    from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 
 
 def knit(arguments: Namespace) -> None:
@@ -277,19 +277,19 @@ def _terms(arguments: Namespace) -> list[TermChoice]:
     """The energies asked for; the module of one that is not is not imported."""
     terms: list[TermChoice] = []
     if arguments.gravity is not None:
-        from stitchmesh.yarnrelax.gravity import Gravity
+        from stitchmesh.yarnrelax.energies.gravity import Gravity
 
         terms.append(Gravity(tuple(arguments.gravity)))
     if arguments.friction is not None:
-        from stitchmesh.yarnrelax.friction import Friction
+        from stitchmesh.yarnrelax.energies.friction import Friction
 
         terms.append(Friction(arguments.friction))
     if arguments.twist is not None:
-        from stitchmesh.yarnrelax.twist import Twist
+        from stitchmesh.yarnrelax.energies.twist import Twist
 
         terms.append(Twist(*arguments.twist))
     if arguments.body is not None:
-        from stitchmesh.yarnrelax.body import Body
+        from stitchmesh.yarnrelax.energies.body import Body
 
         terms.append(Body(read_mesh(arguments.body, unit=arguments.body_unit)))
     return terms
@@ -298,7 +298,7 @@ def _terms(arguments: Namespace) -> list[TermChoice]:
 def _constraints(arguments: Namespace) -> list[ConstraintChoice]:
     if not (arguments.pin_point or arguments.pin_face):
         return []
-    from stitchmesh.yarnrelax.pins import Pins
+    from stitchmesh.yarnrelax.constraints.pins import Pins
 
     return [Pins(points=arguments.pin_point, faces=arguments.pin_face)]
 

@@ -38,7 +38,7 @@ from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 
 STITCH_WIDTH = 0.8
 """Default wale spacing [cm]: worsted yarn by hand, about 13 stitches in 10 cm."""
