@@ -21,7 +21,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from solvers import NotingIteration
+from leaf_convergence import LARGEST_PART, first_converged
+from solvers import NotingSimulation
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
@@ -32,9 +33,9 @@ from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.batch import relax_cells
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.leaf_convergence import LARGEST_PART, GradientNorms, first_converged
+from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "gallery"
 LEAF: dict[str, tuple[float, float, int]] = {
@@ -115,7 +116,7 @@ def together(
           f"slowest, {sum(len(yarns.points) for yarns in cells)} control points, {told['device']}")  # fmt: skip
     tenths = [cell.report["tenth_iterations"] for cell in batch.cells]
     longest = max(tenth or cell.report["iterations"] for tenth, cell in zip(tenths, batch.cells, strict=True))
-    rough = replace(quality, max_iterations=-(-longest // CHECK) * CHECK)
+    rough = replace(quality, max_iterations=-(-longest // ASSESSMENT_INTERVAL) * ASSESSMENT_INTERVAL)
     seconds = relax_cells(cells, materials=materials, quality=rough, device=device).report["seconds"]
     print(f"to a tenth of the first gradient (L's eq 5, first line): {seconds:.2f} s, {longest} iterations of the "
           "slowest")  # fmt: skip
@@ -126,14 +127,14 @@ def together(
 def stepped(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.ndarray:
     """Norms of the gradient in so many time steps."""
     moving = replace(quality_named(quality), solver="dynamics")
-    solver = NotingIteration.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
-    solver.norms = GradientNorms(solver.model, 2 * CHECK)
-    solver._record()
-    norms = []
-    for _ in range(0, steps, CHECK):
-        solver.run(CHECK)
-        norms.append(solver.norms.new())
-    return np.concatenate(norms)
+    simulation = NotingSimulation.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
+    assert isinstance(simulation, NotingSimulation)
+    norms, loop = simulation.note_norms(), RelaxationLoop(simulation, tolerance=0.0)
+    found = []
+    for _ in range(0, steps, ASSESSMENT_INTERVAL):
+        loop.iterate(ASSESSMENT_INTERVAL)
+        found.append(norms.new())
+    return np.concatenate(found)
 
 
 def leaf_test(folder: Path, names: list[str], quality: str, device: str | None) -> None:

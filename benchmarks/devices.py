@@ -19,14 +19,15 @@ import stitchmesh as sm
 from stitchmesh.compute.device import device_named
 from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.quality import quality_named
-from stitchmesh.yarnrelax import forces
-from stitchmesh.yarnrelax.body import Body
-from stitchmesh.yarnrelax.friction import Friction
-from stitchmesh.yarnrelax.gravity import Gravity
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.material import REFERENCE_RADIUS
-from stitchmesh.yarnrelax.term import TermChoice
-from stitchmesh.yarnrelax.twist import Twist
+from stitchmesh.yarnrelax.energies import by_term
+from stitchmesh.yarnrelax.energies.body import Body
+from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.energies.gravity import Gravity
+from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 
@@ -34,14 +35,14 @@ HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarray:
     """Force of one optional term after a small shake, double precision, in the solver's units."""
     material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
-    scene = Iteration.start(yarns, material, quality_named("reference"), device_named(device), [choice])
+    scene = YarnSimulation.start(yarns, material, quality_named("reference"), device_named(device), [choice])
     shake = np.random.default_rng(5).normal(scale=0.01, size=yarns.points.shape)
     scene.state.points.assign(scene.state.points.numpy() + shake)
-    forces.sample(scene.model, scene.state)
+    place_contact_samples(scene.model, scene.state, scene.model.launch)
     found = np.zeros_like(shake)
-    for name in forces.each_term(scene.model, scene.state, scene.candidates, scene.terms, scene.point_stiffness):
+    for name in by_term.each_term(scene.model, scene.state, scene.candidates, scene.terms, scene.point_stiffness):
         if name == scene.terms[0].name:
-            found = scene.state.point_force.numpy().copy()
+            found = scene.state.force.numpy().copy()
     return found
 
 

@@ -27,10 +27,10 @@ from stitchmesh.errors import ParameterError, SolverError, YarnError
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
-from stitchmesh.yarnrelax.material import REFERENCE_RADIUS
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.term import ConstraintChoice
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 
 RADIUS = REFERENCE_RADIUS
 """Yarn radius [cm] of scenes that are not about it."""

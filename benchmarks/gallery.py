@@ -27,7 +27,7 @@ from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn.colours import yarn_colours
 from stitchmesh.yarn.polyline import polylines_of_segments
-from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PICTURES = DOCS / "gallery"

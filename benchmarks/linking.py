@@ -19,9 +19,9 @@ import numpy as np
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
-from stitchmesh.yarnrelax.crossings import edge_crossings
-from stitchmesh.yarnrelax.linking import doubled_linking
-from stitchmesh.yarnrelax.picture import draw
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking
+from stitchmesh.yarnrelax.linking.crossings import edge_crossings
+from stitchmesh.yarnrelax.linking.projection import project_yarns
 
 
 def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
@@ -56,12 +56,13 @@ def measure(name: str, yarns: sm.YarnSet, device: str, runs: int) -> None:
         linking = doubled_linking(yarns, device=device)
         whole, used = time.perf_counter() - clock, time.process_time() - processor
         clock = time.perf_counter()
-        picture = draw(yarns, device_named(device))
+        projection = project_yarns(yarns, device_named(device))
         drawn = time.perf_counter()
-        crossings = len(edge_crossings(picture))
+        crossings = len(edge_crossings(projection))
         best = min(best, (whole, used, drawn - clock, time.perf_counter() - drawn))
     whole, used, drawing, finding = best
-    print(f"{name}: {len(yarns.points)} control points, {yarns.yarn_count} yarns, {picture.edge_yarn.shape[0]} edges")
+    print(f"{name}: {len(yarns.points)} control points, {yarns.yarn_count} yarns, "
+          f"{projection.edge_yarn.shape[0]} edges")
     print(f"  {crossings} crossings, {len(linking.doubled)} linked pairs, device {device}")
     print(f"  {whole:.3f} s ({used:.3f} s processor): draw {drawing:.3f}, crossings {finding:.3f}, "
           f"rest {whole - drawing - finding:.3f}")  # fmt: skip

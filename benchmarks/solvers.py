@@ -15,23 +15,24 @@ import argparse
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from leaf_convergence import GradientNorms, first_converged
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.borders import KeepBorders
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.leaf_convergence import GradientNorms, first_converged
-from stitchmesh.yarnrelax.linking import doubled_linking
-from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.recording import Recording
-from stitchmesh.yarnrelax.shape import KeepShape
-from stitchmesh.yarnrelax.solver import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.relax import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 YARN_SUFFIXES = (".bcc", ".h5")
 
@@ -60,16 +61,21 @@ def show(name: str, quality: Quality, result: Relaxation, certificate: float, le
         print(f"{'':<28}energy {level:.6g}: {found}")
 
 
-class NotingIteration(Iteration):
-    """Iterations that note the norm of each gradient."""
+class NotingSimulation(YarnSimulation):
+    """A simulation that notes the norm of the gradient of each iteration."""
 
     norms: GradientNorms | None = None
 
-    def _record(self) -> None:
-        super()._record()
-        if self.norms is not None:
-            noting = self.norms.launches(self.state, self.model.record)
-            self.recording = Recording([*self.launches, *noting], self.model.device, times=self.burst)
+    def note_norms(self) -> GradientNorms:
+        """Note norms from now on."""
+        self.norms = GradientNorms(self.model, 2 * ASSESSMENT_INTERVAL)
+        self.discard_launches()
+        return self.norms
+
+    def iteration_launches(self) -> list[Any]:
+        """The launches of one iteration, and those that note the norm."""
+        noting = [] if self.norms is None else self.norms.launches(self.state, self.model.prepare)
+        return [*super().iteration_launches(), *noting]
 
 
 def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality, device: str | None) -> int | None:
@@ -77,13 +83,13 @@ def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality,
     material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     terms = [] if fabric is None else [KeepShape(fabric)]
     constraints = [] if fabric is None else [KeepBorders(fabric)]
-    solver = NotingIteration.start(yarns, material, quality, device_named(device), terms, constraints)
-    solver.norms = GradientNorms(solver.model, 2 * CHECK)
-    solver._record()
+    simulation = NotingSimulation.start(yarns, material, quality, device_named(device), terms, constraints)
+    assert isinstance(simulation, NotingSimulation)
+    norms, loop = simulation.note_norms(), RelaxationLoop(simulation, tolerance=0.0)
     seen = np.zeros(0)
-    for _ in range(0, quality.max_iterations, CHECK):
-        solver.run(CHECK)
-        seen = np.concatenate([seen, solver.norms.new()])
+    for _ in range(0, quality.max_iterations, ASSESSMENT_INTERVAL):
+        loop.iterate(ASSESSMENT_INTERVAL)
+        seen = np.concatenate([seen, norms.new()])
         found = first_converged(seen)
         if found is not None:
             return found

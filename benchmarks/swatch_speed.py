@@ -33,9 +33,10 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.batch import relax_cells
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 QUALITY = PRESETS["standard"]
 MATERIAL = YarnMaterial.named("leaf")
@@ -110,51 +111,51 @@ def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
     return math.exp(float(np.mean([math.log(first / second) for first, second in pairs])))
 
 
-def advance(solver: Iteration, rounds: int) -> None:
+def advance(simulation: YarnSimulation, rounds: int) -> None:
     """Iterations and assessments as in a relaxation."""
+    loop, every = RelaxationLoop(simulation, tolerance=0.0), np.ones(simulation.model.cell_count, dtype=bool)
     for _ in range(rounds):
-        solver.run(CHECK)
-        solver.assess()
-        solver.keep()
-    wp.synchronize_device(solver.model.device)
+        loop.iterate(ASSESSMENT_INTERVAL)
+        simulation.assess()
+        loop.accept(every)
+    wp.synchronize_device(simulation.model.device)
 
 
-def stand_still(solver: Iteration) -> None:
+def stand_still(simulation: YarnSimulation) -> None:
     """Let iterations repeat for as long as it takes, none of which moves anything."""
-    solver.step_fraction = 0.0
-    solver._record()
-    solver.state.budget.fill_(ENDLESS)
-    solver.method.begin(np.full(solver.model.cell_count, ENDLESS))
+    simulation.step_fraction = 0.0
+    simulation.discard_launches()
+    simulation.state.budget.fill_(ENDLESS)
+    simulation.solver.begin(np.full(simulation.model.cell_count, ENDLESS))
 
 
-def launch_seconds(solver: Iteration) -> float:
+def launch_seconds(simulation: YarnSimulation) -> float:
     """Seconds of the launches of one iteration, the shortest measurement of some."""
-    assert solver.recording is not None
     count, taken = 1, list[float]()
     while len(taken) < REPEATS:
-        wp.synchronize_device(solver.model.device)
+        wp.synchronize_device(simulation.model.device)
         began = time.perf_counter()
         for _ in range(count):
-            solver.recording.launch()
-        wp.synchronize_device(solver.model.device)
+            simulation.iterate()
+        wp.synchronize_device(simulation.model.device)
         seconds = time.perf_counter() - began
         if seconds < LEAST_SECONDS:
             count *= 2
         else:
-            taken.append(seconds / (count * solver.burst))
+            taken.append(seconds / (count * simulation.graph_iterations))
     return min(taken)
 
 
 def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> Timing:
     """Time the iterations of yarns from where they are drawn; the second of two runs."""
     for _ in range(2 if len(yarns.points) <= LOADED else 1):
-        solver = Iteration.start(yarns, MATERIAL, QUALITY, device, cell=cell)
-        advance(solver, WARM)
+        simulation = YarnSimulation.start(yarns, MATERIAL, QUALITY, device, cell=cell)
+        advance(simulation, WARM)
         began = time.perf_counter()
-        advance(solver, ROUNDS)
-        in_run = (time.perf_counter() - began) / (ROUNDS * CHECK)
-    stand_still(solver)
-    return Timing(len(yarns.points), launch_seconds(solver), in_run)
+        advance(simulation, ROUNDS)
+        in_run = (time.perf_counter() - began) / (ROUNDS * ASSESSMENT_INTERVAL)
+    stand_still(simulation)
+    return Timing(len(yarns.points), launch_seconds(simulation), in_run)
 
 
 def iteration(device: wp.Device, given: argparse.Namespace) -> None:
@@ -298,7 +299,7 @@ def frame(device: wp.Device, given: argparse.Namespace) -> None:
         for _ in range(1 + EDITS):  # the first of them loads kernels
             for name, edit in edits.items():
                 taken.setdefault(name, []).append(seconds_of_edit(session, edit))
-    head("change", "as drawn ms", f"after {CHECK} iterations ms", "at rest ms")
+    head("change", "as drawn ms", f"after {ASSESSMENT_INTERVAL} iterations ms", "at rest ms")
     medians = {name: np.median(times[1:], axis=0) for name, times in taken.items()}
     for name, times in medians.items():
         row(name, *(f"{1e3 * seconds:.1f}" for seconds in times))

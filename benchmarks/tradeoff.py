@@ -29,8 +29,8 @@ from tradeoff_scenes import PLAIN, RIB, Scene, cell, garment, tube, yarn_file
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.solver import relax_yarns
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.relax import relax_yarns
 
 SWEEPS: dict[str, tuple[Any, ...]] = {
     "precision": ("float32", "float64"),

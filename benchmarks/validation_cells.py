@@ -25,7 +25,7 @@ from stitchmesh.periodic.continuation import size_of
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 CELLS = ("stockinette", "basket")
 REPEAT = {"stockinette": (2, 2), "basket": (4, 4)}

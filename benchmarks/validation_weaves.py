@@ -25,7 +25,7 @@ from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 RADIUS = 0.125
 """Of the yarn [cm]."""

@@ -18,8 +18,9 @@ from scenes import stockinette_tube
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.material import YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 BANDWIDTH = {"cuda": 4.8e12, "cpu": 1.0e10}
 """Memory traffic a second: that of an H200, and of one core of a server."""
@@ -54,22 +55,22 @@ def repeated(device: wp.Device, launches: Sequence[wp.Launch], times: int) -> Ca
     return lambda: wp.capture_launch(capture.graph)
 
 
-def traffic(iteration: Iteration) -> dict[str, float]:
+def traffic(simulation: YarnSimulation) -> dict[str, float]:
     """Bytes that each kernel must read and write at least, every array once."""
-    model, candidates = iteration.model, iteration.candidates
+    model, candidates = simulation.model, simulation.candidates
     real = 4 if model.scalar is wp.float32 else 8
     n, s, p = model.point_count, model.segment_count, model.sample_count
     entries = float(candidates.count.numpy().sum())
     vectors = 3 * real
     return {
-        "place_and_pull": n * vectors + s * (16 + real + 8) + p * 4 * real + s * (3 * vectors + 7 * real),
+        "samples_and_segment_forces": n * vectors + s * (16 + real + 8) + p * 4 * real + s * (3 * vectors + 7 * real),
         "contact_forces": p * (4 * real + 4 + real) + 4 * entries + p * 10 * real,
         "gather_forces": s * 3 * vectors + p * 4 * real + n * (16 + 4 + real) + n * 4 * real,
-        "find_compliance": s * (7 + 8) * real + p * 6 * real + n * (16 + 4 + real) + n * 6 * real,
-        "compare": n * (2 * vectors + 6 * real + 7 * vectors + 2 * vectors + real + 2 * vectors),
-        "precondition": n * (vectors + 7 * real + 7 * vectors + vectors),
+        "find_preconditioner": s * (7 + 8) * real + p * 6 * real + n * (16 + 4 + real) + n * 6 * real,
+        "compare_forces": n * (2 * vectors + 6 * real + 7 * vectors + 2 * vectors + real + 2 * vectors),
+        "apply_preconditioner": n * (vectors + 7 * real + 7 * vectors + vectors),
         "propose_moves": n * (3 * vectors + 7 * vectors + real + vectors + real),
-        "move_and_note": n * 4 * vectors,
+        "apply_moves": n * 4 * vectors,
     }
 
 
@@ -79,32 +80,34 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     rows = max(int(np.sqrt(points / per_stitch)), 2)
     yarns = stockinette_tube(rows, max(round(points / per_stitch / rows), 6), per_stitch)
     material = YarnMaterial.named("stitchmesh")
-    iteration = Iteration.start(yarns, material, quality, device)
-    iteration.run(settle)
-    residual = iteration.assess().residual
-    settled = wp.clone(iteration.state.points)
-    n = iteration.model.point_count
-    touching = float(iteration.candidates.count.numpy().sum()) / 2
-    samples = iteration.model.sample_count
+    simulation = YarnSimulation.start(yarns, material, quality, device)
+    loop = RelaxationLoop(simulation, tolerance=0.0)
+    loop.iterate(settle)
+    residual = simulation.assess().residual
+    settled = wp.clone(simulation.state.points)
+    n = simulation.model.point_count
+    touching = float(simulation.candidates.count.numpy().sum()) / 2
+    samples = simulation.model.sample_count
     print(f"\n{n} points, {samples} samples, {touching:.0f} listed pairs, residual {residual:.4f}, "
-          f"margin {iteration.candidates.margin:.2f} r, {quality.precision}, {device.name}")  # fmt: skip
+          f"margin {simulation.candidates.margin:.2f} r, {quality.precision}, {device.name}")  # fmt: skip
     times = 20 if n < 100_000 else 2
     repeats = 50 if device.is_cuda else 2
-    bound = traffic(iteration)
+    bound = traffic(simulation)
     bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]
     print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9} {'of it':>6}")
-    for launch in iteration.launches:
+    launches = simulation.iterations.launches
+    for launch in launches:
         name = launch.kernel.key.split("__")[-1]
         took = seconds(device, repeated(device, [launch], times), repeats) / times
         limit = f"{bound[name] / bandwidth * 1e6:9.2f} {bound[name] / bandwidth / took:6.0%}" if name in bound else ""
         print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f} {limit}")
-        wp.copy(iteration.state.points, settled)
-    all_forces = seconds(device, repeated(device, iteration.launches[:3], times), repeats) / times
+        wp.copy(simulation.state.points, settled)
+    all_forces = seconds(device, repeated(device, launches[:3], times), repeats) / times
     print(f"{'all forces':20} {all_forces * 1e6:9.2f} {all_forces / n * 1e9:9.2f}")
-    whole = seconds(device, repeated(device, iteration.launches, times), repeats) / times
-    wp.copy(iteration.state.points, settled)
+    whole = seconds(device, repeated(device, launches, times), repeats) / times
+    wp.copy(simulation.state.points, settled)
     print(f"{'one iteration':20} {whole * 1e6:9.2f} {whole / n * 1e9:9.2f}")
-    for name, action in (("assessment", iteration.assess), ("new lists", iteration.list_candidates)):
+    for name, action in (("assessment", simulation.assess), ("new lists", loop.search_contacts)):
         took = seconds(device, action, 3)
         print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f}")
 

@@ -57,13 +57,14 @@ if TYPE_CHECKING:
         yarn_energies,
         yarn_forces,
     )
-    from stitchmesh.yarnrelax.body import Body
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
-    from stitchmesh.yarnrelax.friction import Friction
-    from stitchmesh.yarnrelax.gravity import Gravity
-    from stitchmesh.yarnrelax.pins import Pins
-    from stitchmesh.yarnrelax.pull import Pull
-    from stitchmesh.yarnrelax.twist import Twist
+    from stitchmesh.yarnrelax.constraints.pins import Pins
+    from stitchmesh.yarnrelax.energies.body import Body
+    from stitchmesh.yarnrelax.energies.friction import Friction
+    from stitchmesh.yarnrelax.energies.gravity import Gravity
+    from stitchmesh.yarnrelax.energies.point_load import PointLoad
+    from stitchmesh.yarnrelax.energies.twist import Twist
+    from stitchmesh.yarnrelax.relax_cells import relax_cells
 
 __version__ = "0.1.0"
 
@@ -118,16 +119,17 @@ _HOME = {
     "RelaxCell": "yarnrelax",
     "YarnMaterial": "yarnrelax",
     "linking_certificate": "yarnrelax",
+    "relax_cells": "yarnrelax.relax_cells",
     "relax_yarns": "yarnrelax",
     "yarn_energies": "yarnrelax",
     "yarn_forces": "yarnrelax",
-    "Body": "yarnrelax.body",
+    "Body": "yarnrelax.energies.body",
     "Checkpoints": "yarnrelax.checkpoint",
-    "Friction": "yarnrelax.friction",
-    "Gravity": "yarnrelax.gravity",
-    "Pins": "yarnrelax.pins",
-    "Pull": "yarnrelax.pull",
-    "Twist": "yarnrelax.twist",
+    "Friction": "yarnrelax.energies.friction",
+    "Gravity": "yarnrelax.energies.gravity",
+    "Pins": "yarnrelax.constraints.pins",
+    "PointLoad": "yarnrelax.energies.point_load",
+    "Twist": "yarnrelax.energies.twist",
 }
 """Module of each public name."""
 
@@ -142,7 +144,7 @@ __all__ = [
     "Mesh",
     "Pattern",
     "Pins",
-    "Pull",
+    "PointLoad",
     "Quality",
     "RelaxCell",
     "RestLengths",
@@ -176,6 +178,7 @@ __all__ = [
     "read_weave",
     "read_yarns",
     "regenerate_yarns",
+    "relax_cells",
     "relax_mesh",
     "relax_yarns",
     "replay_edits",

@@ -38,8 +38,8 @@ from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
-from stitchmesh.yarnrelax.material import DEFAULT_MATERIAL
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
 Progress = Callable[[str, float, str], None]
 """Function that reports progress: called with the stage, its completed part (0 to 1), and one or two lines of text."""

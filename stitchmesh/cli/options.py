@@ -16,14 +16,14 @@ from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
-from stitchmesh.yarnrelax.material import DEFAULT_MATERIAL, NAMED
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, NAMED
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline import RelaxOptions
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
-    from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+    from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 
 READ_STITCHES = "stitch mesh: .h5 or .smobj"
 WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
@@ -109,21 +109,21 @@ class MorePhysics:
         """The energies asked for; the module of one that is not is not imported."""
         terms: list[TermChoice] = []
         if self.gravity is not None:
-            from stitchmesh.yarnrelax.gravity import Gravity
+            from stitchmesh.yarnrelax.energies.gravity import Gravity
 
             terms.append(Gravity(self.gravity))
         if self.friction is not None:
-            from stitchmesh.yarnrelax.friction import Friction
+            from stitchmesh.yarnrelax.energies.friction import Friction
 
             along, *across = self.friction
             terms.append(Friction((along, across[0]) if across else along))
         if self.twist is not None:
-            from stitchmesh.yarnrelax.twist import Twist
+            from stitchmesh.yarnrelax.energies.twist import Twist
 
             terms.append(Twist(*self.twist))
         if self.body is not None:
             from stitchmesh.io import read_mesh
-            from stitchmesh.yarnrelax.body import Body
+            from stitchmesh.yarnrelax.energies.body import Body
 
             terms.append(Body(read_mesh(self.body, unit=self.body_unit)))
         return terms
@@ -179,7 +179,7 @@ class PinnedPlaces:
         """The same for the library."""
         if not (self.pin_point or self.pin_face):
             return []
-        from stitchmesh.yarnrelax.pins import Pins
+        from stitchmesh.yarnrelax.constraints.pins import Pins
 
         return [Pins(points=self.pin_point, faces=self.pin_face)]
 

@@ -16,13 +16,13 @@ from dataclasses import replace
 import numpy as np
 
 from stitchmesh.errors import SolverError
-from stitchmesh.lattice import Lattice
+from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.cell import RelaxCell, lattice_frame
-from stitchmesh.yarnrelax.solver import settled_yarns
+from stitchmesh.yarnrelax.relax import relax_partly
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 GROWTH = 1.2
 """Largest factor of the radius in one step."""
@@ -147,7 +147,7 @@ def _relax_between_steps(
     yarns were separated before it.
     """
     try:
-        return settled_yarns(
+        return relax_partly(
             yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell
         )
     except SolverError as error:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from stitchmesh.lattice import lattice_frame
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.cell import lattice_frame
-from stitchmesh.yarnrelax.stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 SAMPLES = 8
 """Points of each segment at which the thickness is measured."""

@@ -40,8 +40,8 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.solver import refuse_pull_through
-from stitchmesh.yarnrelax.stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.relax import refuse_pull_through
 
 Direction = Literal["course", "wale"]
 Other = Literal["free", "held"]

@@ -11,21 +11,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stitchmesh.yarnrelax.cell import RelaxCell
-    from stitchmesh.yarnrelax.energies import yarn_energies, yarn_forces
-    from stitchmesh.yarnrelax.linking import linking_certificate
-    from stitchmesh.yarnrelax.material import REFERENCE_RADIUS, YarnMaterial
-    from stitchmesh.yarnrelax.solver import Relaxation, relax_yarns
+    from stitchmesh.yarnrelax.evaluate import yarn_energies, yarn_forces
+    from stitchmesh.yarnrelax.linking.certificate import linking_certificate
+    from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+    from stitchmesh.yarnrelax.relax import Relaxation, relax_yarns
+    from stitchmesh.yarnrelax.relax_cells import RelaxedCell, RelaxedCells
+    from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 _HOME = {
-    "RelaxCell": "cell",
-    "yarn_energies": "energies",
-    "yarn_forces": "energies",
-    "linking_certificate": "linking",
-    "REFERENCE_RADIUS": "material",
-    "YarnMaterial": "material",
-    "Relaxation": "solver",
-    "relax_yarns": "solver",
+    "yarn_energies": "evaluate",
+    "yarn_forces": "evaluate",
+    "linking_certificate": "linking.certificate",
+    "REFERENCE_RADIUS": "model.material",
+    "YarnMaterial": "model.material",
+    "Relaxation": "relax",
+    "relax_yarns": "relax",
+    "RelaxedCell": "relax_cells",
+    "RelaxedCells": "relax_cells",
+    "RelaxCell": "solvers.cell_strain",
 }
 """Module of each public name."""
 
@@ -33,6 +36,8 @@ __all__ = [
     "REFERENCE_RADIUS",
     "RelaxCell",
     "Relaxation",
+    "RelaxedCell",
+    "RelaxedCells",
     "YarnMaterial",
     "linking_certificate",
     "relax_yarns",

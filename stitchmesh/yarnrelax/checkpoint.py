@@ -1,16 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoints: what it takes for a relaxation that was stopped to end in the same bits as one that was not.
+"""Checkpoints: everything that a stopped relaxation needs to end with the same bits as one that was never stopped.
 
-A relaxation is written down between two iterations, right after an assessment. From there on all depends on
+A checkpoint is written between two iterations, right after an assessment. From there on everything depends on
 
-    the control points, where they were listed, where they were last good, and what the solver and the terms carry;
-    the margin and the age of the candidate lists, the scale of steps, and the last assessment.
+    the control points, their positions at the last search for contacts and in the last accepted state, and what the
+    solver and the terms carry; the margin and the age of the candidate lists, the scale of steps, and the last
+    assessment.
 
 Candidate lists and budgets follow from the listed points and the margin, so they are made again and not stored.
-Everything else follows from what the relaxation was given, so a checkpoint keeps a fingerprint of that: yarns,
+Everything else follows from the inputs of the relaxation, so a checkpoint contains a fingerprint of the inputs: yarns,
 material, quality, kind of device, terms and constraints have to be the same. Only tolerance and max_iterations may
-differ. They decide where a relaxation ends and not how it goes, so one that stopped at its limit can go on.
+differ. They decide where a relaxation ends and not how it proceeds, so a relaxation that stopped at its limit can
+continue.
 """
 
 from __future__ import annotations
@@ -31,11 +33,11 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.cell import RelaxCell
 from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint
-from stitchmesh.yarnrelax.material import YarnMaterial
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 NAME = "checkpoint.smc"
 """Name of the newest checkpoint in its folder."""
@@ -43,7 +45,7 @@ NAME = "checkpoint.smc"
 
 @dataclass(frozen=True)
 class Checkpoints:
-    """Where and how often a relaxation is written down.
+    """Where and how often checkpoints of a relaxation are written.
 
     Raises:
         ParameterError: ``every`` is below 1.
@@ -52,7 +54,7 @@ class Checkpoints:
     folder: FilePath
     """Folder of ``checkpoint.smc`` and of the one before it, ``checkpoint.previous.smc``; made where missing."""
     every: int
-    """Iterations between two checkpoints, rounded up to whole assessments (``solver.CHECK``)."""
+    """Iterations between two checkpoints, rounded up to whole assessment intervals."""
 
     def __post_init__(self) -> None:
         if self.every < 1:
@@ -65,30 +67,30 @@ class Checkpoints:
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
-    """A relaxation between two iterations: all that decides how it goes on."""
+class CheckpointState:
+    """A relaxation between two iterations: everything that decides how it continues."""
 
     iteration: int
     """Iterations done."""
     seconds: float
     """Time spent [s]."""
     last: Assessment
-    """What is known of the last good state."""
+    """Assessment of the last accepted state."""
     history: Sequence[HistoryEntry]
-    """What each assessment found."""
+    """The result of each assessment."""
     margin: float
-    """Margin of the candidate lists, in units."""
-    age: int
-    """Iterations since they were made."""
-    caution: float
+    """Margin of the candidate lists [units]."""
+    lists_age: int
+    """Iterations since the candidate lists were made."""
+    step_scale: float
     """Scale of steps."""
-    fall: float
-    """Part of itself by which the energy fell in the last burst (``descent``)."""
+    energy_fall: float
+    """Part of itself by which the energy fell over the last assessment interval."""
     arrays: Mapping[str, Any]
-    """``Iteration.arrays`` by name: copies on the device, or as read from a file."""
+    """``YarnSimulation.arrays`` by name: copies on the device, or as read from a file."""
 
 
-def origin(
+def input_fingerprint(
     yarns: YarnSet,
     material: YarnMaterial,
     quality: Quality,
@@ -98,59 +100,60 @@ def origin(
     cell: RelaxCell | None,
     arrays: Mapping[str, wp.array[Any]],
 ) -> dict[str, str]:
-    """What a relaxation is given, and what it carries, in short words.
+    """The inputs of a relaxation and the types of its arrays, as short strings.
 
     Raises:
-        ParameterError: a term or a constraint holds what cannot be compared.
+        ParameterError: a term or a constraint has a value that cannot be compared.
     """
-    told = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
-    told |= fingerprint("yarns", yarns) | fingerprint("material", material)
-    told |= fingerprint("quality", quality, without=("tolerance", "max_iterations"))
-    told |= {"cell": "kept"} if cell is None else fingerprint("cell", cell)
+    found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
+    found |= fingerprint("yarns", yarns) | fingerprint("material", material)
+    found |= fingerprint("quality", quality, without=("tolerance", "max_iterations"))
+    found |= {"cell": "kept"} if cell is None else fingerprint("cell", cell)
     for kind, choices in (("term", terms), ("constraint", constraints)):
         for number, choice in enumerate(choices):
             name = f"{kind} {number}"
-            told |= {name: type(choice).__name__} | fingerprint(f"{name} ({type(choice).__name__})", choice)
-    return told | {f"array {name}": array.dtype.__name__ for name, array in arrays.items()}
+            found |= {name: type(choice).__name__} | fingerprint(f"{name} ({type(choice).__name__})", choice)
+    return found | {f"array {name}": array.dtype.__name__ for name, array in arrays.items()}
 
 
-def write_moment(path: FilePath, given: Mapping[str, str], moment: Moment) -> None:
-    """Write a moment down; the checkpoint before it is kept.
+def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointState) -> None:
+    """Write a checkpoint; the one before it is kept.
 
     Raises:
         FileError: the file cannot be written.
     """
     header = {
-        "given": given,
-        "iteration": moment.iteration,
-        "seconds": moment.seconds,
-        "last": asdict(moment.last),
-        "history": list(moment.history),
-        "margin": moment.margin,
-        "age": moment.age,
-        "caution": moment.caution,
-        "fall": moment.fall if np.isfinite(moment.fall) else None,
+        "inputs": inputs,
+        "iteration": state.iteration,
+        "seconds": state.seconds,
+        "last": asdict(state.last),
+        "history": list(state.history),
+        "margin": state.margin,
+        "lists_age": state.lists_age,
+        "step_scale": state.step_scale,
+        "energy_fall": state.energy_fall if np.isfinite(state.energy_fall) else None,
     }
-    write_checkpoint(path, CheckpointFile(header, {name: array.numpy() for name, array in moment.arrays.items()}))
+    write_checkpoint(path, CheckpointFile(header, {name: array.numpy() for name, array in state.arrays.items()}))
 
 
-def read_moment(path: FilePath, given: Mapping[str, str]) -> Moment:
-    """The moment that a checkpoint holds.
+def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
+    """The state that a checkpoint contains.
 
     Raises:
         FileError: the checkpoint is missing or damaged; the message names the one before it if that one is sound.
-        ParameterError: the checkpoint is of a relaxation that was given something else; the message says what.
+        ParameterError: the checkpoint is of a relaxation with other inputs; the message says which.
     """
     content = read_checkpoint(path)
     header: dict[str, Any] = dict(content.header)
-    _refuse_other(fspath(path), header.pop("given"), given)
-    fall = np.inf if header["fall"] is None else header["fall"]
-    return Moment(**header | {"last": Assessment(**header["last"]), "fall": fall, "arrays": content.arrays})
+    _refuse_other(fspath(path), header.pop("inputs", {}), inputs)
+    energy_fall = np.inf if header["energy_fall"] is None else header["energy_fall"]
+    last = Assessment(**header["last"])
+    return CheckpointState(**header | {"last": last, "energy_fall": energy_fall, "arrays": content.arrays})
 
 
-def _refuse_other(name: str, written: Mapping[str, str], given: Mapping[str, str]) -> None:
-    differing = [key for key in {**written, **given} if written.get(key) != given.get(key)]
+def _refuse_other(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:
+    differing = [key for key in {**written, **inputs} if written.get(key) != inputs.get(key)]
     if differing:
         key, more = differing[0], f", and {len(differing) - 1} more" if len(differing) > 1 else ""
-        found = f"{key} is {given.get(key, 'absent')} and was {written.get(key, 'absent')}{more}"
+        found = f"{key} is {inputs.get(key, 'absent')} and was {written.get(key, 'absent')}{more}"
         raise ParameterError(f"{name}: is of a relaxation that was given something else: {found}; give it the same")

@@ -34,15 +34,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.yarnrelax import forces
-from stitchmesh.yarnrelax.candidates import Candidates
-from stitchmesh.yarnrelax.cell import CellStrain
-from stitchmesh.yarnrelax.model import Model
-from stitchmesh.yarnrelax.recording import Copying, Recording, Zeroing
-from stitchmesh.yarnrelax.reduction import Sums
-from stitchmesh.yarnrelax.state import State
-from stitchmesh.yarnrelax.term import Constraint, Run, Term
+from stitchmesh.compute.reduction import Sums
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies import by_term, evaluation
+from stitchmesh.yarnrelax.energies.term import Constraint, Term
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
@@ -56,7 +57,7 @@ def add_effort(
     point_stiffness: wp.array[Any],
     # state in
     points: wp.array[Any],
-    point_force: wp.array[Any],
+    force: wp.array[Any],
     stiffness: wp.array[Any],
     # state out
     net: wp.array[Any],
@@ -65,14 +66,14 @@ def add_effort(
 ) -> None:
     """Add one term's force to the net force, and its magnitude to the effort; bound what rounding does in contacts."""
     i = wp.tid()
-    net[i] += point_force[i]
-    effort[i] += wp.length(point_force[i])
+    net[i] += force[i]
+    effort[i] += wp.length(force[i])
     noise = (stiffness[i] - point_stiffness[i]) * wp.length(points[i])
     contact_noise[i] = wp.max(contact_noise[i], noise)
 
 
 @kernel
-def nudge(
+def perturb_coordinates(
     # model
     precision: Any,
     # state out
@@ -107,7 +108,7 @@ def square_forces(
 
 
 @kernel
-def square_change(
+def square_differences(
     # state in
     before: wp.array[Any],
     after: wp.array[Any],
@@ -154,19 +155,19 @@ class Assessment:
         return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
 
 
-FALL = 0.1
+LARGEST_ENERGY_FALL = 0.1
 """Largest fall of the energy between two assessments of yarns at rest, over itself and the tolerance."""
 
 
-def has_converged(residual: float, fall: float, tolerance: float) -> bool:
+def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool:
     """Whether yarns are at rest.
 
     Args:
         residual: relative force residual.
-        fall: part of itself by which the energy fell since the assessment before.
+        energy_fall: part of itself by which the energy fell since the assessment before.
         tolerance: ``Quality.tolerance``.
     """
-    return residual == 0.0 or (residual < tolerance and abs(fall) < FALL * tolerance)
+    return residual == 0.0 or (residual < tolerance and abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance)
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -197,10 +198,10 @@ class Assessor:
         self.constraints, self.point_stiffness, self.strain = constraints, point_stiffness, strain
         self.rounding = rounding
         self.net, self.effort, self.contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
-        self.sums = Sums(forces.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
+        self.sums = Sums(by_term.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
         self.noise = Sums(1, model.largest_cell, model.cell_count, model.device)
-        self.recording = Recording(self._launches(model.record), model.device)
-        self.nudging: Recording | None = None
+        self.recording = CapturedLaunches(self._launches(model.prepare), model.device)
+        self.nudging: CapturedLaunches | None = None
 
     def assess(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
         """Residual and energies of each cell as it is; its forces are overwritten.
@@ -230,51 +231,54 @@ class Assessor:
         energies = [{name: float(parts[cell]) for name, parts in found.items()} for cell in every]
         return [Assessment(*each) for each in zip(residual.tolist(), energies, share.tolist(), strict=True)]
 
-    def _launches(self, run: Run) -> list[Any]:
+    def _launches(self, launcher: Launcher) -> list[Any]:
         """Forces term by term, what they leave and what they exert, and energies."""
         model, state = self.model, self.state
         sums = [self.net, self.effort, self.contact_noise]
-        launches: list[Any] = [Zeroing(array) for array in sums]
+        launches: list[Any] = [ZeroArray(array) for array in sums]
         if self.strain is not None:
             launches += self.strain.clear_launches()
-        launches.append(forces.sample_launch(model, state, run))
-        evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
-        for own in forces.term_launches(*evaluation, run).values():
+        launches.append(place_contact_samples(model, state, launcher))
+        arguments = (model, state, self.candidates, self.terms, self.point_stiffness)
+        for own in by_term.term_launches(*arguments).values():
             launches += own
-            inputs = [self.point_stiffness, state.points, state.point_force, state.stiffness]
-            launches.append(run(add_effort, model.point_count, inputs, sums))
+            inputs = [self.point_stiffness, state.points, state.force, state.stiffness]
+            launches.append(launcher(add_effort, model.point_count, inputs, sums))
             if self.strain is not None:
-                launches += self.strain.effort_launches(state, run)
+                launches += self.strain.add_launches(state, launcher)
         for constraint in self.constraints:
-            launches += constraint.filter_forces(self.net, run)
+            launches += constraint.filter_forces(self.net, launcher)
         squares = [model.empty(model.point_count) for _ in sums]
-        launches.append(run(square_forces, model.point_count, list(sums), squares))
-        launches += forces.energy_launches(model, state, self.candidates, self.sums, run)
+        launches.append(launcher(square_forces, model.point_count, list(sums), squares))
+        launches += by_term.energy_launches(model, state, self.candidates, self.sums, launcher)
         for name, square in zip(("net", "effort", "contact noise"), squares, strict=True):
-            launches.append(self.sums.add(name, square, model.cell_points, run))
-        return [*launches, self.sums.total_launch(run)]
+            launches.append(self.sums.add(name, square, model.cell_points, launcher))
+        return [*launches, self.sums.total_launch(launcher)]
 
     def _noise(self) -> NDArray[np.float64]:
         """Force that the rounding of coordinates makes [erg / unit], root mean square, shape (C,)."""
         if self.nudging is None:
-            self.nudging = Recording(self._noise_launches(self.model.record), self.model.device)
+            self.nudging = CapturedLaunches(self._noise_launches(self.model.prepare), self.model.device)
         self.nudging.launch()
         return np.sqrt(self.noise.totals()["noise"] / (12.0 * np.diff(self.model.point_start)))
 
-    def _noise_launches(self, run: Run) -> list[Any]:
+    def _noise_launches(self, launcher: Launcher) -> list[Any]:
         """What forces change by if coordinates are nudged; the coordinates are as before."""
         model, state = self.model, self.state
         n = model.point_count
         kept, change2 = wp.clone(state.points), model.empty(n)
-        evaluation = (model, state, self.candidates, self.terms, self.point_stiffness)
-        launches = [Copying(state.points, kept), run(nudge, n, [model.number(_precision(model))], [state.points])]
-        launches += forces.all_forces(*evaluation, run)
-        launches.append(Copying(kept, state.points))
+        arguments = (model, state, self.candidates, self.terms, self.point_stiffness)
+        launches = [
+            CopyArray(state.points, kept),
+            launcher(perturb_coordinates, n, [model.number(_precision(model))], [state.points]),
+        ]
+        launches += evaluation.force_launches(*arguments, launcher)
+        launches.append(CopyArray(kept, state.points))
         for constraint in self.constraints:
-            launches += constraint.filter_forces(state.point_force, run)
-        launches.append(run(square_change, n, [self.net, state.point_force], [change2]))
-        launches.append(self.noise.add("noise", change2, model.cell_points, run))
-        return [*launches, self.noise.total_launch(run)]
+            launches += constraint.filter_forces(state.force, launcher)
+        launches.append(launcher(square_differences, n, [self.net, state.force], [change2]))
+        launches.append(self.noise.add("noise", change2, model.cell_points, launcher))
+        return [*launches, self.noise.total_launch(launcher)]
 
 
 def _precision(model: Model) -> float:

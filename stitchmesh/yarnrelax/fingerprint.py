@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a value is made of, field by field in short words, to tell whether two runs were given the same."""
+"""The fields of a value as short strings, to compare the inputs of two runs."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 
 DIGITS = 16
-"""Hexadecimal digits of a checksum that are kept: two that differ are alike once in 2^64 times."""
+"""Hexadecimal digits of a checksum that are kept: two different values have the same digits once in 2^64 cases."""
 
 
 def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict[str, str]:
     """The fields of a dataclass by ``name.field``: plain values as they print, others as a checksum.
 
     Args:
-        name: what the value is called.
+        name: name of the value.
         value: a dataclass.
         without: fields to leave out.
 
     Raises:
-        ParameterError: a field holds what has no bytes to compare, such as a function.
+        ParameterError: a field has a value without bytes to compare, such as a function.
     """
     names = [field.name for field in fields(value) if field.name not in without]
-    return {f"{name}.{field}": _told(f"{name}.{field}", getattr(value, field)) for field in names}
+    return {f"{name}.{field}": _text_of(f"{name}.{field}", getattr(value, field)) for field in names}
 
 
-def _told(name: str, value: Any) -> str:
+def _text_of(name: str, value: Any) -> str:
     if value is None or isinstance(value, str | bool | int | float | np.generic):
         return str(value)
     digest = hashlib.sha256()
@@ -42,7 +42,7 @@ def _told(name: str, value: Any) -> str:
 
 
 def _parts(name: str, value: Any) -> Iterator[bytes]:
-    """Bytes that differ where values differ."""
+    """Bytes of a value; different values have different bytes."""
     if value is None or isinstance(value, str | bool | int | float | np.generic):
         yield f"{value!s};".encode()
     elif isinstance(value, np.ndarray):

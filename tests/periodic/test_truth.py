@@ -23,7 +23,7 @@ from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
-from stitchmesh.yarnrelax.stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 from tests.gallery import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))

@@ -18,12 +18,13 @@ import pytest
 from scipy.optimize import minimize
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax import YarnMaterial, forces
-from stitchmesh.yarnrelax.candidates import make_candidates
-from stitchmesh.yarnrelax.model import put_model
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.state import make_state
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.energies import by_term, evaluation
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 Response = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """Energy [erg] and forces [dyn] at control points in the plane, shape (N, 2)."""
@@ -59,9 +60,9 @@ def response(yarns: YarnSet, matter: YarnMaterial) -> Response:
 
     def respond(plane: np.ndarray) -> tuple[float, np.ndarray]:
         state.points.assign(model.to_device(np.column_stack([plane, np.zeros(len(plane))])))
-        forces.all_forces(model, state, nothing, (), unheld, model.launch)
-        energy = sum(forces.energies(model, state, nothing, ()).values())
-        return energy, state.point_force.numpy()[:, :2] / model.unit
+        evaluation.force_launches(model, state, nothing, (), unheld, model.launch)
+        energy = sum(by_term.energies(model, state, nothing, ()).values())
+        return energy, state.force.numpy()[:, :2] / model.unit
 
     return respond
 

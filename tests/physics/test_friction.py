@@ -15,16 +15,20 @@ import pytest
 import warp as wp
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, forces
-from stitchmesh.yarnrelax.candidates import Candidates, find_candidates, make_candidates
-from stitchmesh.yarnrelax.friction import Friction
-from stitchmesh.yarnrelax.model import Model, put_model
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.state import State, make_state
-from stitchmesh.yarnrelax.term import Term
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
@@ -34,7 +38,7 @@ PLACE = np.arange(-1.2, 1.25, 0.1)
 
 
 @dataclass
-class Scene:
+class SolverInputs:
     """Yarns with friction whose control points are set by hand; lengths in units, forces in erg per unit."""
 
     model: Model
@@ -43,7 +47,7 @@ class Scene:
     friction: Term
 
     @classmethod
-    def of(cls, yarns: YarnSet, friction: Friction, material: YarnMaterial = MATERIAL, **choices) -> Scene:
+    def of(cls, yarns: YarnSet, friction: Friction, material: YarnMaterial = MATERIAL, **choices) -> SolverInputs:
         model = put_model(
             yarns,
             material,
@@ -52,7 +56,7 @@ class Scene:
             scalar=scalar_named(choices.get("precision", "float64")),
             device=device_named("cpu"),
         )
-        scene = cls(model, make_state(model, outer=True), make_candidates(model, 0.5), friction.on(model))
+        scene = cls(model, make_state(model, external=True), make_candidates(model, 0.5), friction.on(model))
         scene.begin_step(scene.start)
         return scene
 
@@ -62,10 +66,10 @@ class Scene:
 
     def put(self, points: np.ndarray) -> None:
         wp.copy(self.state.points, self.model.upload(points, 3))
-        forces.sample(self.model, self.state)
+        place_contact_samples(self.model, self.state, self.model.launch)
 
     def list_candidates(self) -> None:
-        find_candidates(self.model, self.state.samples, self.candidates)
+        ContactSearch(self.model, self.state, self.candidates).run()
 
     def begin_step(self, points: np.ndarray) -> None:
         self.put(points)
@@ -83,17 +87,17 @@ class Scene:
         return self.state.sample_force.numpy().astype(np.float64)[:, :3]
 
     def friction_forces(self, points: np.ndarray) -> np.ndarray:
-        self.state.segment_pull.zero_()
-        self.state.outer_force.zero_()
+        self.state.leg_force.zero_()
+        self.state.external_force.zero_()
         self.sample_forces(points)
-        forces.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
-        return self.state.point_force.numpy().astype(np.float64)
+        evaluation.gather_launch(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        return self.state.force.numpy().astype(np.float64)
 
-    def all_forces(self, points: np.ndarray) -> np.ndarray:
+    def force_launches(self, points: np.ndarray) -> np.ndarray:
         wp.copy(self.state.points, self.model.upload(points, 3))
         unheld = self.model.empty(self.model.point_count)
-        forces.all_forces(self.model, self.state, self.candidates, [self.friction], unheld, self.model.launch)
-        return self.state.point_force.numpy().astype(np.float64)
+        evaluation.force_launches(self.model, self.state, self.candidates, [self.friction], unheld, self.model.launch)
+        return self.state.force.numpy().astype(np.float64)
 
 
 def line(direction: tuple[float, float, float], through: tuple[float, float, float]) -> np.ndarray:
@@ -131,7 +135,7 @@ def slip(yarns: YarnSet, size: float) -> np.ndarray:
 @pytest.mark.parametrize("yarns", [heap(), repeated()], ids=["heap", "lattice"])
 def test_force_is_minus_the_gradient(yarns: YarnSet, size: float, mu: float | tuple[float, float]) -> None:
     """In sticking contacts (slip of 0.003 radii), and in sliding ones; the slip length is 0.05."""
-    scene = Scene.of(yarns, Friction(mu))
+    scene = SolverInputs.of(yarns, Friction(mu))
     points = scene.start + slip(yarns, size)
     direction = np.random.default_rng(3).normal(size=points.shape)
     force = scene.friction_forces(points)
@@ -142,7 +146,7 @@ def test_force_is_minus_the_gradient(yarns: YarnSet, size: float, mu: float | tu
 
 
 def test_action_is_reaction() -> None:
-    scene = Scene.of(heap(), Friction((0.5, 0.2)))
+    scene = SolverInputs.of(heap(), Friction((0.5, 0.2)))
     force = scene.sample_forces(scene.start + slip(heap(), 0.1))
     # float64 rounding of a hundred summands
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).sum())
@@ -150,7 +154,7 @@ def test_action_is_reaction() -> None:
 
 def test_yarns_that_did_not_slip_feel_nothing() -> None:
     """Also where they were shifted and are pressed hard; friction never pushes yarns apart."""
-    scene = Scene.of(heap(), Friction(0.3))
+    scene = SolverInputs.of(heap(), Friction(0.3))
     shifted = scene.start + np.array([0.3, -0.2, 0.1])
     # coordinates of 10 units are rounded to 1e-15, over a slip length of 0.05
     assert np.abs(scene.friction_forces(shifted)).max() < 1e-11
@@ -162,7 +166,7 @@ def test_yarns_that_did_not_slip_feel_nothing() -> None:
 def test_a_sliding_contact_obeys_coulombs_law(angle: float, delta: float) -> None:
     """F = mu N against the slip, N = 4 pi r k (1 - delta^2)^2 / delta / sin(angle)."""
     yarns = crossing(angle, delta)
-    scene = Scene.of(yarns, Friction(0.3), contact_samples=11)
+    scene = SolverInputs.of(yarns, Friction(0.3), contact_samples=11)
     points, half = scene.start, len(PLACE)
     way = np.array([0.6, 0.8, 0.0])
     points[half:] += 0.1 * way
@@ -178,7 +182,7 @@ def test_parallel_yarns_slide_along_and_across_by_their_own_coefficients(
 ) -> None:
     curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), line((1.0, 0.0, 0.0), (0.0, 0.22, 0.0))]
     yarns = YarnSet.from_curves(curves, closed=[False] * 2, radius=RADIUS)
-    one, two = (Scene.of(yarns, Friction(mu)) for mu in (1.0, (0.5, 0.2)))
+    one, two = (SolverInputs.of(yarns, Friction(mu)) for mu in (1.0, (0.5, 0.2)))
     points, half = one.start, len(PLACE)
     points[half:] += 0.2 * np.asarray(way)
     full, found = (scene.friction_forces(points)[half:].sum(axis=0) @ way for scene in (one, two))
@@ -187,7 +191,7 @@ def test_parallel_yarns_slide_along_and_across_by_their_own_coefficients(
 
 
 def test_new_candidate_lists_change_no_force() -> None:
-    scene = Scene.of(heap(), Friction(0.3))
+    scene = SolverInputs.of(heap(), Friction(0.3))
     points = scene.start + slip(heap(), 0.05)
     before = scene.friction_forces(points)
     scene.candidates.margin = 1.0
@@ -203,7 +207,7 @@ def test_choice_of_copy_does_not_matter() -> None:
     points[len(PLACE) :] -= [0.0, 1.0, 0.0]
     moved = replace(here, points=points)
     offset = slip(here, 0.1)
-    one, two = Scene.of(here, Friction(0.3)), Scene.of(moved, Friction(0.3))
+    one, two = SolverInputs.of(here, Friction(0.3)), SolverInputs.of(moved, Friction(0.3))
     expected = one.friction_forces(one.start + offset)
     # rounding of coordinates of 8 units over a slip of 0.1
     np.testing.assert_allclose(
@@ -212,7 +216,7 @@ def test_choice_of_copy_does_not_matter() -> None:
 
 
 def test_single_precision_agrees_with_double() -> None:
-    single, double = (Scene.of(heap(), Friction((0.5, 0.2)), precision=p) for p in ("float32", "float64"))
+    single, double = (SolverInputs.of(heap(), Friction((0.5, 0.2)), precision=p) for p in ("float32", "float64"))
     offset = slip(heap(), 0.1)
     expected = double.friction_forces(double.start + offset)
     # coordinates of 10 units are known to 1e-6, distances to the contact's edge are a tenth: 1e-5
@@ -224,7 +228,7 @@ def test_single_precision_agrees_with_double() -> None:
 def test_a_renewal_keeps_the_friction_of_a_held_slip() -> None:
     """Anchors follow a slide up to the slip length: full friction stays full, and so does a part of it."""
     for share in (0.4, 30.0):
-        scene = Scene.of(crossing(90.0), Friction(0.3))
+        scene = SolverInputs.of(crossing(90.0), Friction(0.3))
         points, half = scene.start, len(PLACE)
         points[half:, 0] += share * 0.05
         before = scene.friction_forces(points)[half:].sum(axis=0)
@@ -272,7 +276,7 @@ class Capstan:
         yarns = YarnSet.from_curves([curve, axis], closed=[False, False], radius=[self.RADIUS, self.CYLINDER])
         # tensions of 1 to 7 dyn stretch by 2 per mille at most, press 0.03 radii deep, and bend against 1e-3 erg cm
         material = YarnMaterial(200.0, 0.0, 1e-3, 150.0, 0.0, 0.0, 0.0, 1.0)
-        self.scene = Scene.of(yarns, Friction(mu, slip_length=0.02), material, contact_samples=3)
+        self.scene = SolverInputs.of(yarns, Friction(mu, slip_length=0.02), material, contact_samples=3)
         self.free = len(curve) - 3
         self.held = slice(self.free, len(curve))
         self.points = self.scene.start
@@ -294,7 +298,7 @@ class Capstan:
         return float(-force[self.held].sum(axis=0) @ self.outwards / self.scene.model.unit)
 
     def net_force(self, points: np.ndarray) -> np.ndarray:
-        return self.scene.all_forces(points) + self.load
+        return self.scene.force_launches(points) + self.load
 
     def newton_step(self, force: np.ndarray) -> np.ndarray:
         values, vectors = np.linalg.eigh(self.stiffness())

@@ -13,18 +13,20 @@ import pytest
 from scipy.optimize import brentq
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet, segment_lengths
-from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns
-from stitchmesh.yarnrelax.candidates import make_candidates
-from stitchmesh.yarnrelax.gravity import STANDARD, Gravity
-from stitchmesh.yarnrelax.mass import point_masses
-from stitchmesh.yarnrelax.model import Model, put_model
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.state import make_state
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.material import point_masses
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 FALL = -STANDARD[1]
 HALF = 16
@@ -64,13 +66,13 @@ def gravity_of(
 ) -> tuple[float, np.ndarray]:
     """Energy [erg] and forces on the control points [dyn] of gravity alone, with the yarns as given or moved."""
     model = on_device(yarns, precision)
-    state, candidates, term = make_state(model, outer=True), make_candidates(model, 1e-4), choice.on(model)
+    state, candidates, term = make_state(model, external=True), make_candidates(model, 1e-4), choice.on(model)
     if moved is not None:
         state.points.assign(model.to_device(moved))
     term.forces(state, candidates, model.launch)
     assert not term.stiffness().any()
-    forces.gather(model, state, model.empty(model.point_count), model.launch)
-    return term.energy(state, candidates), state.point_force.numpy().astype(np.float64) / model.unit
+    evaluation.gather_launch(model, state, model.empty(model.point_count), model.launch)
+    return term.energy(state, candidates), state.force.numpy().astype(np.float64) / model.unit
 
 
 def test_force_is_minus_the_gradient() -> None:

@@ -15,11 +15,12 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.dynamics import Dynamics
-from stitchmesh.yarnrelax.gravity import STANDARD, Gravity
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from tests.yarnrelax.loops import iterate
 
 FALL = -STANDARD[1]
 MOTION = Quality("float64", 5, 3, 12, 0.2, 1e-4, 20_000, "dynamics")
@@ -34,18 +35,18 @@ def started(
     material: YarnMaterial,
     terms: list[TermChoice] | None = None,
     constraints: list[ConstraintChoice] | None = None,
-) -> tuple[Iteration, Dynamics]:
-    iteration = Iteration.start(yarns, material, MOTION, device_named("cpu"), terms or [], constraints or [])
-    assert isinstance(iteration.method, Dynamics)
-    return iteration, iteration.method
+) -> tuple[YarnSimulation, Dynamics]:
+    simulation = YarnSimulation.start(yarns, material, MOTION, device_named("cpu"), terms or [], constraints or [])
+    assert isinstance(simulation.solver, Dynamics)
+    return simulation, simulation.solver
 
 
-def places(iteration: Iteration) -> NDArray[np.float64]:
-    return iteration.model.from_device(iteration.state.points)
+def places(simulation: YarnSimulation) -> NDArray[np.float64]:
+    return simulation.model.from_device(simulation.state.points)
 
 
-def velocities(iteration: Iteration, method: Dynamics) -> NDArray[np.float64]:
-    return method.velocity.numpy() * iteration.model.unit
+def velocities(simulation: YarnSimulation, solver: Dynamics) -> NDArray[np.float64]:
+    return solver.velocity.numpy() * simulation.model.unit
 
 
 def straight_yarn(segments: int, spacing: float = 1.0, radius: float = 0.3) -> YarnSet:
@@ -62,16 +63,16 @@ def crossing_yarns() -> YarnSet:
     return YarnSet.from_curves([along, across, above], closed=[False] * 3, radius=0.125)
 
 
-@pytest.mark.parametrize("caution", [1.0, 0.5])
-def test_a_yarn_falls_freely(caution: float) -> None:
-    iteration, method = started(straight_yarn(5), undamped(), [Gravity()])
-    method.restart(np.array([caution]))
-    iteration.run(100)
-    time, step = method.time, caution * 4e-4
+@pytest.mark.parametrize("step_scale", [1.0, 0.5])
+def test_a_yarn_falls_freely(step_scale: float) -> None:
+    simulation, solver = started(straight_yarn(5), undamped(), [Gravity()])
+    solver.restart(np.array([step_scale]))
+    iterate(simulation, 100)
+    time, step = solver.time, step_scale * 4e-4
     assert time == pytest.approx(100 * step, rel=1e-12)  # nothing is stiff enough to shorten the step
     # a hundred roundings of float64
-    np.testing.assert_allclose(velocities(iteration, method)[:, 1], -FALL * time, rtol=1e-13)
-    drop = -places(iteration)[:, 1]
+    np.testing.assert_allclose(velocities(simulation, solver)[:, 1], -FALL * time, rtol=1e-13)
+    drop = -places(simulation)[:, 1]
     # the sum of n steps of growing speed is g t^2 / 2 and half a step more: semi-implicit Euler, order 1
     np.testing.assert_allclose(drop, FALL * time**2 / 2 + FALL * time * step / 2, rtol=1e-12)
 
@@ -79,24 +80,24 @@ def test_a_yarn_falls_freely(caution: float) -> None:
 def test_terminal_speed_tells_the_factor_of_global_damping() -> None:
     """Minus the derivative of k_global v.v is twice k_global v: a segment of mass m l falls at m l g / (2 k_global)."""
     material = replace(YarnMaterial.named("leaf"), k_dt=0.0, k_dn=0.0)
-    iteration, method = started(straight_yarn(5), material, [Gravity()])
-    iteration.run(400)
+    simulation, solver = started(straight_yarn(5), material, [Gravity()])
+    iterate(simulation, 400)
     rate = 2 * material.k_global / material.mass_per_length
-    assert rate * method.time > 40  # the approach is exponential, e^-40
+    assert rate * solver.time > 40  # the approach is exponential, e^-40
     terminal = material.mass_per_length * FALL / (2 * material.k_global)
-    np.testing.assert_allclose(velocities(iteration, method)[:, 1], -terminal, rtol=1e-10)
+    np.testing.assert_allclose(velocities(simulation, solver)[:, 1], -terminal, rtol=1e-10)
 
 
 def test_momentum_is_conserved_without_global_damping() -> None:
     yarns = crossing_yarns()
-    iteration, method = started(yarns, replace(YarnMaterial.named("leaf"), k_global=0.0))
+    simulation, solver = started(yarns, replace(YarnMaterial.named("leaf"), k_global=0.0))
     start = np.zeros((len(yarns.points), 3))
     start[:12, 2], start[24:, 0] = 8.0, -12.0  # the first moves up against the second, the third slides over it
-    method.velocity.assign(start / iteration.model.unit)
-    mass = method.mass.numpy() / iteration.model.unit**2
+    solver.velocity.assign(start / simulation.model.unit)
+    mass = solver.mass.numpy() / simulation.model.unit**2
     before = mass @ start
-    iteration.run(200)
-    after = velocities(iteration, method)
+    iterate(simulation, 200)
+    after = velocities(simulation, solver)
     assert np.abs(after[12:24]).max() > 1.0  # they have met
     # 200 roundings of float64
     np.testing.assert_allclose(mass @ after, before, rtol=0, atol=1e-13 * np.abs(before).max())
@@ -104,55 +105,55 @@ def test_momentum_is_conserved_without_global_damping() -> None:
 
 def test_angular_momentum_is_conserved_without_damping() -> None:
     yarns = crossing_yarns()
-    iteration, method = started(yarns, undamped())
+    simulation, solver = started(yarns, undamped())
     start = np.random.default_rng(2).normal(scale=5.0, size=yarns.points.shape)
-    method.velocity.assign(start / iteration.model.unit)
-    mass = method.mass.numpy()[:, None]
-    before = np.cross(places(iteration), mass * start).sum(axis=0)
-    iteration.run(200)
-    after = np.cross(places(iteration), mass * velocities(iteration, method)).sum(axis=0)
+    solver.velocity.assign(start / simulation.model.unit)
+    mass = solver.mass.numpy()[:, None]
+    before = np.cross(places(simulation), mass * start).sum(axis=0)
+    iterate(simulation, 200)
+    after = np.cross(places(simulation), mass * velocities(simulation, solver)).sum(axis=0)
     # forces have no torque, and a semi-implicit Euler step adds none, x' x v' = x x v'; rounding is left
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-12 * np.abs(before).max())
 
 
 def test_damped_yarns_never_gain_energy() -> None:
     yarns = crossing_yarns()
-    iteration, method = started(yarns, YarnMaterial.named("leaf"))
-    method.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
+    simulation, solver = started(yarns, YarnMaterial.named("leaf"))
+    solver.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
     # the fastest modes turn by 0.16 a step, so that the integrator's swing, 0.08 of their energy, is below their loss
-    method.dare(np.array([0.1]))
+    solver.set_step_scale(np.array([0.1]))
     energies = []
     for _ in range(100):
-        energies.append(iteration.assess().energy + method.kinetic_energy())
-        iteration.run(10)
+        energies.append(simulation.assess().energy + solver.kinetic_energy())
+        iterate(simulation, 10)
     assert (np.diff(energies) < 0.0).all()
     assert energies[-1] < 0.2 * energies[0]
 
 
 def test_energy_is_kept_without_damping() -> None:
     yarns = crossing_yarns()
-    iteration, method = started(yarns, undamped())
-    method.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
-    method.dare(np.array([0.1]))
+    simulation, solver = started(yarns, undamped())
+    solver.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
+    solver.set_step_scale(np.array([0.1]))
     energies = []
     for _ in range(60):
-        energies.append(iteration.assess().energy + method.kinetic_energy())
-        iteration.run(20)
+        energies.append(simulation.assess().energy + solver.kinetic_energy())
+        iterate(simulation, 20)
     # semi-implicit Euler swings about the true energy by w dt / 2 of it: at most 0.08 here, and does not drift
     assert np.mean(energies[-10:]) == pytest.approx(energies[0], rel=0.04)
 
 
-def half_period_of(iteration: Iteration, method: Dynamics, reading: Callable[[], float]) -> float:
+def half_period_of(simulation: YarnSimulation, solver: Dynamics, reading: Callable[[], float]) -> float:
     """Mean time [s] between the moments at which a swing passes its middle: half a period."""
     moments: list[float] = []
-    last_time, last = method.time, reading()
+    last_time, last = solver.time, reading()
     while len(moments) < 3:
-        iteration.run(5)
-        time, now = method.time, reading()
+        iterate(simulation, 5)
+        time, now = solver.time, reading()
         if (now > 0.0) != (last > 0.0):
             moments.append(last_time + (time - last_time) * last / (last - now))
         last_time, last = time, now
-        assert method.time < 1.0
+        assert solver.time < 1.0
     return float(np.diff(moments).mean())
 
 
@@ -163,13 +164,13 @@ def test_a_plucked_string_swings_at_its_pitch() -> None:
     material = undamped(k_bend=0.0, k_contact=0.0, k_length=0.0, k_len=1000.0, mass_per_length=1e-4)
     middle = len(yarns.points) // 2
     pins = Pins([0, 1, 2, segments, segments + 1, segments + 2])
-    iteration, method = started(yarns, material, constraints=[pins])
+    simulation, solver = started(yarns, material, constraints=[pins])
     length = segments * stretch
     pluck = yarns.points.copy()
     pluck[3:-3, 1] = 0.1 * np.sin(np.pi * (yarns.points[3:-3, 0] - stretch) / length)
-    iteration.state.points.assign(iteration.model.to_device(pluck))
-    iteration.list_candidates()
-    half_period = half_period_of(iteration, method, lambda: float(places(iteration)[middle, 1]))
+    simulation.state.points.assign(simulation.model.to_device(pluck))
+    simulation.search_contacts()
+    half_period = half_period_of(simulation, solver, lambda: float(places(simulation)[middle, 1]))
     tension = 2 * material.k_len * (stretch - 1)  # derivative of k_len (1 - |y'|)^2 for segments of rest length 1
     pitch = np.sqrt(tension * stretch / material.mass_per_length)
     # the pins hold the slope too, so that part of a segment of 60 does not swing at either end
@@ -184,16 +185,16 @@ def test_a_ring_rings() -> None:
     outward = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     around = np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1)
     yarns = YarnSet.from_curves([outward], closed=[True], radius=0.05)
-    iteration, method = started(yarns, material)
+    simulation, solver = started(yarns, material)
     # without extension: the way around is minus the integral of the way out
     swing = np.cos(waves * angle)[:, None] * outward - np.sin(waves * angle)[:, None] / waves * around
-    iteration.state.points.assign(iteration.model.to_device(yarns.points + 0.01 * swing))
-    iteration.list_candidates()
+    simulation.state.points.assign(simulation.model.to_device(yarns.points + 0.01 * swing))
+    simulation.search_contacts()
 
     def reading() -> float:
-        return float(((places(iteration) - yarns.points) * swing).sum())
+        return float(((places(simulation) - yarns.points) * swing).sum())
 
-    half_period = half_period_of(iteration, method, reading)
+    half_period = half_period_of(simulation, solver, reading)
     stiffness = 2 * material.k_bend / material.mass_per_length
     tone = np.sqrt(stiffness * waves**2 * (waves**2 - 1) ** 2 / (waves**2 + 1))
     # lumped masses and the spline are of second order in a wave's segments: (n h)^2 / 6 with h = 2 pi / 48

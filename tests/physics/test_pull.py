@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, forces, relax_yarns
-from stitchmesh.yarnrelax.candidates import make_candidates
-from stitchmesh.yarnrelax.model import put_model
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.pull import Pull
-from stitchmesh.yarnrelax.state import make_state
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.point_load import PointLoad
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000)
 """Three Gauss points integrate a uniform stretch without error."""
@@ -38,22 +39,22 @@ def wavy_yarns() -> YarnSet:
     )
 
 
-def pull_of(yarns: YarnSet, choice: Pull, precision: str, points: np.ndarray) -> tuple[float, np.ndarray]:
+def pull_of(yarns: YarnSet, choice: PointLoad, precision: str, points: np.ndarray) -> tuple[float, np.ndarray]:
     """Energy [erg] and forces on the control points [dyn] of a pull alone, with the yarns at ``points``."""
     model = put_model(
         yarns, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=2, scalar=scalar_named(precision),
         device=device_named("cpu"),
     )  # fmt: skip
-    state, candidates, term = make_state(model, outer=True), make_candidates(model, 1e-4), choice.on(model)
+    state, candidates, term = make_state(model, external=True), make_candidates(model, 1e-4), choice.on(model)
     state.points.assign(model.to_device(points))
     term.forces(state, candidates, model.launch)
     assert not term.stiffness().any()
-    forces.gather(model, state, model.empty(model.point_count), model.launch)
-    return term.energy(state, candidates), state.point_force.numpy().astype(np.float64) / model.unit
+    evaluation.gather_launch(model, state, model.empty(model.point_count), model.launch)
+    return term.energy(state, candidates), state.force.numpy().astype(np.float64) / model.unit
 
 
 def test_force_is_minus_the_gradient() -> None:
-    yarns, choice = wavy_yarns(), Pull((100.0, -9.0, 30.0), [2, 11, 4])
+    yarns, choice = wavy_yarns(), PointLoad((100.0, -9.0, 30.0), [2, 11, 4])
     force = pull_of(yarns, choice, "float64", yarns.points)[1]
     direction = np.random.default_rng(3).normal(size=yarns.points.shape)
     ends = [pull_of(yarns, choice, "float64", yarns.points + side * direction)[0] for side in (0.5, -0.5)]
@@ -64,7 +65,7 @@ def test_force_is_minus_the_gradient() -> None:
 @pytest.mark.parametrize(("precision", "accuracy"), [("float64", 1e-15), ("float32", 1e-7)])
 def test_the_named_points_share_the_force_evenly(precision: str, accuracy: float) -> None:
     yarns = wavy_yarns()
-    force = pull_of(yarns, Pull((6.0, 0.0, -3.0), [2, 11, 4]), precision, yarns.points)[1]
+    force = pull_of(yarns, PointLoad((6.0, 0.0, -3.0), [2, 11, 4]), precision, yarns.points)[1]
     expected = np.zeros_like(force)
     expected[[2, 4, 11]] = [2.0, 0.0, -1.0]
     # accuracy: rounding of the share
@@ -78,7 +79,7 @@ def test_a_yarn_stretches_as_its_stiffness_says(tension: float) -> None:
     material = YarnMaterial(2000.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     held, pulled = np.arange(4), len(yarns.points) - np.arange(1, 5)
     result = relax_yarns(
-        yarns, material=material, quality=EXACT, device="cpu", terms=[Pull((tension, 0.0, 0.0), pulled)],
+        yarns, material=material, quality=EXACT, device="cpu", terms=[PointLoad((tension, 0.0, 0.0), pulled)],
         constraints=[Pins(held)],
     )  # fmt: skip
     assert result.report["converged"]
@@ -90,17 +91,17 @@ def test_a_yarn_stretches_as_its_stiffness_says(tension: float) -> None:
 @pytest.mark.parametrize("force", [(0.0, 1.0), (0.0, np.nan, 0.0), 3.0])
 def test_a_force_is_three_finite_numbers(force: object) -> None:
     with pytest.raises(ParameterError, match=r"pull: got force .* expected three finite numbers"):
-        Pull(force)  # type: ignore[arg-type]
+        PointLoad(force)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("pull", "message"),
     [
-        (Pull((1.0, 0.0, 0.0), [0, 33]), "pull: got control point 33; expected 0 to 32"),
-        (Pull((1.0, 0.0, 0.0), faces=[2]), "pull: got stitch face 2; no control point came from it"),
-        (Pull((1.0, 0.0, 0.0)), "pull: got neither control points nor stitch faces"),
+        (PointLoad((1.0, 0.0, 0.0), [0, 33]), "pull: got control point 33; expected 0 to 32"),
+        (PointLoad((1.0, 0.0, 0.0), faces=[2]), "pull: got stitch face 2; no control point came from it"),
+        (PointLoad((1.0, 0.0, 0.0)), "pull: got neither control points nor stitch faces"),
     ],
 )
-def test_bad_pulls_are_refused(pull: Pull, message: str) -> None:
+def test_bad_pulls_are_refused(pull: PointLoad, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         relax_yarns(straight_yarn(), device="cpu", terms=[pull])

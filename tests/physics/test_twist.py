@@ -17,23 +17,25 @@ import warp as wp
 from scipy.optimize import brentq
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, forces
-from stitchmesh.yarnrelax.candidates import Candidates, make_candidates
-from stitchmesh.yarnrelax.model import Model, put_model
-from stitchmesh.yarnrelax.precision import scalar_named
-from stitchmesh.yarnrelax.state import State, make_state
-from stitchmesh.yarnrelax.term import Term
-from stitchmesh.yarnrelax.twist import Twist
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
 
 RADIUS = 0.05
 MATERIAL = YarnMaterial(2000.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.006)
 
 
 @dataclass
-class Scene:
+class SolverInputs:
     """Yarns with twist whose control points are set by hand; lengths in units, forces in erg per unit."""
 
     model: Model
@@ -42,7 +44,7 @@ class Scene:
     twist: Term
 
     @classmethod
-    def of(cls, yarns: YarnSet, twist: Twist, precision: str = "float64") -> Scene:
+    def of(cls, yarns: YarnSet, twist: Twist, precision: str = "float64") -> SolverInputs:
         model = put_model(
             yarns,
             MATERIAL,
@@ -51,7 +53,7 @@ class Scene:
             scalar=scalar_named(precision),
             device=device_named("cpu"),
         )
-        return cls(model, make_state(model, outer=True), make_candidates(model, 0.5), twist.on(model))
+        return cls(model, make_state(model, external=True), make_candidates(model, 0.5), twist.on(model))
 
     @property
     def start(self) -> np.ndarray:
@@ -66,16 +68,16 @@ class Scene:
 
     def twist_forces(self, points: np.ndarray) -> np.ndarray:
         self.put(points)
-        self.state.segment_pull.zero_()
+        self.state.leg_force.zero_()
         self.twist.forces(self.state, self.candidates, self.model.launch)
-        forces.gather(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
-        return self.state.point_force.numpy().astype(np.float64)
+        evaluation.gather_launch(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
+        return self.state.force.numpy().astype(np.float64)
 
-    def all_forces(self, points: np.ndarray) -> np.ndarray:
+    def force_launches(self, points: np.ndarray) -> np.ndarray:
         self.put(points)
         unheld = self.model.empty(self.model.point_count)
-        forces.all_forces(self.model, self.state, self.candidates, [self.twist], unheld, self.model.launch)
-        return self.state.point_force.numpy().astype(np.float64)
+        evaluation.force_launches(self.model, self.state, self.candidates, [self.twist], unheld, self.model.launch)
+        return self.state.force.numpy().astype(np.float64)
 
 
 def ring(count: int, radius: float = 1.0) -> np.ndarray:
@@ -111,7 +113,7 @@ def passing() -> YarnSet:
 
 @pytest.mark.parametrize("yarns", [tangle(), passing()], ids=["garment", "lattice"])
 def test_force_is_minus_the_gradient(yarns: YarnSet) -> None:
-    scene = Scene.of(yarns, Twist(0.2, 5.0))
+    scene = SolverInputs.of(yarns, Twist(0.2, 5.0))
     points = scene.start + 0.2 * np.random.default_rng(4).normal(size=yarns.points.shape)
     direction = np.random.default_rng(3).normal(size=points.shape)
     force = scene.twist_forces(points)
@@ -125,7 +127,7 @@ def test_a_straight_yarn_holds_the_energy_of_a_rod_and_feels_no_force() -> None:
     lines = [np.stack([0.2 * np.arange(n), np.full(n, 1.0 * n), np.zeros(n)], axis=1) for n in (11, 40, 200)]
     yarns = YarnSet.from_curves(lines, closed=[False] * 3, radius=RADIUS)
     angles = [3.0, 0.0, -40.0]
-    scene = Scene.of(yarns, Twist(0.2, angles))
+    scene = SolverInputs.of(yarns, Twist(0.2, angles))
     expected = sum(0.2 * angle**2 / (0.2 * (n - 3)) for angle, n in zip(angles, (11, 40, 200), strict=True))
     assert scene.energy(scene.start) == pytest.approx(expected, rel=1e-12)  # rounding
     assert np.abs(scene.twist_forces(scene.start)).max() < 1e-12  # 40 rad of 0.2 erg cm, rounded
@@ -134,7 +136,7 @@ def test_a_straight_yarn_holds_the_energy_of_a_rod_and_feels_no_force() -> None:
 def test_forces_and_torques_sum_to_zero() -> None:
     """On a closed yarn; the clamps of an open one carry a torque."""
     yarns = YarnSet.from_curves([shaken(ring(40))], closed=[True], radius=RADIUS)
-    scene = Scene.of(yarns, Twist(0.2, 5.0))
+    scene = SolverInputs.of(yarns, Twist(0.2, 5.0))
     force = scene.twist_forces(scene.start)
     size = np.abs(force).sum() * np.abs(scene.start).max()
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * size)  # rounding of 40 summands
@@ -168,7 +170,7 @@ def test_twist_takes_what_writhe_gives() -> None:
     """
     around = np.arange(70) / 70 * 2 * np.pi
     yarns = YarnSet.from_curves([ring(70)], closed=[True], radius=RADIUS)
-    scene = Scene.of(yarns, Twist(0.2, 1.0))
+    scene = SolverInputs.of(yarns, Twist(0.2, 1.0))
     for width in np.linspace(0.0, 0.6, 7):
         curve = ring(70) * (1 + width * np.cos(3 * around))[:, None]
         curve[:, 2] = width * np.sin(3 * around)
@@ -186,7 +188,7 @@ def test_twist_is_followed_through_many_turns() -> None:
     """
     turns, rises = 8.0, np.linspace(0.05, 6.0, 200)
     yarns = YarnSet.from_curves([helix(turns, rises[0], 400)], closed=[False], radius=RADIUS)
-    scene = Scene.of(yarns, Twist(0.2))
+    scene = SolverInputs.of(yarns, Twist(0.2))
     energies = [scene.energy(scene.model.to_device(helix(turns, rise, 400))) for rise in rises]
     angle = np.sqrt(energies[-1] * yarns.rest_length.sum() / 0.2)
     sines = [rise / np.hypot(1.0, rise) for rise in (rises[0], rises[-1])]
@@ -194,7 +196,7 @@ def test_twist_is_followed_through_many_turns() -> None:
 
 
 def test_single_precision_agrees_with_double() -> None:
-    single, double = (Scene.of(tangle(), Twist(0.2, 5.0), precision) for precision in ("float32", "float64"))
+    single, double = (SolverInputs.of(tangle(), Twist(0.2, 5.0), precision) for precision in ("float32", "float64"))
     points = double.start + 0.2 * np.random.default_rng(4).normal(size=double.start.shape)
     expected = double.twist_forces(points)
     # coordinates of 20 units are known to 2e-6, chords of 3 units and their turns to 1e-6
@@ -202,13 +204,13 @@ def test_single_precision_agrees_with_double() -> None:
     assert single.energy(points) == pytest.approx(double.energy(points), rel=1e-5)
 
 
-def ring_in_balance(twist: Twist, count: int = 60) -> Scene:
+def ring_in_balance(twist: Twist, count: int = 60) -> SolverInputs:
     """A ring so large that stretch holds what bending pushes outwards."""
     yarns = YarnSet.from_curves([ring(count)], closed=[True], radius=1e-3)
-    scene = Scene.of(yarns, twist)
+    scene = SolverInputs.of(yarns, twist)
 
     def outwards(scale: float) -> float:
-        return float((scene.all_forces(scale * scene.start) * scene.start).sum())
+        return float((scene.force_launches(scale * scene.start) * scene.start).sum())
 
     scale = brentq(outwards, 0.99, 1.05, xtol=1e-14)
     points = scale * yarns.points
@@ -216,7 +218,7 @@ def ring_in_balance(twist: Twist, count: int = 60) -> Scene:
     return scene
 
 
-def second_variation(scene: Scene) -> np.ndarray:
+def second_variation(scene: SolverInputs) -> np.ndarray:
     """Eigenvalues of the matrix of second derivatives of all energies, ascending [erg / unit^2]."""
     points = scene.state.points.numpy().astype(np.float64)
     step = 1e-4  # of units that are a thousandth of the ring
@@ -225,7 +227,9 @@ def second_variation(scene: Scene) -> np.ndarray:
         moved = np.zeros(points.size)
         moved[k] = step
         offset = moved.reshape(points.shape)
-        columns.append((scene.all_forces(points - offset) - scene.all_forces(points + offset)).ravel() / (2 * step))
+        columns.append(
+            (scene.force_launches(points - offset) - scene.force_launches(points + offset)).ravel() / (2 * step)
+        )
     matrix = np.array(columns)
     return np.linalg.eigvalsh((matrix + matrix.T) / 2)
 
@@ -248,6 +252,6 @@ def test_impossible_stiffness_is_refused(k_twist: float) -> None:
 
 def test_angles_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ParameterError, match="one, or 2"):
-        Scene.of(tangle(), Twist(0.2, [1.0, 2.0, 3.0]))
+        SolverInputs.of(tangle(), Twist(0.2, [1.0, 2.0, 3.0]))
     with pytest.raises(ParameterError, match="an imposed angle is not finite"):
         Twist(0.2, float("nan"))

@@ -21,7 +21,7 @@ from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import NEAREST
 from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
 from stitchmesh.yarnrelax import Relaxation
-from stitchmesh.yarnrelax.descent import CHECK
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from tests.gallery import GARMENTS
 
 pytestmark = pytest.mark.decides
@@ -78,7 +78,7 @@ def test_relaxing_again_takes_a_fifth_of_the_iterations():
     anew, again = at_rest(yarns, after), at_rest(yarns, after, start)
     assert anew.report["converged"] and again.report["converged"]
     # whether yarns are at rest is found out every twenty iterations
-    assert again.report["iterations"] <= anew.report["iterations"] / 5 + CHECK
+    assert again.report["iterations"] <= anew.report["iterations"] / 5 + ASSESSMENT_INTERVAL
     # both stop where the energy falls by less than a tenth of the tolerance in twenty iterations, and take hundreds
     assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=2 * QUALITY.tolerance)
 

@@ -23,7 +23,7 @@ from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.floats_and_tails import LANES
 from stitchmesh.yarngen.generate import YarnCourse, yarn_course
-from stitchmesh.yarnrelax.linking import linking_certificate
+from stitchmesh.yarnrelax.linking.certificate import linking_certificate
 from tests.gallery import grid, tube
 
 pytestmark = pytest.mark.decides

@@ -17,26 +17,26 @@ from typing import Any
 
 import numpy as np
 import pytest
-from stockinette import fabric_of, tube
 
 from stitchmesh.errors import FileError, ParameterError, SolverError
 from stitchmesh.io.checkpoint_file import previous_of, read_checkpoint
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import Relaxation, relax_yarns
-from stitchmesh.yarnrelax import solver as solver_module
-from stitchmesh.yarnrelax.body import Body
+from stitchmesh.yarnrelax import Relaxation, observer, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.friction import Friction
-from stitchmesh.yarnrelax.gravity import Gravity
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.material import YarnMaterial
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.twist import Twist
+from stitchmesh.yarnrelax.energies.body import Body
+from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.energies.gravity import Gravity
+from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.gallery import ROOT
 from tests.killing import count_calls, killed
+from tests.yarnrelax.stockinette import fabric_of, tube
 
 ROWS, STITCHES = 4, 6
 QUALITY = replace(PRESETS["draft"], tolerance=1e-6, max_iterations=300)
@@ -70,20 +70,20 @@ def kill_ten_times() -> dict[str, int | bool]:
 
         undisturbed = relaxed(LONG, keep_shape=fabric)  # first, so that no kernel is compiled while calls are counted
         # launches are prepared first, and again while lists still grow; what follows takes as many calls each time
-        first = [count_calls("to_rest", functools.partial(go_on, reached)) for reached in (20, 40, 60)]
-        each = (count_calls("to_rest", go_on) - first[2]) * 20 // (LONG.max_iterations - 80)
+        first = [count_calls("_run_to_rest", functools.partial(go_on, reached)) for reached in (20, 40, 60)]
+        each = (count_calls("_run_to_rest", go_on) - first[2]) * 20 // (LONG.max_iterations - 80)
         shutil.rmtree(folder)
         # a leg does 1 to 2.3 checkpoints' work beyond that and loses what is less than a whole one
         start = np.array([*first[:2], *[first[2]] * (KILLS - 2)]) - each
         moments = start + np.random.default_rng(3).integers(each, 23 * each // 10, KILLS)
-        kills = sum(killed("to_rest", int(moment), go_on) for moment in moments)
+        kills = sum(killed("_run_to_rest", int(moment), go_on) for moment in moments)
         reached = read_checkpoint(checkpoint.path).header["iteration"]
         return {"kills": kills, "reached": reached, "same": same(go_on(), undisturbed)}
 
 
 def test_ten_kills_at_random_moments_change_no_bit():
-    code = "import json, test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
-    path = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
+    code = "import json, tests.yarnrelax.test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
+    path = str(ROOT)
     # no GPU in there: a process that uses one cannot be doubled
     environment = {**os.environ, "PYTHONPATH": path, "CUDA_VISIBLE_DEVICES": ""}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=environment)
@@ -128,21 +128,21 @@ def test_what_terms_carry_is_resumed_with_them(tmp_path, terms):
     assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc", **options), relaxed(quality, **options))
 
 
-def test_backing_off_is_resumed_with_its_caution(tmp_path, monkeypatch):
+def test_a_step_back_is_resumed_with_its_step_scale(tmp_path, monkeypatch):
     # twice the energy seems to rise: at the first assessment, and at one after the checkpoint
-    assess, count = Iteration.assess_cells, iter(range(1000))
+    assess, count = YarnSimulation.assess_cells, iter(range(1000))
 
-    def alarm(iteration: Iteration, cells: np.ndarray | None = None) -> list[Assessment]:
-        (found,) = assess(iteration, cells)
+    def alarm(simulation: YarnSimulation, cells: np.ndarray | None = None) -> list[Assessment]:
+        (found,) = assess(simulation, cells)
         if next(count) not in (1, 3):
             return [found]
         return [replace(found, energies={name: 10.0 * energy for name, energy in found.energies.items()})]
 
-    monkeypatch.setattr(Iteration, "assess_cells", alarm)
+    monkeypatch.setattr(YarnSimulation, "assess_cells", alarm)
     whole = relaxed(replace(QUALITY, max_iterations=120))
     count = iter(range(1000))
     relaxed(replace(QUALITY, max_iterations=40), checkpoint=Checkpoints(tmp_path, 20))
-    assert read_checkpoint(tmp_path / "checkpoint.smc").header["caution"] < 1.0
+    assert read_checkpoint(tmp_path / "checkpoint.smc").header["step_scale"] < 1.0
     assert same(relaxed(replace(QUALITY, max_iterations=120), resume=tmp_path / "checkpoint.smc"), whole)
 
 
@@ -150,7 +150,7 @@ def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypat
     options = {"quality": replace(QUALITY, tolerance=0.02), "keep_shape": fabric_of(ROWS, STITCHES, closed=True)}
     whole = relaxed(checkpoint=Checkpoints(tmp_path, 10_000), **options)
     assert whole.report["converged"]
-    monkeypatch.setattr(Iteration, "run", None)  # nothing is left to do
+    monkeypatch.setattr(RelaxationLoop, "iterate", None)  # nothing is left to do
     again = relaxed(resume=tmp_path / "checkpoint.smc", **options)
     assert same(again, whole)
     assert again.report["seconds"] > whole.history[-1]["seconds"]
@@ -158,7 +158,7 @@ def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypat
 
 def test_checkpoints_come_as_often_as_asked_for_in_whole_assessments(tmp_path, monkeypatch):
     written = []
-    monkeypatch.setattr(solver_module, "write_moment", lambda path, given, moment: written.append(moment.iteration))
+    monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
     relaxed(replace(QUALITY, max_iterations=140), checkpoint=Checkpoints(tmp_path, 50))
     assert written == [0, 60, 120, 140]
 
@@ -167,16 +167,16 @@ def test_checkpoints_come_as_often_as_asked_for_in_whole_assessments(tmp_path, m
 def test_an_interrupted_relaxation_leaves_its_last_assessment(tmp_path, monkeypatch, failure):
     quality = replace(QUALITY, max_iterations=120)
     whole = relaxed(quality)
-    run, lengths = Iteration.run, iter([20, 20, 20, 7])
+    run, lengths = RelaxationLoop.iterate, iter([20, 20, 20, 7])
 
-    def interrupted(iteration: Iteration, count: int, cells: np.ndarray) -> None:
+    def interrupted(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
         length = next(lengths)
-        run(iteration, length, cells)
+        run(loop, length, cells)
         if length < count:
             raise failure
 
     with monkeypatch.context() as patch, pytest.raises(failure):
-        patch.setattr(Iteration, "run", interrupted)
+        patch.setattr(RelaxationLoop, "iterate", interrupted)
         relaxed(quality, checkpoint=Checkpoints(tmp_path, 10_000))
     assert read_checkpoint(tmp_path / "checkpoint.smc").header["iteration"] == 60
     assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc"), whole)

@@ -9,18 +9,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stockinette import fabric_of, flat_patch, periodic_patch, tube
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
-from stitchmesh.yarnrelax.borders import KeepBorders
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.gravity import Gravity
-from stitchmesh.yarnrelax.iteration import Iteration
-from stitchmesh.yarnrelax.shape import KeepShape
-from stitchmesh.yarnrelax.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.gravity import Gravity
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube
 
 pytestmark = pytest.mark.decides
 
@@ -44,7 +44,7 @@ def assessed(
     precision: str = "float64",
 ) -> Assessment:
     quality = replace(DOUBLE, precision=precision)
-    return Iteration.start(yarns, material, quality, device_named("cpu"), terms, constraints).assess()
+    return YarnSimulation.start(yarns, material, quality, device_named("cpu"), terms, constraints).assess()
 
 
 def rms(vectors: np.ndarray) -> float:
@@ -130,8 +130,8 @@ def test_a_state_that_is_not_finite_is_seen(value: float) -> None:
 
 
 def test_assessing_changes_nothing() -> None:
-    iteration = Iteration.start(shaken(flat_patch(2, 2)), LEAF, DOUBLE, device_named("cpu"))
-    points = iteration.state.points.numpy().copy()
-    first, second = iteration.assess(), iteration.assess()
+    simulation = YarnSimulation.start(shaken(flat_patch(2, 2)), LEAF, DOUBLE, device_named("cpu"))
+    points = simulation.state.points.numpy().copy()
+    first, second = simulation.assess(), simulation.assess()
     assert first == second
-    assert np.array_equal(iteration.state.points.numpy(), points)
+    assert np.array_equal(simulation.state.points.numpy(), points)

@@ -15,9 +15,9 @@ import pytest
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import near_segments
+from stitchmesh.yarnrelax.collision import broad_phase
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 from extremes import (
@@ -84,7 +84,7 @@ def test_fabric_pressed_to_half_its_width_parts_again() -> None:
 
 
 def assessed(yarns: YarnSet, precision: str) -> Assessment:
-    return Iteration.start(yarns, STITCHMESH, replace(DRAFT, precision=precision), device_named("cpu")).assess()
+    return YarnSimulation.start(yarns, STITCHMESH, replace(DRAFT, precision=precision), device_named("cpu")).assess()
 
 
 @pytest.mark.parametrize("count", [10, 20_000])
@@ -111,7 +111,7 @@ def test_where_rounding_stands_in_the_way_the_remedy_says_so() -> None:
 
 
 def test_lists_that_would_fill_the_memory_are_refused_with_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(near_segments, "MOST_ENTRIES", 100_000)  # of 864 samples, each within contact of all others
+    monkeypatch.setattr(broad_phase, "MOST_ENTRIES", 100_000)  # of 864 samples, each within contact of all others
     found = outcome(SMALL["radius x 100"], DRAFT, "cpu")
     assert found.kind == REFUSED
     assert WHERE.search(found.words)

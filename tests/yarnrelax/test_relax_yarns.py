@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stockinette import fabric_of, hopf_link, tube
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
@@ -16,11 +15,13 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
-from stitchmesh.yarnrelax import solver as solver_module
-from stitchmesh.yarnrelax.borders import KeepBorders
-from stitchmesh.yarnrelax.iteration import SMALLEST_CAUTION, Iteration
-from stitchmesh.yarnrelax.shape import KeepShape
+from stitchmesh.yarnrelax import YarnMaterial, observer, relax_yarns, yarn_energies
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.relaxation_loop import SMALLEST_STEP_SCALE, RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.lbfgs_steps import PAIRS, STEP_SCALE
+from tests.yarnrelax.stockinette import fabric_of, hopf_link, tube
 
 DRAFT = PRESETS["draft"]
 ROWS, STITCHES = 6, 8
@@ -94,64 +95,66 @@ def test_far_from_the_origin_is_as_good_as_near(knit: YarnSet) -> None:
     np.testing.assert_allclose(far, near, atol=1e-4)
 
 
-def started(yarns: YarnSet, material: YarnMaterial, fabric: StitchMesh | None = None) -> Iteration:
+def started(yarns: YarnSet, material: YarnMaterial, fabric: StitchMesh | None = None) -> YarnSimulation:
     terms, constraints = ([KeepShape(fabric)], [KeepBorders(fabric)]) if fabric else ([], [])
-    return Iteration.start(yarns, material, DRAFT, device_named("cpu"), terms, constraints)
+    return YarnSimulation.start(yarns, material, DRAFT, device_named("cpu"), terms, constraints)
 
 
-def kernels(iteration: Iteration) -> set[str]:
-    return {launch.kernel.key.split("__")[0] for launch in iteration.launches}
+def kernels(simulation: YarnSimulation) -> set[str]:
+    return {launch.kernel.key.split("__")[0] for launch in simulation.iterations.launches}
 
 
 def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
     plain = kernels(started(knit, YarnMaterial.named("kaldor-simulation")))
     assert plain == {
-        "place_and_pull",
+        "samples_and_segment_forces",
         "contact_forces",
         "gather_forces",
-        "find_compliance",
-        "compare",
-        "remember",
-        "precondition",
-        "recall",
+        "find_preconditioner",
+        "compare_forces",
+        "update_memories",
+        "apply_preconditioner",
+        "update_directions",
         "propose_moves",
-        "move_and_note",
+        "apply_moves",
     }
     fabric = fabric_of(ROWS, STITCHES, closed=True)
     full = kernels(started(knit, YarnMaterial.named("leaf"), fabric))
-    added = {"clear", "displace_loops", "pull_patches", "add_shape_forces", "centre_forces", "hold_loops"}
+    added = {"clear_vectors", "displace_loops", "pull_patches", "add_shape_forces", "centre_forces", "hold_loops"}
     assert full - plain == added and plain <= full
 
 
-def test_backing_off_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
-    iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
-    iteration.run(20)
-    iteration.keep()
-    good = iteration.good_yarns().points
-    iteration.run(20)
-    iteration.back_off()
-    np.testing.assert_array_equal(iteration.state.points.numpy(), iteration.good_points.numpy())
-    np.testing.assert_array_equal(iteration.good_yarns().points, good)
-    assert iteration.caution == 0.5
-    pairs, scale = iteration.method.arrays()["numbers"].numpy()[0, [1, 4]]
+def test_stepping_back_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
+    simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
+    loop, every = RelaxationLoop(simulation, tolerance=0.0), np.ones(1, dtype=bool)
+    loop.iterate(20)
+    loop.accept(every)
+    good = simulation.good_yarns().points
+    loop.iterate(20)
+    loop.step_back(every)
+    np.testing.assert_array_equal(simulation.state.points.numpy(), simulation.good_points.numpy())
+    np.testing.assert_array_equal(simulation.good_yarns().points, good)
+    assert loop.step_scale == 0.5
+    pairs, scale = simulation.solver.arrays()["record"].numpy()[0, [PAIRS, STEP_SCALE]]
     assert pairs == 0 and scale == 0.5  # nothing is remembered of what went wrong
-    iteration.run(20)
-    assert iteration.assess().finite
-    iteration.keep()
-    assert iteration.caution == iteration.method.arrays()["numbers"].numpy()[0, 4] == 0.6
+    loop.iterate(20)
+    assert simulation.assess().finite
+    loop.accept(every)
+    assert loop.step_scale == simulation.solver.arrays()["record"].numpy()[0, STEP_SCALE] == 0.6
 
 
 def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
-    iteration = started(knit, YarnMaterial.named("kaldor-simulation"))
-    iteration.caution[:] = SMALLEST_CAUTION / 2
+    simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
+    loop = RelaxationLoop(simulation, tolerance=0.0)
+    loop.step_scale[:] = SMALLEST_STEP_SCALE / 2
     with pytest.raises(
         SolverError, match=r"(stretch|bend|contact) energy of yarn \d \(control point \d+, stitch face \d+\)"
     ):
-        iteration.back_off()
+        loop.step_back(np.ones(1, dtype=bool))
 
 
 def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solver_module, "PROGRESS_SECONDS", 0.0)
+    monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
     states: list[YarnSet] = []
 
     def interrupt(entry: HistoryEntry) -> None:
@@ -186,13 +189,14 @@ def test_a_yarn_pulled_through_by_hand_is_caught_and_named(monkeypatch: pytest.M
     rings = hopf_link(1.0)
     rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
 
-    def pull_apart(iteration: Iteration, count: int, cells: np.ndarray) -> None:
-        points = iteration.state.points.numpy()
+    def pull_apart(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
+        simulation = loop.simulation
+        points = simulation.state.points.numpy()
         points[rings.start[1] :] += 40.0  # radii: the second ring is somewhere else
-        iteration.state.points.assign(points)
-        iteration.list_candidates()
+        simulation.state.points.assign(points)
+        simulation.search_contacts()
 
-    monkeypatch.setattr(Iteration, "run", pull_apart)
+    monkeypatch.setattr(RelaxationLoop, "iterate", pull_apart)
     quality = replace(DRAFT, tolerance=1e-9, max_iterations=20)
     named = r"yarns 0 and 1 \(stitch faces \[5\] \.\.\. and \[8\] \.\.\.\): their linking number changed"
     with pytest.raises(SolverError, match=named):

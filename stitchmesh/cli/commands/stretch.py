@@ -16,7 +16,7 @@ from stitchmesh.cli.options import Device, Material, QualityName, SwatchFabric
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.quality import DEFAULT_QUALITY
-from stitchmesh.yarnrelax.material import DEFAULT_MATERIAL
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
 if TYPE_CHECKING:
     from stitchmesh.periodic.stretch import StretchPoint

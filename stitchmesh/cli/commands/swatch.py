@@ -20,7 +20,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
-from stitchmesh.yarnrelax.material import DEFAULT_MATERIAL
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
 if TYPE_CHECKING:
     from stitchmesh.periodic.swatch import Swatch as RelaxedSwatch

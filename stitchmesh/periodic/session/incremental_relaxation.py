@@ -17,8 +17,8 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import Drawing, Target, drawing_of, target_of
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
-from stitchmesh.yarnrelax.descent import CHECK
-from stitchmesh.yarnrelax.solver import refuse_pull_through
+from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 NO_ROOM = "yarns cannot be parted on the way to these sizes; take thinner or longer yarn, or a larger repeat"
 """What keeps yarns that were drawn well from a rest."""
@@ -116,8 +116,8 @@ class LiveSwatch:
         except SolverError as error:
             return self._go_back(error)
         self.doubtful = False
-        self.settled += CHECK
-        self.iteration += CHECK
+        self.settled += ASSESSMENT_INTERVAL
+        self.iteration += ASSESSMENT_INTERVAL
         self.moving = replace(moving, yarns=self.descent.yarns)
         if not steps_left(self.moving, self.target) and (self.descent.at_rest or self.descent.used_up):
             self._arrive()

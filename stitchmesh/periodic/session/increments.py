@@ -15,13 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.lattice import Lattice
+from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretch_cell
 from stitchmesh.periodic.session.target import Drawing, Target, lean_of
 from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.cell import lattice_frame
 
 LEANING = 0.1
 """Largest change in one step of how far wales lean over their height."""

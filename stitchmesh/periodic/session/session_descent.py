@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A relaxation of one swatch that goes on burst by burst, and can be looked at and left between two of them."""
+"""A relaxation of one swatch that proceeds by assessment intervals, and can be examined or left between two of them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.descent import CHECK, Descent
-from stitchmesh.yarnrelax.iteration import Iteration
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 
 class SwatchDescent:
@@ -24,36 +24,41 @@ class SwatchDescent:
         Raises:
             SolverError: their energy is not finite.
         """
-        self.quality = quality
-        self.solver = Iteration.start(yarns, material, quality, device_named(device), cell=cell)
-        self.descent = Descent.start(self.solver, quality.tolerance)
-        self.iterations = 0
+        self.max_iterations = quality.max_iterations
+        self.loop = RelaxationLoop(
+            YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell), quality.tolerance
+        )
+        self.loop.start()
 
     def advance(self) -> None:
-        """One burst.
+        """Iterate for one assessment interval.
 
         Raises:
             SolverError: the relaxation cannot go on.
         """
-        self.descent.advance()
-        self.iterations += CHECK
+        self.loop.advance()
+
+    @property
+    def iterations(self) -> int:
+        """Iterations done."""
+        return self.loop.iteration
 
     @property
     def last(self) -> Assessment:
-        """What is known of the last good state."""
-        return self.descent.last[0]
+        """Assessment of the last accepted state."""
+        return self.loop.last[0]
 
     @property
     def at_rest(self) -> bool:
-        """Whether the yarns are."""
-        return bool(self.descent.at_rest[0])
+        """Whether the yarns are at rest."""
+        return bool(self.loop.at_rest[0])
 
     @property
     def used_up(self) -> bool:
-        """Whether it has gone on for as long as it may."""
-        return self.iterations >= self.quality.max_iterations
+        """Whether the iterations of the quality are used up."""
+        return self.loop.iteration >= self.max_iterations
 
     @property
     def yarns(self) -> YarnSet:
-        """The yarns in the last good state."""
-        return self.solver.good_yarns()
+        """The yarns in the last accepted state."""
+        return self.loop.simulation.good_yarns()

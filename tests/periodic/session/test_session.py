@@ -22,7 +22,7 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
-from stitchmesh.yarnrelax.linking import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000)
 """Fine enough for two ways to one state of rest to end within 1e-5 of each other's sizes."""

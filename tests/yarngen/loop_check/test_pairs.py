@@ -23,8 +23,8 @@ from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarngen.templates.drawings import drawings
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.pins import Pins
-from stitchmesh.yarnrelax.pull import Pull
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.point_load import PointLoad
 from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
 
 pytestmark = pytest.mark.decides
@@ -101,7 +101,7 @@ def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     last = np.flatnonzero(fabric.row == fabric.row.max())
     result = relax_yarns(
         yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
-        terms=[Pull((0.0, 250.0 * len(last), 0.0), faces=last)],
+        terms=[PointLoad((0.0, 250.0 * len(last), 0.0), faces=last)],
     )  # fmt: skip
     assert result.report["converged"]
     assert height(fabric, result.yarns) > 1.1 * height(fabric, yarns)
@@ -122,7 +122,7 @@ def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before(seed: int) 
     last = np.flatnonzero(fabric.row == fabric.row.max())
     pulled = relax_yarns(
         rest.yarns, quality="draft", device="cpu", constraints=[Pins(faces=np.flatnonzero(fabric.row == 0))],
-        terms=[Pull((0.0, 100.0 * len(last), 0.0), faces=last)],
+        terms=[PointLoad((0.0, 100.0 * len(last), 0.0), faces=last)],
     )  # fmt: skip
     assert rest.report["converged"] and pulled.report["converged"]
     assert height(fabric, pulled.yarns) > 1.05 * height(fabric, rest.yarns)

@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stress and bending moment of a periodic cell as it lies.
+
+With the frame and the strains of ``cell`` and W its forces on them, the tension of the fabric is -W over the area of
+the cell [dyn/cm]: positive where the cell wants to be shorter than it is. Bent to a curvature k along e1, places move
+by
+
+    u = -k x z e1 + k x^2 / 2 n,    x along e1, z along the normal n
+
+and the energy falls by Q k to first order, where Q sums over the legs of the yarns and over pairs in contact
+
+    Q = sum of  -z f_1 d_1 + x (f_3 d_1 - f_1 d_3)
+
+d the leg from control point to control point, or the gap between two samples, f the pull on its end, z and x its
+middle; x counts from the middle of the leg's segment, which makes no difference since no segment exerts a torque.
+Pairs push along their gap and add to the first term alone. Yarns at rest give way to first order at no cost, so the
+moment Q over the area [dyn] is that of the fabric: where it is positive, a free edge across e1 curls towards the
+normal, the right side. Under tension it depends on the plane from which z counts, here the middle of the yarn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.device import alone
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import lattice_frame
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.energies.contact import contact_force_scale
+from stitchmesh.yarnrelax.evaluate import put_evaluation
+from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
+
+SUMS = 5
+"""W_11, W_22, W_12, and Q along the courses and along the wales."""
+
+Shares = wp.types.vector(length=SUMS, dtype=wp.float64)
+
+
+@dataclass(frozen=True)
+class CellStress:
+    """What the borders of a cell would have to exert to keep it as it is."""
+
+    course: float
+    """Tension along the courses, on a cut along the wales [dyn/cm]."""
+    wale: float
+    """Tension along the wales [dyn/cm]."""
+    shear: float
+    """Shear [dyn/cm]."""
+    course_moment: float
+    """Moment that would curl the courses towards the right side [dyn]."""
+    wale_moment: float
+    """Moment that would curl the wales towards the right side [dyn]."""
+
+
+@wp.func
+def with_element(share: Any, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3d, d: wp.vec3d, f: wp.vec3d) -> Any:
+    """Add an element to the five sums; rows of ``frame`` are e1, e2 and n, ``offset`` counts from its segment."""
+    along, force, out = frame * d, frame * f, frame * offset
+    height = (frame * middle)[2]
+    first = out[0] * (force[2] * along[0] - force[0] * along[2]) - height * force[0] * along[0]
+    second = out[1] * (force[2] * along[1] - force[1] * along[2]) - height * force[1] * along[1]
+    return share + type(share)(force[0] * along[0], force[1] * along[1], force[0] * along[1], first, second)
+
+
+@kernel
+def segment_shares(
+    # model
+    model: Any,
+    frame: wp.mat33d,
+    # state in
+    points: wp.array[wp.vec3d],
+    leg_force: wp.array2d[wp.vec3d],
+    # state out
+    shares: wp.array2d[wp.float64],
+) -> None:
+    """What each segment adds to the sums."""
+    s = wp.tid()
+    q0, q1, q2, q3 = segment_corners(model, points, s)
+    half = wp.float64(0.5)
+    centre = (q1 + q2) * half
+    first, last = (q0 + q1) * half, (q2 + q3) * half
+    share = with_element(Shares(), frame, first - centre, first, q1 - q0, leg_force[0, s])
+    share = with_element(share, frame, centre - centre, centre, q2 - q1, leg_force[1, s])
+    share = with_element(share, frame, last - centre, last, q3 - q2, leg_force[2, s])
+    for k in range(5):
+        shares[k, s] = share[k]
+
+
+@kernel
+def contact_shares(
+    # model
+    model: Any,
+    frame: wp.mat33d,
+    # state in
+    samples: wp.array[wp.vec4d],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    shares: wp.array2d[wp.float64],
+) -> None:
+    """Half of what each pair in contact adds, at both of its samples."""
+    p = wp.tid()
+    here = samples[p]
+    half = wp.float64(0.5)
+    stiffness = model.sample_stiffness[p] * half
+    share = Shares()
+    for c in range(candidate_count[p]):
+        entry = candidates[p, c]
+        gap4 = from_entry(model.images, samples, p, here, entry)
+        gap = wp.vec3d(gap4[0], gap4[1], gap4[2])
+        distance2, reach2 = wp.dot(gap, gap), gap4[3] * gap4[3]
+        if distance2 < reach2:
+            weight = model.sample_weight[sample_number(model.images, entry)]
+            size, _stiff, _inverse = contact_force_scale(distance2, reach2, weight * stiffness)
+            middle = wp.vec3d(here[0], here[1], here[2]) - gap * half
+            share = with_element(share, frame, wp.vec3d(), middle, gap, gap * size)
+    for k in range(5):
+        shares[k, p] = share[k]
+
+
+@alone()
+def cell_stress(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    *,
+    quadrature_points: int = 11,
+    contact_samples: int = 11,
+    device: str | None = None,
+) -> CellStress:
+    """Stress and bending moment of yarns on a lattice as they lie, in double precision.
+
+    Arguments as for ``yarn_energies``; tell it the sampling with which the yarns came to rest.
+
+    Raises:
+        ParameterError: the yarns repeat on no lattice.
+    """
+    if yarns.lattice is None:
+        raise ParameterError("cell stress: the yarns repeat on no lattice")
+    model, state, candidates = put_evaluation(yarns, material, "float64", quadrature_points, contact_samples, device)
+    no_stiffness = model.empty(model.point_count)
+    evaluation.force_launches(model, state, candidates, (), no_stiffness, model.launch)
+    along, across, normal = lattice_frame(yarns.lattice.periods)
+    middle = np.array([np.concatenate(yarns.sampled(4)).mean(axis=0)])
+    shift = model.to_device(middle)[0] @ normal
+    frame = wp.mat33d(*np.concatenate([along, across, normal]))
+    of_segments = wp.zeros((SUMS, model.segment_count), dtype=wp.float64, device=model.device)
+    of_contacts = wp.zeros((SUMS, model.sample_count), dtype=wp.float64, device=model.device)
+    model.launch(
+        segment_shares, model.segment_count, [model.constants, frame, state.points, state.leg_force], [of_segments]
+    )
+    inputs = [model.constants, frame, state.samples, candidates.count, candidates.lists]
+    model.launch(contact_shares, model.sample_count, inputs, [of_contacts])
+    w11, w22, w12, first, second = of_segments.numpy().sum(axis=1) + of_contacts.numpy().sum(axis=1)
+    area = yarns.lattice.area
+    # forces are in erg per unit: the moment's lever is in units too
+    moments = (first + shift * w11) * model.unit / area, (second + shift * w22) * model.unit / area
+    return CellStress(-float(w11) / area, -float(w22) / area, -float(w12) / area, float(moments[0]), float(moments[1]))

@@ -1,0 +1,297 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Broad phase of the contact search: the segments near each segment.
+
+Each segment lies in a ball around the yarn at its samples. A hash grid of the balls finds, for each ball, the balls
+that come nearer to it than a reach. The lists are kept as long as they contain all pairs within the margin that is
+needed: if no ball has moved and grown by more than d since the lists were made with a reach R, they contain all pairs
+within R - 2 d. The lists are ascending, so what is selected from them does not depend on when they were made.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.captured import CopyArray
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.errors import SolverError
+from stitchmesh.yarnrelax.model.constants import BLOCK, Model
+from stitchmesh.yarnrelax.model.lattice_images import (
+    apart_from_cell,
+    cell_of,
+    grid_place,
+    image_count,
+    shifted_by,
+    turns_to,
+)
+
+FIRST_CAPACITY = 16
+"""Capacity of a list before its first growth."""
+SPARE_REACH = 1.0
+"""How much farther than the margin the near lists reach, in mean radii, so that they last for several searches."""
+NOTHING_LISTED = -1.0
+"""``NearSegments.complete_within`` of lists that are out of date."""
+CELL = 2.0
+"""Width of a cell of the hash grid over the radius of a search."""
+APART = 6.0
+"""Distance between the cells of several fabrics in the hash grid, over the width of a cell of the grid."""
+SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
+"""Cells along each axis of the hash grid, up to that many segments and beyond; cells wrap around, so this bounds
+memory and not space."""
+MOST_ENTRIES = 2**31
+"""Entries that the lists may have, 8 GB."""
+
+
+@wp.func
+def may_collide(model: Any, i: int, j: int, image: int) -> bool:
+    """Whether segment i and segment j of an image are of different strands, or far enough apart along one."""
+    yarn = model.segment_yarn[i]
+    if yarn != model.segment_yarn[j]:
+        return True
+    turns = turns_to(model.images, model.yarn_step[yarn], image)
+    if turns == 2147483647:
+        return True
+    cycle = model.segment_cycle[i]
+    ahead = j - i
+    if turns != 0:  # the same strand, some turns farther along
+        count = model.yarn_segments[yarn]
+        far = wp.int64(ahead) + wp.int64(turns) * wp.int64(count)
+        if far < wp.int64(0):
+            return -far > wp.int64(model.segment_skip[j])
+        return far > wp.int64(model.segment_skip[i])
+    if ahead < 0:
+        ahead += cycle
+    return ahead > model.segment_skip[i] and cycle - ahead > model.segment_skip[j]
+
+
+@kernel
+def bound_segments(
+    # model
+    model: Any,
+    # state in
+    samples: wp.array[Any],
+    # state out
+    centre: wp.array[Any],
+    extent: wp.array[Any],
+) -> None:
+    """A ball around the yarn of each segment: its centre and its radius."""
+    s = wp.tid()
+    first, last = model.sample_start[s], model.sample_start[s + 1] - 1
+    middle = (samples[first] + samples[last]) * type(extent[0])(0.5)
+    farthest = type(extent[0])(0.0)
+    for p in range(first, last + 1):
+        apart = samples[p] - middle
+        farthest = wp.max(farthest, apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2])
+    centre[s] = type(centre[0])(middle[0], middle[1], middle[2])
+    extent[s] = wp.sqrt(farthest) + samples[first][3]
+
+
+@kernel
+def list_segments(
+    # model
+    model: Any,
+    margin: Any,
+    search_radius: Any,
+    pitch: Any,
+    # state in
+    grid: wp.uint64,
+    centre: wp.array[Any],
+    extent: wp.array[Any],
+    # state out
+    near_count: wp.array[wp.int32],
+    near: wp.array2d[wp.int32],
+) -> None:
+    """Segments near each segment, in ascending order; an entry counts images by the number of segments."""
+    i = wp.tid()
+    here = centre[i]
+    cell = cell_of(model.images, i)
+    reach = margin + extent[i]
+    found = int(0)
+    for image in range(image_count(model.images)):
+        seen_from = here + here - shifted_by(model.images, here, cell, image)
+        if apart_from_cell(model.images, seen_from, cell, search_radius):
+            continue
+        for j in wp.hash_grid_query(grid, grid_place(model.images, seen_from, cell, pitch), search_radius):
+            apart = centre[j] - seen_from
+            limit = reach + extent[j]
+            same_cell = cell_of(model.images, j) == cell
+            if same_cell and wp.dot(apart, apart) < limit * limit and may_collide(model, i, j, image):
+                entry = image * centre.shape[0] + j
+                place = found
+                found += 1
+                if place < near.shape[1]:
+                    while place > 0 and near[i, wp.max(place - 1, 0)] > entry:
+                        near[i, place] = near[i, place - 1]
+                        place -= 1
+                    near[i, place] = entry
+    near_count[i] = found
+
+
+@kernel
+def place_in_grid(
+    # model
+    model: Any,
+    pitch: Any,
+    # state in
+    centre: wp.array[Any],
+    # state out
+    place: wp.array[Any],
+) -> None:
+    """Where each ball stands in the hash grid."""
+    s = wp.tid()
+    place[s] = grid_place(model.images, centre[s], cell_of(model.images, s), pitch)
+
+
+@kernel
+def bound_cells(
+    # model
+    cell_segments: wp.array[wp.int32],
+    # state in
+    centre: wp.array[Any],
+    # state out
+    box: wp.array[Any],
+) -> None:
+    """The box around the middles of each cell's segments; a block of 64 threads a cell."""
+    cell, lane = wp.tid()
+    first, last = cell_segments[cell], cell_segments[cell + 1]
+    low = centre[first]
+    high = low
+    for s in range(first + lane, last, wp.block_dim()):
+        low = wp.min(low, centre[s])
+        high = wp.max(high, centre[s])
+    for axis in range(3):
+        least, most = wp.tile_min(wp.tile(low[axis])), wp.tile_max(wp.tile(high[axis]))
+        if lane == 0:
+            low[axis] = least[0]
+            high[axis] = most[0]
+    if lane == 0:
+        box[2 * cell] = low
+        box[2 * cell + 1] = high
+
+
+@kernel
+def measure_drift(
+    # state in
+    centre: wp.array[Any],
+    extent: wp.array[Any],
+    listed_centre: wp.array[Any],
+    listed_extent: wp.array[Any],
+    # state out
+    drift: wp.array[Any],
+) -> None:
+    """How much nearer to others each ball may have come since the lists were made."""
+    s = wp.tid()
+    grown = extent[s] - listed_extent[s]
+    drift[s] = wp.length(centre[s] - listed_centre[s]) + wp.max(grown, grown - grown)
+
+
+@dataclass(eq=False)
+class NearSegments:
+    """Lists of the segments near each segment."""
+
+    count: wp.array[Any]
+    """How many there are, shape (S,)."""
+    lists: wp.array[Any]
+    """They, ascending, shape (S, capacity)."""
+    centre: wp.array[Any]
+    """Middle of each segment's samples, shape (S, 3)."""
+    extent: wp.array[Any]
+    """How far their yarn reaches from it, shape (S,)."""
+    listed_centre: wp.array[Any]
+    """The middles when the lists were made, shape (S, 3)."""
+    listed_extent: wp.array[Any]
+    """How far the yarn reached then, shape (S,)."""
+    grid: wp.HashGrid
+    """The grid that finds them."""
+    grid_place: wp.array[Any]
+    """Where each segment stands in it, shape (S, 3)."""
+    reach: float = 0.0
+    """Distance within which balls were listed when the lists were made [units]."""
+    complete_within: float = NOTHING_LISTED
+    """Distance within which the lists contain all pairs now [units]; negative where they must be made anew."""
+
+    def invalidate(self) -> None:
+        """Declare the lists out of date: segments were placed elsewhere, or the lists have no capacity."""
+        self.complete_within = NOTHING_LISTED
+
+
+def make_near_segments(model: Model) -> NearSegments:
+    """Empty lists."""
+    cells, count = SMALL_GRID if model.segment_count <= MANY_SEGMENTS else LARGE_GRID, model.segment_count
+    grid = wp.HashGrid(cells, cells, cells, device=model.device, dtype=model.scalar)
+    grid.reserve(count)  # a capture must not allocate
+    return NearSegments(
+        wp.zeros(count, dtype=wp.int32, device=model.device),
+        allocate_lists(model, count, FIRST_CAPACITY),
+        model.empty(count, 3),
+        model.empty(count),
+        model.empty(count, 3),
+        model.empty(count),
+        grid,
+        model.empty(count, 3),
+    )
+
+
+def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
+    """Put the balls, of extents up to ``longest``, into the hash grid; where they lie is where they are listed."""
+    count, launcher = model.segment_count, model.prepare
+    radius = reach + 2.0 * longest
+    launches: list[Any] = [CopyArray(near.centre, near.listed_centre), CopyArray(near.extent, near.listed_extent)]
+    if model.on_lattice:
+        box = model.constants.images.box
+        launches.append(launcher(bound_cells, model.cell_count, [model.cell_segments, near.centre], [box], tile=BLOCK))
+    inputs = [model.constants, model.number(_pitch(radius)), near.centre]
+    launches.append(launcher(place_in_grid, count, inputs, [near.grid_place]))
+    return [*launches, _GridBuild(near, CELL * radius)]
+
+
+def near_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
+    """List what comes nearer than a reach."""
+    radius = reach + 2.0 * longest
+    # places in the grid are rounded: a thousandth of a radius covers the farthest cell
+    numbers = [model.number(value) for value in (reach, radius + 1e-3, _pitch(radius))]
+    inputs = [model.constants, *numbers, wp.uint64(near.grid.id), near.centre, near.extent]
+    return [model.prepare(list_segments, model.segment_count, inputs, [near.count, near.lists])]
+
+
+def _pitch(radius: float) -> float:
+    """Distance between the cells of several fabrics in the hash grid."""
+    return APART * CELL * radius
+
+
+@dataclass(frozen=True, eq=False)
+class _GridBuild:
+    """Sorts the balls into the hash grid when it is launched."""
+
+    near: NearSegments
+    width: float
+
+    def launch(self) -> None:
+        """Do it."""
+        self.near.grid.build(self.near.grid_place, self.width)
+
+
+def checked_length(model: Model, count: wp.array[Any], needed: int) -> int:
+    """The length ``needed`` of the longest list, if all fit."""
+    if needed * len(count) > MOST_ENTRIES:
+        worst = int(count.numpy().argmax())
+        whole = len(count) == model.segment_count
+        segment = worst if whole else int(np.searchsorted(model.sample_start, worst, side="right") - 1)
+        point = int(model.yarns.segment_points[segment, 1])
+        where = f"yarn {model.yarns.point_yarn[point]} (control point {point})"
+        found = f"{needed} pieces of yarn within contact of one, {len(count)} pieces in all"
+        expected = f"expected at most {MOST_ENTRIES} pairs"
+        raise SolverError(f"{where}: {found}; {expected}; give the yarns a smaller radius")
+    return needed
+
+
+def allocate_lists(model: Model, count: int, needed: int) -> wp.array[Any]:
+    """Room for ``count`` lists of a quarter more entries than needed."""
+    capacity = int(np.ceil(needed * 1.25 / 8)) * 8 if needed > FIRST_CAPACITY else needed
+    if model.device.is_cuda:
+        return wp.zeros((capacity, count), dtype=wp.int32, device=model.device).transpose()
+    return wp.zeros((count, capacity), dtype=wp.int32, device=model.device)

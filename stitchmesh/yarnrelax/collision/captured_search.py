@@ -1,0 +1,309 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""New candidate lists and budgets: samples, broad phase, narrow phase and step limit in captured launches.
+
+All launches of a search run without a look at intermediate results: one graph on a GPU. They assume that the lists have
+capacity, that no segment is longer than the search expects, that the near lists of the broad phase are still complete,
+and that the table of images contains every image that can touch. The last launch collects what decides whether these
+assumptions hold, and the host reads it once. Where an assumption fails, the host corrects it and repeats the launches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import CapturedLaunches, CopyArray
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.reduction import maximum
+from stitchmesh.compute.thread_block import MOST_THREADS, THREADS
+from stitchmesh.yarnrelax.collision.broad_phase import (
+    SPARE_REACH,
+    allocate_lists,
+    bound_segments,
+    checked_length,
+    grid_launches,
+    measure_drift,
+    near_launches,
+)
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, narrow_launch
+from stitchmesh.yarnrelax.collision.step_limit import (
+    SMALLEST_CLEARANCE,
+    budget_launch,
+    clearance_launches,
+    strain_budget_launches,
+    too_close_cells,
+)
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.image_table import SHRINKAGE, SPREAD, renew_images
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.model.state import State
+
+ROOM_TO_GROW = 1.1
+"""Factor by which segments may become longer before the search is widened."""
+BLOCKS = 128
+"""Thread blocks that collect the results of a search."""
+LARGEST_STRAIN = 0.2
+"""Largest strain of a cell since its table of images was made, for which ``SHRINKAGE`` leaves room."""
+
+
+@kernel
+def collect_results(
+    # state in
+    near: wp.array[wp.int32],
+    listed: wp.array[wp.int32],
+    longest: wp.array[Any],
+    drift: wp.array[Any],
+    periods: wp.array[Any],
+    box: wp.array[Any],
+    least: wp.array[wp.float64],
+    # state out
+    results: wp.array2d[wp.float64],
+) -> None:
+    """One row for each block with the four maxima, then rows of periods, of boxes and of the least clearances."""
+    block, lane = wp.tid()
+    threads = wp.block_dim()
+    cells = least.shape[0]
+    blocks = results.shape[0] - 5 * cells
+    most = wp.vec4d()
+    for k in range(block * threads + lane, near.shape[0], blocks * threads):
+        most[0] = wp.max(most[0], wp.float64(near[k]))
+        most[2] = wp.max(most[2], wp.float64(longest[k]))
+        most[3] = wp.max(most[3], wp.float64(drift[k]))
+    for k in range(block * threads + lane, listed.shape[0], blocks * threads):
+        most[1] = wp.max(most[1], wp.float64(listed[k]))
+    for k in range(4):
+        whole = wp.tile_max(wp.tile(most[k]))
+        if lane == 0:
+            results[block, k] = whole[0]
+    for k in range(block * threads + lane, 2 * cells, blocks * threads):
+        if k < periods.shape[0]:  # yarns without a lattice have no periods
+            for axis in range(3):
+                results[blocks + k, axis] = wp.float64(periods[k][axis])
+                results[blocks + 2 * cells + k, axis] = wp.float64(box[k][axis])
+        results[blocks + 4 * cells + k // 2, 0] = least[k // 2]
+
+
+@kernel
+def smallest_of_cells(
+    # model
+    start: wp.array[wp.int32],
+    # state in
+    values: wp.array[Any],
+    # state out
+    least: wp.array[wp.float64],
+) -> None:
+    """Smallest value of each cell, not a number where one value is not a number; one block for each cell."""
+    cell, lane = wp.tid()
+    smallest, broken = wp.float64(1.0e300), wp.float64(0.0)
+    for k in range(start[cell] + lane, start[cell + 1], wp.block_dim()):
+        value = wp.float64(values[k])
+        if value == value:
+            smallest = wp.min(smallest, value)
+        else:
+            broken = wp.float64(1.0)
+    whole, odd = wp.tile_min(wp.tile(smallest)), wp.tile_max(wp.tile(broken))
+    if lane == 0:
+        least[cell] = whole[0]
+        if odd[0] > wp.float64(0.0):
+            least[cell] = wp.float64(wp.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResults:
+    """What the host reads after a search."""
+
+    near: int
+    """Length of the longest list of near segments."""
+    listed: int
+    """Length of the longest candidate list."""
+    longest: float
+    """Largest extent of a segment [units]."""
+    drift: float
+    """By how much a segment may have approached others since the broad phase [units]."""
+    periods: NDArray[np.float64]
+    """Periods of each cell [units], shape (C, 2, 3)."""
+    box: NDArray[np.float64]
+    """Lower and upper corner of the box around each cell at the last broad phase [units], shape (C, 2, 3)."""
+    least: NDArray[np.float64]
+    """Smallest clearance of each cell [units], shape (C,)."""
+
+
+class ContactSearch:
+    """Makes candidate lists and budgets for a state, as often as wanted."""
+
+    def __init__(
+        self, model: Model, state: State, candidates: Candidates, reallocated: Callable[[], None] = lambda: None
+    ) -> None:
+        """Allocate what a search needs beside the lists.
+
+        Args:
+            model: constants of the yarns.
+            state: the state whose contacts are searched for.
+            candidates: the lists to fill.
+            reallocated: called where an array that kernels read is replaced, so that prepared launches are discarded.
+        """
+        self.model, self.state, self.candidates, self.reallocated = model, state, candidates, reallocated
+        self.drift = model.empty(model.segment_count)
+        self.clearance = model.empty(model.sample_count)
+        self.least = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
+        self.collected = wp.zeros((BLOCKS + 5 * model.cell_count, 4), dtype=wp.float64, device=model.device)
+        self.results: SearchResults | None = None
+        self._launches: dict[bool, CapturedLaunches] = {}
+        self._margin = candidates.margin
+        self._longest = 0.0
+        self._table: SearchResults | None = None
+        self._searched: SearchResults | None = None
+        self._last_loss = 0.0
+        if model.on_lattice:
+            renew_images(model, state.points)
+
+    def run(self) -> None:
+        """Make lists and budgets for the state as it is.
+
+        Raises:
+            SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the place.
+        """
+        if self._margin != self.candidates.margin:
+            self._margin = self.candidates.margin
+            self._launches.clear()
+        complete = False
+        while not complete:
+            margin, near = self._margin, self.candidates.near
+            found = self._search(broad=near.complete_within - self._last_loss < margin)
+            if near.complete_within < margin:
+                found = self._search(broad=True)
+            complete = self._has_capacity(found) and self._has_images(found)
+
+    def too_close(self) -> dict[int, str]:
+        """For each cell in which the clearance of an arc is used up, what is wrong; it names yarn and stitch face."""
+        assert self.results is not None
+        if (self.results.least >= SMALLEST_CLEARANCE).all():
+            return {}
+        return too_close_cells(self.model, self.state, self.candidates, self.clearance, self.results.least)
+
+    def _search(self, *, broad: bool) -> SearchResults:
+        """Launch a search, with the broad phase or with the near lists of the last one."""
+        near = self.candidates.near
+        if broad not in self._launches:
+            self._launches[broad] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
+        self._launches[broad].launch()
+        found = self.results = self._read()
+        if broad:
+            near.reach = near.complete_within = self._margin + SPARE_REACH
+            self._searched = found
+            self._table = self._table or found
+        else:
+            before, near.complete_within = near.complete_within, self._reach_left(found)
+            self._last_loss = before - near.complete_within
+        return found
+
+    def _prepared(self, *, broad: bool) -> list[Any]:
+        """The launches of a search, from the samples to the budgets."""
+        model, state, candidates, launcher = self.model, self.state, self.candidates, self.model.prepare
+        near = candidates.near
+        sample = place_contact_samples(model, state, launcher)
+        bound = launcher(
+            bound_segments, model.segment_count, [model.constants, state.samples], [near.centre, near.extent]
+        )
+        listed = [near.centre, near.extent, near.listed_centre, near.listed_extent]
+        launches = [
+            sample,
+            CopyArray(state.points, state.listed_points),
+            bound,
+            launcher(measure_drift, model.segment_count, listed, [self.drift]),
+        ]
+        if broad:
+            if self._longest == 0.0:
+                sample.launch()
+                bound.launch()
+                self._longest = maximum(near.extent) * ROOM_TO_GROW
+            reach = self._margin + SPARE_REACH
+            launches += grid_launches(model, near, reach, self._longest)
+            launches += near_launches(model, near, reach, self._longest)
+        clear = [model.cell_samples, self.clearance]
+        images = model.constants.images
+        lattice = [images.periods, images.box] if model.on_lattice else [model.empty(0, 3), model.empty(0, 3)]
+        collected = [near.count, candidates.count, near.extent, self.drift, *lattice, self.least]
+        return [
+            *launches,
+            narrow_launch(model, state.samples, candidates, launcher),
+            *clearance_launches(model, state, candidates, self.clearance),
+            budget_launch(model, state, candidates, self.clearance),
+            launcher(smallest_of_cells, model.cell_count, clear, [self.least], tile=MOST_THREADS),
+            *strain_budget_launches(model, state, candidates, self.least),
+            launcher(collect_results, BLOCKS, collected, [self.collected], tile=THREADS),
+        ]
+
+    def _read(self) -> SearchResults:
+        collected, cells = self.collected.numpy(), self.model.cell_count
+        near, listed, longest, drift = collected[:BLOCKS].max(axis=0).tolist()
+        periods, box = collected[BLOCKS : BLOCKS + 4 * cells, :3].reshape(2, cells, 2, 3)
+        return SearchResults(int(near), int(listed), longest, drift, periods, box, collected[BLOCKS + 4 * cells :, 0])
+
+    def _reach_left(self, found: SearchResults) -> float:
+        """Distance within which the near lists are still complete after the motion of segments and cells."""
+        near, along = self.candidates.near, 0.0
+        if self.model.on_lattice:
+            assert self._searched is not None
+            strain = _relative_change(found.periods, self._searched.periods)
+            along = float(2.0 * strain.max()) * (near.reach + 2.0 * self._longest)
+        return near.reach - 2.0 * found.drift - along
+
+    def _has_capacity(self, found: SearchResults) -> bool:
+        """Whether all lists had capacity and no segment outgrew the search; else the arrays are enlarged."""
+        model, candidates, near = self.model, self.candidates, self.candidates.near
+        if found.near > near.lists.shape[1]:
+            near.lists = allocate_lists(model, model.segment_count, checked_length(model, near.count, found.near))
+        elif found.listed > candidates.lists.shape[1]:
+            needed = checked_length(model, candidates.count, found.listed)
+            candidates.lists = allocate_lists(model, model.sample_count, needed)
+            self._launches.clear()
+            self.reallocated()
+            return False
+        elif found.longest > self._longest:
+            self._longest = found.longest * ROOM_TO_GROW
+        else:
+            return True
+        self._launches.clear()
+        near.invalidate()
+        return False
+
+    def _has_images(self, found: SearchResults) -> bool:
+        """Whether the table of images is still complete; else it is made anew."""
+        if not self.model.on_lattice or self._table_is_complete(found):
+            return True
+        renew_images(self.model, self.state.points, anyway=True)
+        self._table = None
+        self._launches.clear()
+        self.candidates.near.invalidate()
+        self.reallocated()
+        return False
+
+    def _table_is_complete(self, found: SearchResults) -> bool:
+        """Whether cells have neither grown nor been strained so far that an image may be missing.
+
+        An image is left out of the table if, with shrunk periods, it is clear by 2 * SPREAD radii along one axis and
+        not farther away than that and the box along the other. Growth reduces this clearance, and a shear c reduces it
+        by c times the extent along the other axis.
+        """
+        assert self._table is not None
+        box, periods, radius = self._table.box, self._table.periods, float(self.model.radius.max())
+        size, now = np.ptp(box, axis=1).max(axis=1), found.periods
+        growth = (np.ptp(found.box, axis=1) - np.ptp(box, axis=1)).max(axis=1)
+        strain = _relative_change(now, periods)
+        # part of the second period's change that is along the first one
+        along = np.einsum("cd,cd->c", now[:, 1] - periods[:, 1], periods[:, 0])
+        shear = np.abs(along) / np.linalg.norm(np.cross(periods[:, 0], periods[:, 1]), axis=1)
+        taken = growth + shear * (size + (3 + 2 * SPREAD) * radius) / SHRINKAGE
+        return bool(((taken <= SPREAD * radius) & (strain.max(axis=1) <= LARGEST_STRAIN)).all())
+
+
+def _relative_change(periods: NDArray[np.float64], before: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Change of each period over its length, shape (C, 2)."""
+    return np.asarray(np.linalg.norm(periods - before, axis=2) / np.linalg.norm(before, axis=2))

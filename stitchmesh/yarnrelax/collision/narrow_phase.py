@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Narrow phase of the contact search: for each contact sample the samples that may touch it, kept over many iterations.
+
+The candidate list of a sample contains every sample of a segment that may collide with its own segment, up to the
+contact distance plus a margin, in ascending order. On a lattice an entry is the sample plus the number of samples times
+its image (``lattice_images``). Each pair is listed from both sides. A list stays complete while no control point has
+moved by more than half the margin since the list was made, because the weights of the spline sum to one and samples
+move no farther than control points. The step limit keeps control points from moving farther. The force does not depend
+on the margin: samples beyond the contact distance add nothing.
+
+The broad phase gives each segment a list of the segments near it, which lasts longer (``broad_phase``). The narrow
+phase compares the samples of these segments. Lists of both phases have a fixed capacity. A list that does not fit is
+counted in full, and the search is repeated with more capacity (``captured_search``), so that no pair is dropped. On a
+GPU the lists of neighbouring samples are interleaved, so that a warp reads whole lines of memory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.vector_loads import load_vector
+from stitchmesh.yarnrelax.collision.broad_phase import (
+    FIRST_CAPACITY,
+    NearSegments,
+    allocate_lists,
+    make_near_segments,
+)
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, image_of, shifted_by
+
+WIDEST_MARGIN = 0.6
+"""Margin of candidate lists at the start of a relaxation, the widest one, in mean radii."""
+
+
+@kernel
+def list_samples(
+    # model
+    model: Any,
+    margin: Any,
+    segment_count: int,
+    # state in
+    samples: wp.array[Any],
+    centre: wp.array[Any],
+    extent: wp.array[Any],
+    near_count: wp.array[wp.int32],
+    near: wp.array2d[wp.int32],
+    # state out
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+) -> None:
+    """Samples near each sample, in ascending order; an entry counts images by the number of samples."""
+    p = wp.tid()
+    s = model.sample_segment[p]
+    here4 = load_vector(samples, p)
+    here = type(centre[0])(here4[0], here4[1], here4[2])
+    cell = cell_of(model.images, s)
+    reach = here4[3] + margin
+    found = int(0)
+    for n in range(wp.min(near_count[s], near.shape[1])):  # a list beyond its capacity is made again
+        entry = near[s, n]
+        image = image_of(model.images, entry, segment_count)
+        j = entry - image * segment_count
+        seen_from = here + here - shifted_by(model.images, here, cell, image)
+        away = centre[j] - seen_from
+        limit = reach + extent[j]
+        if wp.dot(away, away) < limit * limit:
+            for q in range(model.sample_start[j], model.sample_start[j + 1]):
+                there = load_vector(samples, q)
+                apart = type(here)(there[0], there[1], there[2]) - seen_from
+                limit = reach + there[3]
+                if wp.dot(apart, apart) < limit * limit:
+                    if found < candidates.shape[1]:
+                        candidates[p, found] = image * samples.shape[0] + q
+                    found += 1
+    candidate_count[p] = found
+
+
+@dataclass(eq=False)
+class Candidates:
+    """Candidate lists of all samples."""
+
+    margin: float
+    """Distance beyond contact up to which pairs are listed, in units."""
+    count: wp.array[Any]
+    """Length of each list, shape (P,)."""
+    lists: wp.array[Any]
+    """Samples in each list, ascending, shape (P, capacity)."""
+    near: NearSegments
+    """The segments whose samples are compared."""
+
+
+def make_candidates(model: Model, margin: float) -> Candidates:
+    """Empty lists for the samples of a model."""
+    count = wp.zeros(model.sample_count, dtype=wp.int32, device=model.device)
+    lists = allocate_lists(model, model.sample_count, FIRST_CAPACITY)
+    return Candidates(margin, count, lists, make_near_segments(model))
+
+
+def narrow_launch(model: Model, samples: wp.array[Any], candidates: Candidates, launcher: Launcher) -> Any:
+    """The launch that fills the candidate lists from the near lists of the broad phase."""
+    near = candidates.near
+    inputs = [model.constants, model.number(candidates.margin), model.segment_count, samples, near.centre, near.extent,
+              near.count, near.lists]  # fmt: skip
+    return launcher(list_samples, model.sample_count, inputs, [candidates.count, candidates.lists])

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Borders: the loops at the edge of a garment keep their place (Y section 6.3, eq 5).
+
+For each loop S_j of the border, a hard constraint:
+
+    C_j = sum over i in S_j of q_i  -  sum over i in S_j of q0_i  =  0
+
+The constraint pulls every control point of the loop with one force, so the steps lose that force times the points'
+mobility; the drift that it takes away is measured from the start, so that rounding cannot add up. The steps are then
+shortened by one common factor to the step limits, which leaves the mean where it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.yarnrelax.energies.shape_patches import loops_of
+from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State
+
+
+@kernel
+def hold_loops(
+    # model
+    held: wp.array[wp.int32],
+    loop_start: wp.array[wp.int32],
+    loop_points: wp.array[wp.int32],
+    home: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    stiffness: wp.array[Any],
+    limit: wp.array[Any],
+    # state out
+    step: wp.array[Any],
+) -> None:
+    """Take from the steps of each border loop what would move its mean, then shorten all of them alike."""
+    loop = held[wp.tid()]
+    first, last = loop_start[loop], loop_start[loop + 1]
+    drift = type(points[0])()
+    whole = limit[0] - limit[0]
+    for k in range(first, last):
+        i = loop_points[k]
+        drift += points[i] + step[i] - home[i]
+        whole += type(whole)(1.0) / stiffness[i]
+    pull = drift / whole
+    scale = type(whole)(1.0)
+    for k in range(first, last):
+        i = loop_points[k]
+        step[i] = step[i] - pull / stiffness[i]
+        length = wp.length(step[i])
+        if length * scale > limit[i]:
+            scale = limit[i] / length
+    for k in range(first, last):
+        step[loop_points[k]] = step[loop_points[k]] * scale
+
+
+@kernel
+def centre_forces(
+    # model
+    held: wp.array[wp.int32],
+    loop_start: wp.array[wp.int32],
+    loop_points: wp.array[wp.int32],
+    # state out
+    force: wp.array[Any],
+) -> None:
+    """Take the mean, which the constraint carries, from the forces of each border loop."""
+    loop = held[wp.tid()]
+    first, last = loop_start[loop], loop_start[loop + 1]
+    mean = type(force[0])()
+    for k in range(first, last):
+        mean += force[loop_points[k]]
+    mean = mean / type(mean[0])(last - first)
+    for k in range(first, last):
+        force[loop_points[k]] = force[loop_points[k]] - mean
+
+
+@dataclass(frozen=True, eq=False)
+class KeepBorders(ConstraintChoice):
+    """The loops at the edge of a garment keep their place."""
+
+    fabric: StitchMesh
+    """The fabric that the yarns were made from."""
+
+    def on(self, model: Model) -> Borders:
+        """Send the loops to the device.
+
+        Raises:
+            ParameterError: the yarns were not made from this fabric.
+        """
+        loops = loops_of(model.yarns, self.fabric)
+        return Borders(
+            held=model.integers(loops.held),
+            loop_start=model.integers(loops.points.start),
+            loop_points=model.integers(loops.points.entry),
+            home=model.upload(model.to_device(model.yarns.points), 3),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Borders(Constraint):
+    """Loops whose mean position is kept, on the device."""
+
+    held: wp.array[Any]
+    """The loops."""
+    loop_start: wp.array[Any]
+    """Where each loop's control points start, shape (L + 1,)."""
+    loop_points: wp.array[Any]
+    """Control points of the loops."""
+    home: wp.array[Any]
+    """Control points at the start, shape (N, 3)."""
+
+    def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
+        """Take from forces what the border's constraints carry."""
+        return [launcher(centre_forces, len(self.held), [self.held, self.loop_start, self.loop_points], [force])]
+
+    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
+        """Take from the steps of each border loop what would move its mean."""
+        inputs = [self.held, self.loop_start, self.loop_points, self.home, state.points, state.stiffness, limit]
+        return [launcher(hold_loops, len(self.held), inputs, [step])]

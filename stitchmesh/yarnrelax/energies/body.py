@@ -1,0 +1,260 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Collision with a body: a surface that yarns rest on.
+
+Each contact sample keeps a distance of its reach R from the surface, the yarn radius plus the thickness of what lies on
+the body:
+
+    E = k_body sum over samples of  w e        [erg],    w = l / samples of the segment
+
+with e the penalty of ``body_penalty``, over a flat body 1/x^2 + x^2 - 2 with x the distance over R. A yarn that rests
+on it under a load of q per length comes to lie where q = k_body (2/x^3 - 2x) / R.
+
+k_body = 2 r k_contact stiffness. Contact of a sample with a piece of parallel yarn one thickness long has the energy
+k_contact w 2r (1/x^2 + x^2 - 2), so a body of stiffness 1 pushes as hard as a yarn that is so near. A whole parallel
+yarn, whose parts lie at different distances, is softer, by less than three while x < 0.9.
+
+Each sample keeps a distance that it measured and a list of the triangles around. It looks again only after it has moved
+out of that, which changes no bit: a distance changes by no more than the sample moves, the lists hold all triangles
+within reach, and those beyond add nothing.
+
+A sample deeper than ``DEPTH`` reaches is not found and not pushed. Forces do not bring one there: by then the penalty
+has grown to a thousand. One that starts there in a closed body is an error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.reduction import minimum, ordered_sum
+from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mesh import BORDER, Mesh
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.collision.step_limit import yarn_place
+from stitchmesh.yarnrelax.energies.body_penalty import near_triangles, push_listed, push_of
+from stitchmesh.yarnrelax.energies.body_surface import from_triangle, gap_to, put_surface
+from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State
+
+DEPTH = wp.constant(4.0)
+"""How many reaches below the surface a sample is still found."""
+MARGIN = wp.constant(0.25)
+"""How many reaches a sample may move before its list is made again."""
+LIST = 12
+"""Triangles in a list; where more are near, they are searched for each time."""
+NOWHERE = 1e15
+"""A place and a distance that no sample has, in units."""
+
+
+@wp.func
+def list_triangles(surface: Any, sample: Any, reach: Any, p: int, listed: wp.array2d[wp.int32]) -> int:
+    """List the triangles that a sample may touch before it is asked again; how many, -1 if too many."""
+    count = int(0)
+    place = type(surface.corners[0])(sample[0], sample[1], sample[2])
+    query = near_triangles(surface, place, reach)
+    t = wp.int32(0)
+    while wp.mesh_query_aabb_next(query, t):
+        if wp.length(from_triangle(surface, t, place)) < reach:
+            if count < listed.shape[1]:
+                listed[p, count] = t
+            count += 1
+    if count > listed.shape[1]:
+        count = -1
+    return count
+
+
+@kernel
+def body_forces(
+    # model
+    model: Any,
+    surface: Any,
+    thickness: Any,
+    stiffness: Any,
+    # state in
+    samples: wp.array[Any],
+    # state out
+    measured: wp.array[Any],
+    list_count: wp.array[wp.int32],
+    listed: wp.array2d[wp.int32],
+    sample_force: wp.array[Any],
+) -> None:
+    """Add the push of the body on each sample, and the row sum of its stiffness."""
+    p = wp.tid()
+    here = load_vector(samples, p)
+    reach = here[3] + thickness
+    wide = reach * type(reach)(1.0 + MARGIN)
+    last = load_vector(measured, p)
+    moved = wp.length(type(surface.corners[0])(here[0] - last[0], here[1] - last[1], here[2] - last[2]))
+    # a thousandth of room for rounding
+    if (moved + reach) * type(reach)(1.001) < last[3]:
+        return
+    count = list_count[p]
+    if (moved + reach) * type(reach)(1.001) > wide:
+        moved = reach - reach
+        last = gap_to(surface, here, reach * type(reach)(DEPTH))
+        count = 0
+        if last[3] < wide:
+            count = list_triangles(surface, here, wide, p, listed)
+        list_count[p] = count
+        store_vector(measured, p, type(here)(here[0], here[1], here[2], last[3]))
+    push = type(here)()
+    if count >= 0 and moved < last[3]:
+        push = push_listed(surface, listed, p, count, here, reach)
+    else:
+        push, _energy = push_of(surface, here, reach, reach * type(reach)(DEPTH))
+    scale = stiffness * here[3] * model.sample_weight[p]
+    store_vector(sample_force, p, load_vector(sample_force, p) + push * scale)
+
+
+@kernel
+def body_energies(
+    # model
+    model: Any,
+    surface: Any,
+    thickness: Any,
+    stiffness: Any,
+    # state in
+    samples: wp.array[Any],
+    # state out
+    sample_energy: wp.array[Any],
+) -> None:
+    """Energy [erg] of each sample."""
+    p = wp.tid()
+    here = load_vector(samples, p)
+    reach = here[3] + thickness
+    _push, energy = push_of(surface, here, reach, reach * type(reach)(DEPTH))
+    sample_energy[p] = energy * stiffness * here[3] * model.sample_weight[p]
+
+
+@kernel
+def body_gaps(
+    # model
+    surface: Any,
+    thickness: Any,
+    limit: Any,
+    # state in
+    samples: wp.array[Any],
+    # state out
+    gap: wp.array[Any],
+) -> None:
+    """Signed distance of each sample over its reach."""
+    p = wp.tid()
+    here = load_vector(samples, p)
+    gap[p] = gap_to(surface, here, limit)[3] / (here[3] + thickness)
+
+
+@dataclass(frozen=True, eq=False)
+class Body(TermChoice):
+    """A surface that yarns cannot enter; its faces look outwards, and it may be open (a floor).
+
+    Raises:
+        ParameterError: a thickness below 0, a stiffness that is not positive, a mesh on a lattice, or a closed mesh
+            whose faces look inwards.
+    """
+
+    mesh: Mesh
+    """The surface [cm]."""
+    thickness: float = 0.0
+    """How far from the surface the yarn's own surface starts to be pushed [cm]."""
+    stiffness: float = 1.0
+    """Stiffness over that of a yarn."""
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.thickness) and self.thickness >= 0.0):
+            raise ParameterError(f"body: got a thickness of {self.thickness}; expected at least 0 cm")
+        if not (np.isfinite(self.stiffness) and self.stiffness > 0.0):
+            raise ParameterError(f"body: got a stiffness of {self.stiffness}; expected a positive number")
+        if self.mesh.lattice is not None:
+            raise ParameterError("body: got a mesh on a lattice; expected one without")
+        if self.closed and enclosed_volume(self.mesh) < 0.0:
+            raise ParameterError("body: the faces of its closed mesh look inwards; reverse them")
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface has no border."""
+        return not (self.mesh.twin == BORDER).any()
+
+    def on(self, model: Model) -> Term:
+        """The body on a model's device.
+
+        Raises:
+            ParameterError: the yarns are on a lattice, or do not resist contact.
+        """
+        if model.yarns.lattice is not None:
+            raise ParameterError("body: got yarns on a lattice; a body does not repeat, take yarns without one")
+        if model.material.k_contact == 0.0:
+            raise ParameterError("body: got a material of k_contact 0, from which its stiffness comes; raise it")
+        return _Collision(model, self)
+
+
+class _Collision(Term):
+    """A body on a device."""
+
+    name = "body"
+
+    def __init__(self, model: Model, body: Body) -> None:
+        self.model = model
+        self.closed = body.closed
+        self.surface = put_surface(model, body.mesh)
+        self.thickness = model.number(body.thickness / model.unit)
+        stiffness = model.number(2.0 * model.material.k_contact * body.stiffness)
+        self.inputs = [model.constants, self.surface.constants, self.thickness, stiffness]
+        self.measured = model.empty(model.sample_count, 4)
+        self.measured.fill_(NOWHERE)
+        self.list_count = model.integers(np.zeros(model.sample_count))
+        self.listed = _lists(model)
+
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add the push on each sample to ``state.sample_force``."""
+        outputs = [self.measured, self.list_count, self.listed, state.sample_force]
+        return [launcher(body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
+
+    def energy(self, state: State, candidates: Candidates) -> float:
+        """Energy of all samples [erg]."""
+        energy = self.model.empty(self.model.sample_count)
+        self.model.launch(body_energies, self.model.sample_count, [*self.inputs, state.samples], [energy])
+        return ordered_sum(energy)
+
+    def stiffness(self) -> NDArray[np.float64]:
+        """None at rest: it comes with the forces."""
+        return np.zeros(self.model.point_count)
+
+    def renew(self, state: State, candidates: Candidates) -> None:
+        """Look for samples too deep in a closed body to be found.
+
+        Raises:
+            SolverError: there is one; it names the yarn and the stitch face.
+        """
+        if not self.closed:
+            return
+        gap = self.model.empty(self.model.sample_count)
+        inputs = [self.surface.constants, self.thickness, self.model.number(1e30), state.samples]
+        self.model.launch(body_gaps, self.model.sample_count, inputs, [gap])
+        if minimum(gap) < -DEPTH:
+            raise SolverError(self._too_deep(gap.numpy()))
+
+    def _too_deep(self, gap: NDArray[Any]) -> str:
+        model = self.model
+        sample = int(gap.argmin())
+        segment = int(np.searchsorted(model.sample_start, sample, side="right") - 1)
+        place = yarn_place(model.yarns, int(model.yarns.segment_points[segment, 1]))
+        reach = float(model.radius[model.yarns.segment_yarn[segment]] + self.thickness) * model.unit
+        depth, most = -float(gap[sample]) * reach, DEPTH * reach
+        return f"{place}: {depth:.3g} cm inside the body; expected at most {most:.3g}; move the yarns out of it"
+
+
+def _lists(model: Model) -> wp.array[Any]:
+    """Room for the list of each sample; on a GPU neighbours in memory are those of neighbouring samples."""
+    if model.device.is_cuda:
+        return wp.zeros((LIST, model.sample_count), dtype=wp.int32, device=model.device).transpose()
+    return wp.zeros((model.sample_count, LIST), dtype=wp.int32, device=model.device)

@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Signed distance from a triangle mesh, on the device.
+
+A search through Warp's tree of boxes, in single precision, says which face, edge or corner is nearest. Distance and
+direction from that one are then computed in the precision of the model, and are as exact as it is. Only where two
+features are equally near to within single precision may the search name the one that is farther, by as little.
+
+The sign comes from the outward direction of the feature (``mesh_features``). Beyond a border all is outside.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.precision import vector
+from stitchmesh.mesh import Mesh
+from stitchmesh.yarnrelax.energies.mesh_features import mesh_features
+from stitchmesh.yarnrelax.model.constants import Model
+
+
+@wp.func
+def feature_of(u: float, v: float) -> int:
+    """Which feature of a triangle a point of it lies on, from the weights of the first two corners."""
+    # the query leaves rounding errors of single precision where a weight is zero
+    weight = wp.vec3(u, v, 1.0 - u - v)
+    absent = int(0)
+    edge = int(0)
+    corner = int(0)
+    for k in range(3):
+        if weight[k] < 1.0e-6:
+            absent += 1
+            edge = k
+        else:
+            corner = k
+    if absent == 0:
+        return 0
+    if absent == 1:
+        return 1 + edge
+    return 4 + corner
+
+
+@wp.func
+def from_edge(place: Any, start: Any, along: Any) -> Any:
+    """Shortest vector from an edge to a place."""
+    apart = place - start
+    length2 = wp.dot(along, along)
+    part = wp.dot(apart, along) / wp.max(length2, type(length2)(1.0e-30))
+    return apart - along * wp.clamp(part, part - part, type(part)(1.0))
+
+
+@wp.func
+def from_feature(corners: wp.array[Any], triangle: int, feature: int, outward: Any, place: Any) -> Any:
+    """Shortest vector from a feature of a triangle to a place."""
+    if feature == 0:
+        return outward * wp.dot(place - corners[3 * triangle], outward)
+    if feature >= 4:
+        return place - corners[3 * triangle + feature - 4]
+    start = corners[3 * triangle + feature % 3]
+    return from_edge(place, start, corners[3 * triangle + (feature + 1) % 3] - start)
+
+
+@wp.func
+def from_triangle(surface: Any, t: int, place: Any) -> Any:
+    """Shortest vector from a triangle to a place."""
+    normal = surface.outward[7 * t]
+    apart = place - surface.corners[3 * t]
+    height = wp.dot(apart, normal)
+    zero = height - height
+    over = wp.dot(normal, normal) > zero
+    for k in range(3):
+        start = surface.corners[3 * t + k]
+        along = surface.corners[3 * t + (k + 1) % 3] - start
+        if wp.dot(wp.cross(normal, along), place - start) < zero:
+            over = False
+        edge = from_edge(place, start, along)
+        if wp.dot(edge, edge) < wp.dot(apart, apart):
+            apart = edge
+    if over:
+        apart = normal * height
+    return apart
+
+
+@wp.func
+def gap_to(surface: Any, sample: Any, limit: Any) -> Any:
+    """Direction away from the inside and signed distance; no direction and ``limit`` where the surface is farther."""
+    place = type(surface.corners[0])(sample[0], sample[1], sample[2])
+    query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(limit))
+    away = type(surface.corners[0])()
+    distance = limit
+    if query.result:
+        feature = feature_of(query.u, query.v)
+        away = surface.outward[7 * query.face + feature]
+        apart = from_feature(surface.corners, query.face, feature, away, place)
+        distance = wp.length(apart)
+        if wp.dot(apart, away) < distance - distance:
+            distance = -distance
+        if distance != distance - distance:
+            away = apart / distance
+    return type(sample)(away[0], away[1], away[2], distance)
+
+
+@wp.func
+def single(place: Any) -> wp.vec3:
+    """A place in the precision of the tree."""
+    return wp.vec3(float(place[0]), float(place[1]), float(place[2]))
+
+
+@dataclass(frozen=True, eq=False)
+class BodySurface:
+    """A surface on the device, in units from the model's origin."""
+
+    tree: wp.Mesh
+    """What is searched; kernels know it by its number alone."""
+    constants: Any
+    """The struct that kernels receive."""
+
+
+@functools.cache
+def _constants_type(scalar: Any) -> Any:
+    """The struct of a surface in one precision."""
+    vectors = wp.array(dtype=vector(3, scalar))
+    annotations = {
+        "tree": wp.uint64,
+        "corners": vectors,  # of each triangle, shape (3 T, 3)
+        "outward": vectors,  # of each triangle's features, shape (7 T, 3)
+        "shares": vectors,  # of each triangle's edges and of its corners, shape (2 T, 3)
+    }
+    return wp.struct(type(f"BodySurface_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+def put_surface(model: Model, mesh: Mesh) -> BodySurface:
+    """Send a mesh to the device of a model."""
+    features = mesh_features(mesh)
+    corners = model.to_device(features.corners.reshape(-1, 3))
+    points = wp.array(corners, dtype=wp.vec3, device=model.device)
+    indices = wp.array(np.arange(len(corners)), dtype=wp.int32, device=model.device)
+    tree = wp.Mesh(points, indices, bvh_constructor="sah")  # the same tree on every device
+    constants = _constants_type(model.scalar)()
+    constants.tree = tree.id
+    constants.corners = model.upload(corners, 3)
+    constants.outward = model.upload(features.outward.reshape(-1, 3), 3)
+    constants.shares = model.upload(features.shares.reshape(-1, 3), 3)
+    return BodySurface(tree, constants)

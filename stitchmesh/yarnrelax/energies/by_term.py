@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Forces and energies of each term by itself, for assessments, reports and messages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher, ZeroArray
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.reduction import Sums
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.bend import bend_energy
+from stitchmesh.yarnrelax.energies.contact import contact_energies
+from stitchmesh.yarnrelax.energies.evaluation import contact_launch, gather_launch, segment_launch
+from stitchmesh.yarnrelax.energies.segment_forces import natural_ends
+from stitchmesh.yarnrelax.energies.stretch import length_energy, stretch_energy
+from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.model.constants import CONTACT, Model
+from stitchmesh.yarnrelax.model.spline import segment_corners
+from stitchmesh.yarnrelax.model.state import State
+
+SEGMENT_TERMS = ("stretch", "length", "bend")
+"""Terms of single segments, in the order of the columns of ``Model.stiffness``."""
+BASE_TERMS = 4
+"""Stretch, length, bending and contact."""
+
+
+@kernel
+def segment_energies(
+    # model
+    model: Any,
+    # state in
+    points: wp.array[Any],
+    # state out
+    stretch: wp.array[Any],
+    length: wp.array[Any],
+    bend: wp.array[Any],
+) -> None:
+    """Energy [erg] of each segment by term."""
+    s = wp.tid()
+    q0, q1, q2, q3 = segment_corners(model, points, s)
+    leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
+    rest_length = model.segment_rest_length[s]
+    k = model.segment_stiffness[s]
+    natural = natural_ends(model, s)
+    in_stretch, in_bend, long = rest_length - rest_length, rest_length - rest_length, rest_length - rest_length
+    for g in range(model.quadrature_points):
+        rule = model.rule[g]
+        tangent = leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]
+        turn = (leg1 - leg0) * rule[3] + (leg2 - leg1) * rule[4]
+        speed = wp.length(tangent)
+        long += speed * rule[5]
+        in_stretch += stretch_energy(speed, rest_length, k[0] * rule[5])
+        curvature = wp.abs(natural[0] * rule[3] + natural[1] * rule[4])
+        in_bend += bend_energy(tangent, turn, k[2] * rest_length * rule[5], curvature)
+    stretch[s] = in_stretch
+    length[s] = length_energy(long, rest_length, k[1])
+    bend[s] = in_bend
+
+
+def each_term(
+    model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
+) -> Iterator[str]:
+    """Leave the force of one term after the other in ``state.force``; the samples must be placed."""
+    launches = term_launches(model, state, candidates, terms, point_stiffness)
+    for name, own in launches.items():
+        for launch in own:
+            launch.launch()
+        yield name
+
+
+def term_launches(
+    model: Model,
+    state: State,
+    candidates: Candidates,
+    terms: Sequence[Term],
+    point_stiffness: wp.array[Any],
+) -> dict[str, list[Any]]:
+    """For each term the prepared launches that leave its force in ``state.force``; the samples must be placed."""
+    result: dict[str, list[Any]] = {}
+    launcher = model.prepare
+    gather = gather_launch(model, state, point_stiffness, launcher)
+    of_pairs = [state.sample_force, state.sample_virial, state.external_force]
+    for place, name in enumerate(SEGMENT_TERMS):
+        if model.stiffness[:, place].any():
+            result[name] = [] if result else _cleared(of_pairs)
+            result[name] += [segment_launch(model, state, np.eye(3)[place], launcher), gather]
+    of_segments = [state.leg_force, state.segment_virial]
+    if model.stiffness[:, CONTACT].any():
+        result["contact"] = _cleared([*of_segments, state.external_force])
+        result["contact"] += [contact_launch(model, state, candidates, launcher), gather]
+    for number, term in enumerate(terms):
+        own = [*_cleared([*of_segments, *of_pairs]), *term.forces(state, candidates, launcher), gather]
+        result[term.name if term.name not in result else f"{term.name} {number}"] = own
+    return result
+
+
+def energies(model: Model, state: State, candidates: Candidates, terms: Sequence[Term]) -> dict[str, float]:
+    """Energy of each term [erg]; the samples must be placed."""
+    sums = Sums(BASE_TERMS, model.largest_cell, model.cell_count, model.device)
+    energy_launches(model, state, candidates, sums, model.launch)
+    found = {name: float(parts.sum()) for name, parts in sums.read().items()}
+    return found | {term.name: term.energy(state, candidates) for term in terms}
+
+
+def energy_launches(
+    model: Model, state: State, candidates: Candidates, sums: Sums, launcher: Launcher
+) -> list[Any]:
+    """The launches that sum the energies of the terms of every relaxation; the samples must be placed."""
+    segments, contact = [model.empty(model.segment_count) for _ in SEGMENT_TERMS], model.empty(model.sample_count)
+    inputs = [model.constants, state.samples, candidates.count, candidates.lists]
+    launches = [
+        launcher(segment_energies, model.segment_count, [model.constants, state.points], segments),
+        launcher(contact_energies, model.sample_count, inputs, [contact]),
+    ]
+    for name, part in zip(SEGMENT_TERMS, segments, strict=True):
+        launches.append(sums.add(name, part, model.cell_segments, launcher))
+    return [*launches, sums.add("contact", contact, model.cell_samples, launcher)]
+
+
+def _cleared(arrays: Sequence[wp.array[Any]]) -> list[Any]:
+    """Launches that set arrays to zero."""
+    return [ZeroArray(array) for array in arrays if len(array)]

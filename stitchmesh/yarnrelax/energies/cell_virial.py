@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What elements of a cell that relaxes add to the forces on its strains and to their stiffness (``cell``).
+
+Nine sums: the forces W_11, W_22, W_12, and the block of stiffness (aa, bb, cc, ab, ac, bc) with a, b, c the strains
+m = (t1^2, t2^2, t1 t2) of an element along t.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample
+
+
+@wp.func
+def add_virial(total: Any, first: Any, second: Any, force1: Any, force2: Any, stiffness: Any, inverse: Any) -> Any:
+    """Add an element of in-plane extent (first, second), force, stiffness by its strain, and 1 / length^2."""
+    m0, m1, m2 = first * first * inverse, second * second * inverse, first * second * inverse
+    k0, k1, k2 = stiffness * m0, stiffness * m1, stiffness * m2
+    return total + type(total)(
+        force1 * first, force2 * second, force1 * second, k0 * m0, k1 * m1, k2 * m2, k0 * m1, k0 * m2, k1 * m2
+    )
+
+
+@wp.func
+def add_leg_virial(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness: Any) -> Any:
+    """Add a leg of a segment."""
+    inverse = type(stiffness)(1.0) / wp.max(wp.dot(leg, leg), type(stiffness)(1.0e-30))
+    return add_virial(total, wp.dot(leg, e1), wp.dot(leg, e2), wp.dot(pull, e1), wp.dot(pull, e2), stiffness, inverse)
+
+
+@wp.func
+def add_contact_virial(
+    total: Any, images: Any, p: int, gap: Any, size: Any, stiffness: Any, distance2: Any, inverse: Any
+) -> Any:
+    """Add half of sample ``p``'s pair in contact, whose push is ``size`` times the gap: the other adds the same.
+
+    ``inverse`` is 1 / distance^2, which contact has at hand: a GPU waits for each division.
+    """
+    cell = cell_of_sample(images, p)
+    e1, e2 = images.frame[2 * cell], images.frame[2 * cell + 1]
+    half = type(size)(0.5)
+    g1, g2 = gap[0] * e1[0] + gap[1] * e1[1] + gap[2] * e1[2], gap[0] * e2[0] + gap[1] * e2[1] + gap[2] * e2[2]
+    return add_virial(total, g1, g2, g1 * size * half, g2 * size * half, stiffness * distance2 * half, inverse)

@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact: yarns push each other apart where they overlap (L eqs 9, 10; Kaldor 2008).
+
+Energy of two segments of rest lengths l_i, l_j, each unordered pair counted once:
+
+    E = k_contact l_i l_j int int f(|y_i(s) - y_j(s')| / 2r) ds ds'        [erg]
+    f(d) = 1/d^2 + d^2 - 2  for d < 1, else 0
+
+with r_i + r_j in place of 2r where radii differ. The integrals are midpoint sums over the contact samples, which
+converge fast because the integrand is smooth along yarns that are many samples long. The force on a sample p is
+
+    F_p = sum over q of  2 k_contact w_p w_q (R^4 / d^4 - 1) / R^2 (y_p - y_q),   R = r_p + r_q,  d = |y_p - y_q|
+
+where w = l / samples per segment. It is computed from p's side and from q's side, so that each sample gathers its own
+force; both sides use the same numbers, so the forces sum to zero up to rounding.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.yarnrelax.energies.cell_virial import add_contact_virial
+from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.spline import from_entry
+
+
+@wp.func
+def contact_energy(distance2: Any, reach2: Any, stiffness: Any) -> Any:
+    """Energy [erg] of two samples at a squared distance below ``reach2``."""
+    d2 = distance2 / reach2
+    return stiffness * (type(d2)(1.0) / d2 + d2 - type(d2)(2.0))
+
+
+@wp.func
+def contact_force_scale(distance2: Any, reach2: Any, stiffness: Any) -> tuple[Any, Any, Any]:
+    """Force over the vector from the other sample; second derivative of the energy by the distance; 1 / distance^2."""
+    inverse = type(reach2)(1.0) / reach2
+    ratio = reach2 / distance2
+    ratio2 = ratio * ratio
+    scale = stiffness * inverse
+    push = type(ratio)(2.0) * scale * (ratio2 - type(ratio)(1.0))
+    return push, scale * (type(ratio)(6.0) * ratio2 + type(ratio)(2.0)), ratio * inverse
+
+
+@wp.func
+def outer_product(apart: Any, size: Any, zero: Any) -> Any:
+    """The product apart apart^T times size as (xx, yy, zz, xy, xz, yz)."""
+    x, y, z = apart[0] * size, apart[1] * size, apart[2] * size
+    return type(zero)(x * apart[0], y * apart[1], z * apart[2], x * apart[1], x * apart[2], y * apart[2])
+
+
+@functools.cache
+def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> Any:
+    """The function of a sample's contact force in one precision, which reads ``entries_at_once`` entries of a list.
+
+    Where a cell relaxes, the function also finds the sample's part of the virial of the cell. On a GPU four entries
+    are loaded at the same time; a CPU is fastest with one. Entries beyond the end of a list are left out.
+    """
+    vectors, scalars = wp.types.matrix(shape=(entries_at_once, 4), dtype=scalar), vector(entries_at_once, scalar)
+
+    @wp.func
+    def contact_force_at(
+        model: Any,
+        p: int,
+        candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32],
+        samples: wp.array[Any],
+        sample_force: wp.array[Any],
+        sample_block: wp.array[Any],
+        sample_virial: wp.array[Any],
+    ) -> None:
+        """Write the force on a sample and the row sum of its stiffness; its block of stiffness where it is read."""
+        here = load_vector(samples, p)
+        force = type(here)()
+        block = type(sample_block[0])()
+        virial = type(sample_virial[0])()
+        count = candidate_count[p]
+        apart, weight = vectors(), scalars()
+        for c in range(0, count, entries_at_once):
+            for k in range(entries_at_once):
+                entry = candidates[p, wp.min(c + k, count - 1)]
+                apart[k] = from_entry(model.images, samples, p, here, entry)
+                weight[k] = model.sample_weight[sample_number(model.images, entry)]
+            for k in range(entries_at_once):
+                gap = apart[k]
+                distance2 = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
+                reach2 = gap[3] * gap[3]
+                if distance2 < reach2 and c + k < count:
+                    size, stiff, inverse = contact_force_scale(distance2, reach2, weight[k])
+                    force += type(here)(gap[0] * size, gap[1] * size, gap[2] * size, stiff)
+                    block += outer_product(gap, stiff * inverse, block)
+                    if wp.static(cell_relaxes):
+                        virial = add_contact_virial(virial, model.images, p, gap, size, stiff, distance2, inverse)
+        scale = model.sample_stiffness[p]
+        store_vector(sample_force, p, force * scale)
+        if sample_block.shape[0] > 0:
+            sample_block[p] = block * scale
+        if wp.static(cell_relaxes):
+            sample_virial[p] = virial * scale
+
+    return contact_force_at
+
+
+@functools.cache
+def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
+    """The kernel of ``contact_force_function`` for all samples."""
+    contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
+
+    @kernel
+    def contact_forces(
+        # model
+        model: Any,
+        # state in
+        candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32],
+        samples: wp.array[Any],
+        # state out
+        sample_force: wp.array[Any],
+        sample_block: wp.array[Any],
+        sample_virial: wp.array[Any],
+    ) -> None:
+        """Contact force on each sample."""
+        contact_force_at(
+            model, wp.tid(), candidate_count, candidates, samples, sample_force, sample_block, sample_virial
+        )
+
+    return contact_forces
+
+
+@kernel
+def contact_energies(
+    # model
+    model: Any,
+    # state in
+    samples: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    sample_energy: wp.array[Any],
+) -> None:
+    """Half of each pair's energy [erg], at both of its samples."""
+    p = wp.tid()
+    here = samples[p]
+    weight = model.sample_stiffness[p]
+    energy = weight - weight
+    for c in range(candidate_count[p]):
+        entry = candidates[p, c]
+        apart = from_entry(model.images, samples, p, here, entry)
+        distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
+        reach2 = apart[3] * apart[3]
+        if distance2 < reach2:
+            stiffness = weight * model.sample_weight[sample_number(model.images, entry)]
+            energy += contact_energy(distance2, reach2, stiffness)
+    sample_energy[p] = energy * type(energy)(0.5)

@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dry friction between yarns: Coulomb's law, smoothed over a short slip, with a lagged normal force.
+
+Between two renewals (``friction_contacts``) a pair of contact samples holds the energy
+
+    E = mu N phi(s),    s^2 = u . A u,    phi(s) = s^2 / e - s^3 / (3 e^2)  for s < e, else s - e / 3        [erg]
+
+(the mollifier f0 of Li et al. 2020, Incremental Potential Contact, less its constant: once differentiable, of slope 1
+beyond the slip length e). u is how far the samples have moved against each other from their anchors, N the force with
+which they were pressed together when the load step began. N and all else but u are constants here, so that the force
+is a gradient:
+
+    F_p = -mu N (phi'(s) / s) A u
+
+The yarns touch across the normal n, the direction of the contact force without its parts along the two yarns: summed
+along a yarn these parts cancel and press nothing. N is what is left of the contact force. With t_p, t_q the tangents
+of both yarns in the plane across n, and mu the larger coefficient,
+
+    A = (mu_across / mu)^2 (1 - n n^T) + ((mu_along / mu)^2 - (mu_across / mu)^2) (t_p t_p^T + t_q t_q^T) / 2
+
+so s is |u_t| where both coefficients are the same. A and N belong to the pair, so what one sample feels the other
+feels with the other sign; slip across one yarn is slip along another that it crosses at a right angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, renewed_contacts
+from stitchmesh.yarnrelax.energies.friction_law import resisted_slip, slip_energy, slip_measure, slip_slope, vector_from
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.state import State
+
+
+@wp.func
+def slip_of_pair(
+    model: Any, law: Any, tangent: Any, samples: Any, p: int, entry: int, anchor: Any, force: Any
+) -> tuple[Any, Any]:
+    """How far a pair has slipped from its anchor, and the part of it that friction resists, weighted by the law."""
+    slip = vector_from(model.images, samples, p, samples[p], entry, force) - anchor
+    q = sample_number(model.images, entry)
+    return slip, resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
+
+
+@kernel
+def friction_forces(
+    # model
+    model: Any,
+    law: Any,
+    tangent: wp.array[Any],
+    contact_count: wp.array[wp.int32],
+    contact_entry: wp.array2d[wp.int32],
+    anchor: wp.array2d[Any],
+    press: wp.array2d[Any],
+    # state in
+    samples: wp.array[Any],
+    # state out
+    sample_force: wp.array[Any],
+) -> None:
+    """Add the friction on each sample and the row sum of its stiffness."""
+    p = wp.tid()
+    push = type(samples[p])()
+    for c in range(contact_count[p]):
+        force = press[p, c]
+        slip, resisted = slip_of_pair(model, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
+        stiff = wp.length(force) * slip_slope(slip_measure(slip, resisted), law[3])
+        push += type(push)(-resisted[0] * stiff, -resisted[1] * stiff, -resisted[2] * stiff, stiff)
+    sample_force[p] += push * law[0]
+
+
+@kernel
+def friction_energies(
+    # model
+    model: Any,
+    law: Any,
+    tangent: wp.array[Any],
+    contact_count: wp.array[wp.int32],
+    contact_entry: wp.array2d[wp.int32],
+    anchor: wp.array2d[Any],
+    press: wp.array2d[Any],
+    # state in
+    samples: wp.array[Any],
+    # state out
+    sample_energy: wp.array[Any],
+) -> None:
+    """Half of each pair's energy [erg], at both of its samples."""
+    p = wp.tid()
+    energy = law[0] - law[0]
+    for c in range(contact_count[p]):
+        force = press[p, c]
+        slip, resisted = slip_of_pair(model, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
+        energy += wp.length(force) * slip_energy(slip_measure(slip, resisted), law[3])
+    sample_energy[p] = energy * law[0] * type(energy)(0.5)
+
+
+@dataclass(frozen=True)
+class Friction(TermChoice):
+    """Dry friction where yarns touch.
+
+    Raises:
+        ParameterError: a coefficient is negative or not finite, or the slip length is not a positive number.
+    """
+
+    mu: float | tuple[float, float]
+    """Coefficient of friction, or two: along the yarn and across it."""
+    slip_length: float = 0.05
+    """Slip at which friction is full, in mean yarn radii."""
+
+    def __post_init__(self) -> None:
+        if not all(np.isfinite(value) and value >= 0.0 for value in self.coefficients):
+            raise ParameterError(f"friction: got coefficients {self.coefficients}; expected numbers of at least 0")
+        if not (np.isfinite(self.slip_length) and self.slip_length > 0.0):
+            raise ParameterError(f"friction: got a slip length of {self.slip_length}; expected a positive number")
+
+    @property
+    def coefficients(self) -> tuple[float, float]:
+        """Coefficients along the yarn and across it."""
+        return self.mu if isinstance(self.mu, tuple) else (self.mu, self.mu)
+
+    def on(self, model: Model) -> Term:
+        """Friction between a model's yarns; nothing presses before the first ``renew``."""
+        return _Friction(model, self)
+
+
+class _Friction(Term):
+    """Friction on a device."""
+
+    name = "friction"
+    lags = True
+
+    def __init__(self, model: Model, friction: Friction) -> None:
+        largest = max(friction.coefficients)
+        along, across = ((value / largest) ** 2 if largest > 0.0 else 1.0 for value in friction.coefficients)
+        self.model = model
+        self.law = vector(4, model.scalar)(largest, along, across, friction.slip_length)
+        self.contacts = first_contacts(model)
+
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add the friction to ``state.sample_force``."""
+        return [launcher(friction_forces, self.model.sample_count, self._inputs(state), [state.sample_force])]
+
+    def energy(self, state: State, candidates: Candidates) -> float:
+        """Energy of all pairs [erg]; zero where nothing slipped."""
+        energy = self.model.empty(self.model.sample_count)
+        self.model.launch(friction_energies, self.model.sample_count, self._inputs(state), [energy])
+        return ordered_sum(energy)
+
+    def stiffness(self) -> NDArray[np.float64]:
+        """Nothing: the samples carry it."""
+        return np.zeros(self.model.point_count)
+
+    def renew(self, state: State, candidates: Candidates) -> None:
+        """Take normal forces from the samples as they lie and drag anchors along; recorded launches become stale."""
+        self.contacts = renewed_contacts(self.model, self.law, state, candidates, self.contacts)
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """The contacts of the load step."""
+        return {field.name: getattr(self.contacts, field.name) for field in fields(Contacts)}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Take back contacts, of which there may be more or fewer than now."""
+        kinds = {name: array.dtype for name, array in self.arrays().items()}
+        device = self.model.device
+        self.contacts = Contacts(
+            **{name: wp.array(arrays[name], dtype=kind, device=device) for name, kind in kinds.items()}
+        )
+
+    def _inputs(self, state: State) -> list[Any]:
+        kept = self.contacts
+        return [self.model.constants, self.law, kept.tangent, kept.count, kept.entry, kept.anchor, kept.press,
+                state.samples]  # fmt: skip

@@ -1,0 +1,180 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What friction remembers of a load step: which samples press each other, how hard, and from where they slip.
+
+A renewal lists the pairs that press each other as they lie now. A pair that did so before keeps its slip, laid into the
+plane across the new normal and cut off where friction is full, at the slip length e in the measure s of the law:
+
+    u' = u_t min(1, e / s),    anchor <- (y_p - y_q) - u'
+
+so the anchor is dragged along by a pair that slides and stays where it is under one that sticks (Cundall and Strack
+1979): a load that is held does not creep through renewals. The slip of a pair that is new is how far its samples moved
+against each other since the last renewal, for yarns that slide touch with ever new samples.
+
+Each pair is kept from both sides. The lists are friction's own, so the energy does not change when candidate lists are
+made again, and a pair is found again by its entry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.reduction import maximum
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
+from stitchmesh.yarnrelax.model.state import State
+
+
+@kernel
+def find_tangents(
+    # model
+    model: Any,
+    # state in
+    points: wp.array[Any],
+    # state out
+    tangent: wp.array[Any],
+) -> None:
+    """Unit tangent of the yarn at each sample."""
+    s = wp.tid()
+    q0, q1, q2, q3 = segment_corners(model, points, s)
+    leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
+    first = model.sample_start[s]
+    count = model.sample_start[s + 1] - first
+    row = weight_row(model, count, 0)
+    for k in range(count):
+        weight = model.sample_legs[row + k]
+        tangent[first + k] = wp.normalize(leg0 * weight[0] + leg1 * weight[1] + leg2 * weight[2])
+
+
+@kernel
+def count_contacts(
+    # model
+    model: Any,
+    # state in
+    samples: wp.array[Any],
+    tangent: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    count: wp.array[wp.int32],
+) -> None:
+    """How many samples press each sample."""
+    p = wp.tid()
+    found = int(0)
+    for c in range(candidate_count[p]):
+        press = press_of_pair(model, samples, tangent, p, candidates[p, c])
+        if wp.dot(press, press) > type(press[0])(0.0):
+            found += 1
+    count[p] = found
+
+
+@kernel
+def list_contacts(
+    # model
+    model: Any,
+    law: Any,
+    # state in
+    samples: wp.array[Any],
+    tangent: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    old_place: wp.array[Any],
+    old_count: wp.array[wp.int32],
+    old_entry: wp.array2d[wp.int32],
+    old_anchor: wp.array2d[Any],
+    # state out
+    entry: wp.array2d[wp.int32],
+    anchor: wp.array2d[Any],
+    press: wp.array2d[Any],
+) -> None:
+    """The pairs that press each other now, with what they keep of their slip."""
+    p = wp.tid()
+    here = samples[p]
+    found = int(0)
+    for c in range(candidate_count[p]):
+        listed = candidates[p, c]
+        force = press_of_pair(model, samples, tangent, p, listed)
+        if wp.dot(force, force) > type(force[0])(0.0):
+            q = sample_number(model.images, listed)
+            apart = vector_from(model.images, samples, p, here, listed, force)
+            moved = (here - old_place[p]) - (samples[q] - old_place[q])
+            slip = type(force)(moved[0], moved[1], moved[2])
+            for old in range(old_count[p]):
+                if old_entry[p, old] == listed:
+                    slip = apart - old_anchor[p, old]
+            normal = wp.normalize(force)
+            measure = slip_measure(slip, resisted_slip(slip, normal, tangent[p], tangent[q], law))
+            kept = within(slip, normal) * (law[3] / wp.max(measure, law[3]))
+            entry[p, found] = listed
+            anchor[p, found] = apart - kept
+            press[p, found] = force
+            found += 1
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """The pairs that press each other in a load step; no change to them until the next."""
+
+    place: wp.array[Any]
+    """The samples when the load step began, shape (P, 4)."""
+    tangent: wp.array[Any]
+    """Unit tangent of the yarn at each sample, shape (P, 3)."""
+    count: wp.array[Any]
+    """How many samples press each sample, shape (P,)."""
+    entry: wp.array[Any]
+    """They, as candidate lists name them, shape (P, capacity)."""
+    anchor: wp.array[Any]
+    """Vector from each of them at which the pair has not slipped, shape (P, capacity, 3)."""
+    press: wp.array[Any]
+    """N n, the force with which it is pressed [erg / unit], shape (P, capacity, 3)."""
+
+
+def first_contacts(model: Model) -> Contacts:
+    """No contacts yet; samples where the given yarns have them."""
+    points, place = model.upload(model.to_device(model.yarns.points), 3), model.empty(model.sample_count, 4)
+    model.launch(place_samples, model.segment_count, [model.constants, points], [place])
+    return _no_contacts(model, place, 1)
+
+
+def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidates, old: Contacts) -> Contacts:
+    """Contacts for the state as it is, in new arrays; samples and candidate lists are up to date."""
+    tangent, count = model.empty(model.sample_count, 3), _integers(model, model.sample_count)
+    model.launch(find_tangents, model.segment_count, [model.constants, state.points], [tangent])
+    touching = [state.samples, tangent, candidates.count, candidates.lists]
+    model.launch(count_contacts, model.sample_count, [model.constants, *touching], [count])
+    new = _no_contacts(model, wp.clone(state.samples), max(int(maximum(count)), 1))
+    inputs = [model.constants, law, *touching, old.place, old.count, old.entry, old.anchor]
+    model.launch(list_contacts, model.sample_count, inputs, [new.entry, new.anchor, new.press])
+    return replace(new, tangent=tangent, count=count)
+
+
+def _no_contacts(model: Model, place: wp.array[Any], capacity: int) -> Contacts:
+    """Empty lists with some room."""
+    samples = model.sample_count
+    return Contacts(
+        place=place,
+        tangent=model.empty(samples, 3),
+        count=_integers(model, samples),
+        entry=_rows(model, capacity, lambda shape: _integers(model, shape)),
+        anchor=_rows(model, capacity, lambda shape: model.empty(shape, 3)),
+        press=_rows(model, capacity, lambda shape: model.empty(shape, 3)),
+    )
+
+
+def _rows(model: Model, capacity: int, empty: Callable[[tuple[int, int]], wp.array[Any]]) -> wp.array[Any]:
+    """A list for each sample; on a GPU those of neighbouring samples lie interleaved."""
+    if model.device.is_cuda:
+        return empty((capacity, model.sample_count)).transpose()
+    return empty((model.sample_count, capacity))
+
+
+def _integers(model: Model, shape: int | tuple[int, int]) -> wp.array[Any]:
+    return wp.zeros(shape, dtype=wp.int32, device=model.device)

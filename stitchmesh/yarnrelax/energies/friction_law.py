@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Coulomb's law for two contact samples: how hard they press, and how they resist slip (``friction``).
+
+A law is four numbers: the larger coefficient mu, (mu_along / mu)^2, (mu_across / mu)^2 and the slip length.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.yarnrelax.energies.contact import contact_force_scale
+from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.spline import from_entry
+
+# Two yarns cross where the difference of their unit tangents is longer than sqrt(0.1), an angle of 18 degrees; below
+# that their contact is long, and only the direction that they share counts as along.
+
+
+@wp.func
+def across_both(apart: Any, first: Any, second: Any) -> Any:
+    """Part of a vector across two yarns with these unit tangents."""
+    same = type(apart[0])(1.0)
+    if wp.dot(first, second) < type(same)(0.0):
+        same = -same
+    shared, other = first + second * same, first - second * same
+    result = apart - shared * (wp.dot(apart, shared) / wp.dot(shared, shared))
+    size2 = wp.dot(other, other)
+    if size2 > type(same)(0.1):
+        result -= other * (wp.dot(apart, other) / size2)
+    return result
+
+
+@wp.func
+def vector_from(images: Any, samples: wp.array[Any], p: int, here: Any, entry: int, zero: Any) -> Any:
+    """Vector from a sample that ``p`` lists, in its image, to ``here``, where p lies."""
+    apart = from_entry(images, samples, p, here, entry)
+    return type(zero)(apart[0], apart[1], apart[2])
+
+
+@wp.func
+def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p: int, entry: int) -> Any:
+    """N n of sample p and a listed one [erg / unit]; zero where they do not touch, or where an end meets an end."""
+    apart = from_entry(model.images, samples, p, samples[p], entry)
+    away = type(tangent[p])(apart[0], apart[1], apart[2])
+    distance2 = wp.dot(away, away)
+    reach2 = apart[3] * apart[3]
+    press = type(tangent[p])()
+    if distance2 < reach2:
+        q = sample_number(model.images, entry)
+        stiffness = model.sample_stiffness[p] * model.sample_weight[q]
+        push, _stiff, _inverse = contact_force_scale(distance2, reach2, stiffness)
+        press = across_both(away, tangent[p], tangent[q]) * push
+    return press
+
+
+@wp.func
+def within(slip: Any, normal: Any) -> Any:
+    """Part of a vector in the plane across a unit normal."""
+    return slip - normal * wp.dot(slip, normal)
+
+
+@wp.func
+def resisted_slip(slip: Any, normal: Any, first: Any, second: Any, law: Any) -> Any:
+    """A u: the part of a slip that the contact resists, weighted by direction."""
+    resisted = within(slip, normal) * law[2]
+    if law[1] != law[2]:
+        along = within(first, normal) * wp.dot(within(first, normal), slip)
+        along += within(second, normal) * wp.dot(within(second, normal), slip)
+        resisted += along * ((law[1] - law[2]) * type(slip[0])(0.5))
+    return resisted
+
+
+@wp.func
+def slip_measure(slip: Any, resisted: Any) -> Any:
+    """How far a pair has slipped in the measure of the law, s."""
+    return wp.sqrt(wp.max(wp.dot(slip, resisted), type(slip[0])(0.0)))
+
+
+@wp.func
+def slip_energy(measure: Any, slip_length: Any) -> Any:
+    """phi(s)."""
+    if measure < slip_length:
+        part = measure / slip_length
+        return measure * part * (type(part)(1.0) - part / type(part)(3.0))
+    return measure - slip_length / type(measure)(3.0)
+
+
+@wp.func
+def slip_slope(measure: Any, slip_length: Any) -> Any:
+    """phi'(s) / s."""
+    if measure < slip_length:
+        return (type(measure)(2.0) - measure / slip_length) / slip_length
+    return type(measure)(1.0) / measure

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Gravity: the weight of the yarns, a dead load on their control points (L, appendix B).
+
+The weight acts along the curve, and the masses of the control points (``mass``) share it without loss:
+
+    E = - sum over segments of  m l int g . y(s) ds = - sum over control points of  m_j g . q_j        [erg]
+
+Heights count from the middle of the yarns as they were given. The y axis points up, as garments stand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.material import point_masses
+from stitchmesh.yarnrelax.model.state import State
+
+STANDARD = (0.0, -981.0, 0.0)
+"""Acceleration on Earth [cm / s^2]; y points up."""
+
+
+@kernel
+def add_weights(
+    # model
+    mass: wp.array[Any],
+    acceleration: Any,
+    # state out
+    external_force: wp.array[Any],
+) -> None:
+    """Add the weight of each control point [erg / unit]."""
+    i = wp.tid()
+    external_force[i] += acceleration * mass[i]
+
+
+@kernel
+def weight_energies(
+    # model
+    mass: wp.array[Any],
+    acceleration: Any,
+    # state in
+    points: wp.array[Any],
+    # state out
+    point_energy: wp.array[Any],
+) -> None:
+    """Potential energy [erg] of each control point."""
+    i = wp.tid()
+    point_energy[i] = -mass[i] * wp.dot(acceleration, points[i])
+
+
+@dataclass(frozen=True)
+class Gravity(TermChoice):
+    """The weight of the yarns, from ``YarnMaterial.mass_per_length``; on a lattice that of one cell.
+
+    Raises:
+        ParameterError: the acceleration is not three finite numbers.
+    """
+
+    acceleration: tuple[float, float, float] = STANDARD
+    """Acceleration [cm / s^2]; y points up."""
+
+    def __post_init__(self) -> None:
+        if np.shape(self.acceleration) != (3,) or not np.isfinite(self.acceleration).all():
+            raise ParameterError(f"gravity: got acceleration {self.acceleration}; expected three finite numbers")
+
+    def on(self, model: Model) -> Term:
+        """The weight of a model's yarns.
+
+        Raises:
+            ParameterError: the material has no mass.
+        """
+        if model.material.mass_per_length == 0.0:
+            raise ParameterError("gravity: got a material of mass_per_length 0; expected a mass [g/cm] to pull at")
+        return _Weight(model, self.acceleration)
+
+
+class _Weight(Term):
+    """Gravity on a device."""
+
+    name = "gravity"
+
+    def __init__(self, model: Model, acceleration: tuple[float, float, float]) -> None:
+        self.model = model
+        self.mass = model.upload(point_masses(model))
+        # cm of height in units: mass times this is a force [erg / unit]
+        self.acceleration = vector(3, model.scalar)(*(float(a) * model.unit for a in acceleration))
+
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add the weights to ``state.external_force``."""
+        return [launcher(add_weights, self.model.point_count, [self.mass, self.acceleration], [state.external_force])]
+
+    def energy(self, state: State, candidates: Candidates) -> float:
+        """Potential energy [erg] above the middle of the yarns as they were given."""
+        energy = self.model.empty(self.model.point_count)
+        inputs = [self.mass, self.acceleration, state.points]
+        self.model.launch(weight_energies, self.model.point_count, inputs, [energy])
+        return ordered_sum(energy)
+
+    def stiffness(self) -> NDArray[np.float64]:
+        """None: the force is the same everywhere."""
+        return np.zeros(self.model.point_count)

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a relaxation may have beyond stretch, bending and contact: terms and constraints, each only on request.
+
+A term is chosen by a value (``Gravity(...)``, ``Friction(...)``) that does not depend on a device; ``on`` creates the
+term on the device of one model. A term that is not chosen launches nothing, allocates nothing and compiles nothing.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State
+
+
+class Term(ABC):
+    """A further energy on the device of a model; lengths in ``model.unit``, energies in erg."""
+
+    name: str
+    """Name of the term in reports."""
+    lags: bool = False
+    """Whether the term is renewed each time the yarns have come to rest, until renewal changes nothing."""
+
+    @abstractmethod
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add the force of the term to ``state.sample_force``, ``state.external_force`` or ``state.leg_force``.
+
+        The fourth component of ``state.sample_force`` is the row sum of stiffness.
+        """
+
+    @abstractmethod
+    def energy(self, state: State, candidates: Candidates) -> float:
+        """Energy [erg] for the current points and samples."""
+
+    @abstractmethod
+    def stiffness(self) -> NDArray[np.float64]:
+        """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""
+
+    def renew(self, state: State, candidates: Candidates) -> None:  # noqa: B027 - most terms have no lagged quantities
+        """Update lagged quantities; called at the beginning of a load step, outside of captured launches."""
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """Arrays that persist between iterations and that the first ``renew`` does not compute, by name."""
+        return {}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Restore the contents of ``arrays``."""
+        for name, array in self.arrays().items():
+            array.assign(arrays[name])
+
+
+class TermChoice(ABC):
+    """A term that a caller requests."""
+
+    @abstractmethod
+    def on(self, model: Model) -> Term:
+        """The term on a model's device.
+
+        Raises:
+            ParameterError: the choice does not fit the yarns.
+        """
+
+
+class Constraint(ABC):
+    """A constraint on control points."""
+
+    @abstractmethod
+    def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
+        """Subtract the reaction of the constraint from forces on the control points."""
+
+    @abstractmethod
+    def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
+        """Change steps so that they satisfy the constraint; no step may become longer than its limit."""
+
+
+class ConstraintChoice(ABC):
+    """A constraint that a caller requests."""
+
+    @abstractmethod
+    def on(self, model: Model) -> Constraint:
+        """The constraint on a model's device.
+
+        Raises:
+            ParameterError: the choice does not fit the yarns.
+        """

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Energies and forces of yarns in their current positions, for checks and for other programs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
+from stitchmesh.yarnrelax.energies import by_term, evaluation
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
+
+SMALLEST_MARGIN = 1e-4
+"""Margin of the candidate lists, in mean radii; the result does not depend on it."""
+
+
+@alone()
+def yarn_energies(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    *,
+    precision: str = "float64",
+    quadrature_points: int = 11,
+    contact_samples: int = 11,
+    device: str | None = None,
+) -> dict[str, float]:
+    """Energies of yarns in their current positions [erg].
+
+    Args:
+        yarns: the yarns, on a lattice or not (energies are then those of one cell).
+        material: stiffnesses, used without change (``YarnMaterial.scaled`` adapts them to another radius).
+        precision: "float32" or "float64".
+        quadrature_points: Gauss points for each segment for stretch, length and bending; three are as accurate as
+            eleven equidistant points.
+        contact_samples: contact samples for each segment; choose a number that places them closer than half a radius.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+
+    Returns:
+        Energies under "stretch", "length", "bend" and "contact".
+
+    Raises:
+        ParameterError: an unknown device or precision, or a count below 1.
+    """
+    model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    return by_term.energies(model, state, candidates, ())
+
+
+@alone()
+def yarn_forces(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    *,
+    precision: str = "float64",
+    quadrature_points: int = 11,
+    contact_samples: int = 11,
+    device: str | None = None,
+) -> NDArray[np.float64]:
+    """Minus the gradient of the sum of ``yarn_energies`` by the control points [dyn], shape (N, 3).
+
+    Arguments and errors are those of ``yarn_energies``.
+    """
+    model, state, candidates = put_evaluation(yarns, material, precision, quadrature_points, contact_samples, device)
+    no_stiffness = model.empty(model.point_count)
+    evaluation.force_launches(model, state, candidates, (), no_stiffness, model.launch)
+    return state.force.numpy().astype(np.float64) / model.unit
+
+
+def put_evaluation(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    precision: str,
+    quadrature_points: int,
+    contact_samples: int,
+    device: str | None,
+) -> tuple[Model, State, Candidates]:
+    """A model, and a state with samples placed and candidates listed, for an evaluation."""
+    model = put_model(
+        yarns,
+        material,
+        quadrature_points=quadrature_points,
+        contact_samples=contact_samples,
+        scalar=scalar_named(precision),
+        device=device_named(device),
+    )
+    state = make_state(model)
+    candidates = make_candidates(model, margin=SMALLEST_MARGIN)
+    ContactSearch(model, state, candidates).run()
+    return model, state, candidates

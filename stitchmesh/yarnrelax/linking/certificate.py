@@ -1,0 +1,169 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The linking certificate: which yarns are linked, as exact integers.
+
+The linking number of two closed curves is half the sum of the signs of their crossings in a projection,
+
+    2 lk(A, B) = sum of sign(c) over crossings c of A and B.
+
+It cannot change unless one curve passes through the other. The yarns are replaced by polylines with integer
+coordinates (``projection``), whose crossings and signs are decided without rounding (``crossings``). The numbers are
+therefore exact for these polylines, which differ from the curves by a few hundredths of a radius. A changed number
+proves that a yarn passed through another. Unchanged numbers do not prove that none did, because two passes in opposite
+senses cancel.
+
+Open yarns are closed artificially, far away from all yarns (``open_yarns``). An artificial closure is not a yarn, and
+other yarns may move through it. The linking number of an open yarn therefore describes how the yarn lies. Only the
+linking number of two closed yarns is a certificate, which no motion without pull-through can change.
+
+On a lattice a yarn represents all its copies, which are displaced by a periods u + b periods v. A yarn whose lattice
+step is zero is a ring in each copy. A yarn with another step is an endless line, which its own step maps onto itself.
+For two yarns and each image (a, b) of the second relative to the first, the signs are summed over one period that both
+copies share, in a projection along the normal of the fabric or nearly along it. Images that the steps of either yarn
+map onto each other are counted as one. This sum is a certificate too: a motion changes the projection, a diagram on a
+torus, by Reidemeister's moves. The second and the third move keep the sum, and the first concerns a yarn and itself.
+The sum does not depend on the direction of the projection either, because another direction is a shear of space along
+the fabric. Rings, and lines in the same direction, cross an even number of times: half the sum is their linking number.
+Two lines in different directions have an odd sum, 1 or -1 where one lies over the other. Two copies of one yarn count
+as two yarns. Where half the step of the yarn exchanges them, a crossing and its image count once. Open yarns on a
+lattice are not closed: their sums describe how they lie.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.mesh import IntArray
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.linking.crossing_codes import decoded
+from stitchmesh.yarnrelax.linking.crossings import edge_crossings
+from stitchmesh.yarnrelax.linking.open_yarns import open_yarn_crossings
+from stitchmesh.yarnrelax.linking.projection import project_yarns
+
+
+@dataclass(frozen=True, eq=False)
+class DoubledLinking:
+    """Sums of crossing signs, one row for two yarns and an image where it is not zero, sorted."""
+
+    yarn_count: int
+    """Number of yarns, Y."""
+    yarns: IntArray
+    """Two yarns in ascending order, the same one twice for two of its copies, shape (n, 2)."""
+    image: IntArray
+    """Lattice image of the second relative to the first, (0, 0) without a lattice, shape (n, 2)."""
+    doubled: IntArray
+    """Sum of the signs of their crossings, twice the linking number of closed yarns, shape (n,)."""
+
+
+def linking_certificate(yarns: YarnSet, *, device: str | None = None) -> csr_array:
+    """Linking numbers of all pairs of yarns, a symmetric integer matrix of shape (Y, Y).
+
+    Without a lattice the diagonal is zero. On a lattice an entry is the sum over all images of the signs of crossings,
+    which is twice the linking number where two yarns cross an even number of times, and the diagonal contains crossings
+    of different copies of a yarn; ``doubled_linking`` has a row for each image.
+
+    Args:
+        yarns: closed or open yarns.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given. Devices agree, except for yarns
+            whose distance is below a unit, some millionths of an edge.
+
+    Raises:
+        ParameterError: an unknown device, or yarns over too many periods of a lattice.
+    """
+    linking = doubled_linking(yarns, device=device)
+    first, second = linking.yarns.T
+    entries = linking.doubled if yarns.lattice is not None else linking.doubled // 2
+    half = coo_array((entries, (first, second)), shape=(linking.yarn_count,) * 2).tocsr()
+    across = first != second
+    return half + coo_array((entries[across], (second[across], first[across])), shape=half.shape).tocsr()
+
+
+@alone()
+def doubled_linking(yarns: YarnSet, *, device: str | None = None) -> DoubledLinking:
+    """Sums of crossing signs of all pairs of yarns and images.
+
+    Args:
+        yarns: closed or open yarns.
+        device: as for ``linking_certificate``.
+
+    Raises:
+        ParameterError: as for ``linking_certificate``.
+    """
+    projection = project_yarns(yarns, device_named(device))
+    codes = edge_crossings(projection)
+    arcs, arc_signs = np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    if yarns.lattice is None and not yarns.closed.all():
+        line_codes, arcs, arc_signs = open_yarn_crossings(projection, yarns.closed)
+        codes = np.concatenate([codes, line_codes])
+    codes, counts = np.unique(codes, return_counts=True)
+    pairs, images, signs = decoded(projection, codes)
+    pairs = np.concatenate([pairs, arcs])
+    images = np.concatenate([_representative(images, pairs[: len(images)], projection.step.numpy()), 0 * arcs])
+    rows, doubled = _summed(np.concatenate([pairs, images], axis=1), np.concatenate([counts * signs, arc_signs]))
+    return DoubledLinking(yarns.yarn_count, rows[:, :2], rows[:, 2:], doubled)
+
+
+def changed_pairs(before: DoubledLinking | csr_array, after: DoubledLinking | csr_array) -> IntArray:
+    """Pairs of yarns whose linking differs in some image, shape (n, 2), each pair once, in ascending order.
+
+    Args:
+        before: linking of the yarns, or their ``linking_certificate``, which sums over images.
+        after: the same of the same yarns later.
+    """
+    (old_rows, old_sums), (new_rows, new_sums) = _rows(before), _rows(after)
+    rows, _ = _summed(np.concatenate([old_rows, new_rows]), np.concatenate([old_sums, -new_sums]))
+    return np.unique(rows[:, :2], axis=0)
+
+
+def _rows(linking: DoubledLinking | csr_array) -> tuple[IntArray, IntArray]:
+    """Two yarns and an image, and their sum of signs or entry."""
+    if isinstance(linking, DoubledLinking):
+        return np.concatenate([linking.yarns, linking.image], axis=1), linking.doubled
+    entries = linking.tocoo()
+    upper = entries.row <= entries.col
+    pairs = np.stack([entries.row, entries.col], axis=1)[upper].astype(np.int64)
+    return np.concatenate([pairs, 0 * pairs], axis=1), entries.data[upper]
+
+
+def _summed(rows: IntArray, values: IntArray) -> tuple[IntArray, IntArray]:
+    """Unique rows, sorted, with the sums of their values; rows whose sum is zero are left out."""
+    if len(rows) == 0:
+        return rows, values
+    order = np.lexsort(rows.T[::-1])
+    rows, values = rows[order], values[order]
+    first = np.flatnonzero(np.append(True, (np.diff(rows, axis=0) != 0).any(axis=1)))
+    total: IntArray = np.add.reduceat(values, first)
+    return rows[first][total != 0], total[total != 0]
+
+
+def _representative(image: IntArray, pairs: IntArray, step: IntArray) -> IntArray:
+    """One image for all images that the steps of the two yarns map onto each other, or that exchange two copies."""
+    first, second = _reduced_steps(step[pairs[:, 0]].astype(np.int64), step[pairs[:, 1]].astype(np.int64))
+    here, there = _modulo(image, first, second), _modulo(-image, first, second)
+    swap = (there[:, 0] < here[:, 0]) | ((there[:, 0] == here[:, 0]) & (there[:, 1] < here[:, 1]))
+    swap &= pairs[:, 0] == pairs[:, 1]
+    return np.where(swap[:, None], there, here)
+
+
+def _reduced_steps(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:
+    """Steps that span the same images, (g, h) and (0, k) with g and k not negative (Hermite's normal form)."""
+    while second[:, 0].any():
+        some = second[:, 0] != 0
+        rest = first[some] - (first[some, :1] // second[some, :1]) * second[some]
+        first[some], second[some] = second[some], rest
+    along = first[:, 0] == 0
+    second[along, 1] = np.gcd(first[along, 1], second[along, 1])
+    first[along] = 0
+    return np.where(first[:, :1] < 0, -first, first), np.abs(second)
+
+
+def _modulo(image: IntArray, first: IntArray, second: IntArray) -> IntArray:
+    """Remainder of the image after steps (g, h) and (0, k), the smallest that is not negative."""
+    x, y = image[:, 0], image[:, 1]
+    turns: IntArray = np.where(first[:, 0] > 0, x // np.maximum(first[:, 0], 1), 0)
+    x, y = x - turns * first[:, 0], y - turns * first[:, 1]
+    return np.stack([x, np.where(second[:, 1] > 0, y % np.maximum(second[:, 1], 1), y)], axis=1)

@@ -1,0 +1,261 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Crossings of yarns in a projection, decided in integers.
+
+Edges ab and cd cross where c and d lie on different sides of the line ab, and a and b on different sides of the line
+cd. A crossing is positive where a turn to the left, by less than half a turn, rotates the direction of the upper strand
+to the direction of the lower one. Its sign is the sign of the volume
+
+    -((b - a) x (d - c)) . (c - a)
+
+Where yarns meet in a point, or a vertex lies above an edge or another vertex, the later yarn counts as displaced by
+(e, e^2, e^3) relative to the earlier one, with an infinitesimal e (Edelsbrunner and Muecke 1990). Every answer is
+therefore valid for two polylines in general position, each displaced as a whole. In particular, closed polylines cross
+an even number of times. Of two copies of one yarn, one is the later one by a rule that does not depend on where they
+meet. The rule cannot decide between a copy and the copy half a step farther. There, only coordinates that agree to the
+last unit may be decided wrongly.
+
+Each edge is tested against the edges that start in its cell and in half of the neighbouring cells, which finds each
+pair once. Sums over crossings do not depend on the order in which the crossings are found.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.mesh import IntArray
+from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
+from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, Projection
+
+APART = wp.constant(wp.float64(4 * EDGE))
+"""Height difference [units] above which one edge lies above another whatever their slopes."""
+
+
+@wp.struct
+class Edges:
+    """Edges in the order of their cells, moved into the first period."""
+
+    key: wp.array[wp.int64]
+    """Number of the cell, shape (E,); the second half of the array is scratch space for sorting."""
+    box: wp.array[wp.vec4d]
+    """Least x and y, then largest x and y of the edge [units], shape (E,)."""
+    tail: wp.array[wp.vec3d]
+    """First vertex of the edge [units], shape (E,)."""
+    head: wp.array[wp.vec3d]
+    """Last vertex of the edge [units], shape (E,)."""
+    yarn: wp.array[wp.int32]
+    """Yarn of the edge, shape (E,)."""
+    image: wp.array[wp.vec2i]
+    """Image from which the edge was moved, shape (E,)."""
+
+
+@wp.func
+def box_of(tail: wp.vec3d, head: wp.vec3d) -> wp.vec4d:
+    """Least x and y, then largest x and y of an edge."""
+    low, high = wp.min(tail, head), wp.max(tail, head)
+    return wp.vec4d(low[0], low[1], high[0], high[1])
+
+
+@wp.func
+def period_of(value: wp.float64, cell: wp.float64, cells: wp.int64) -> wp.int64:
+    """Period that holds a coordinate."""
+    return wp.int64(wp.floor(wp.floor(value / cell) / wp.float64(cells)))
+
+
+@kernel
+def place_edges(
+    # model
+    grid: Grid,
+    # state in
+    vertices: wp.array[wp.vec3d],
+    edge_yarn: wp.array[wp.int32],
+    # state out
+    key: wp.array[wp.int64],
+    edge: wp.array[wp.int32],
+) -> None:
+    """Number of the cell where each edge's box begins."""
+    e = wp.tid()
+    low = box_of(vertices[e + edge_yarn[e]], vertices[e + edge_yarn[e] + 1])
+    column = wp.int64(wp.floor(low[0] / grid.cell[0]))
+    row = wp.int64(wp.floor(low[1] / grid.cell[1]))
+    column -= period_of(low[0], grid.cell[0], grid.columns) * grid.columns
+    row -= period_of(low[1], grid.cell[1], grid.rows) * grid.rows
+    key[e] = row * grid.columns + column
+    edge[e] = e
+
+
+@kernel
+def order_edges(
+    # model
+    grid: Grid,
+    # state in
+    vertices: wp.array[wp.vec3d],
+    edge_yarn: wp.array[wp.int32],
+    edge: wp.array[wp.int32],
+    # state out
+    edges: Edges,
+) -> None:
+    """Copy edges in the order of their cells."""
+    i = wp.tid()
+    yarn = edge_yarn[edge[i]]
+    tail, head = vertices[edge[i] + yarn], vertices[edge[i] + yarn + 1]
+    low = box_of(tail, head)
+    x = period_of(low[0], grid.cell[0], grid.columns)
+    y = period_of(low[1], grid.cell[1], grid.rows)
+    back = wp.vec3d(wp.float64(x) * grid.period[0], wp.float64(y) * grid.period[1], wp.float64(0.0))
+    edges.tail[i] = tail - back
+    edges.head[i] = head - back
+    edges.box[i] = box_of(tail - back, head - back)
+    edges.yarn[i] = yarn
+    edges.image[i] = wp.vec2i(wp.int32(x), wp.int32(y))
+
+
+@wp.func
+def is_left(direction: wp.vec3d, product: wp.float64, later: wp.float64) -> bool:
+    """Whether a point lies left of a line, from its cross product; ``later`` is 1 if its yarn is later, else -1."""
+    if product != wp.float64(0.0):
+        return product > wp.float64(0.0)
+    if direction[1] != wp.float64(0.0):
+        return direction[1] * later < wp.float64(0.0)
+    return direction[0] * later > wp.float64(0.0)
+
+
+@wp.func
+def lies_left(tail: wp.vec3d, head: wp.vec3d, point: wp.vec3d, later: wp.float64) -> bool:
+    """Whether a point lies left of a near edge; float64 holds the products exactly."""
+    direction = head - tail
+    return is_left(direction, direction[0] * (point[1] - tail[1]) - direction[1] * (point[0] - tail[0]), later)
+
+
+@wp.func
+def crossing_is_positive(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, d: wp.vec3d, later: wp.float64) -> bool:
+    """Sign of the crossing of edges ab and cd."""
+    normal = wp.cross(b - a, d - c)
+    apart = c - a
+    # a height above the slopes of both edges does not change the sign
+    height = wp.clamp(apart[2], -APART, APART)
+    volume = wp.int64(normal[0]) * wp.int64(apart[0]) + wp.int64(normal[1]) * wp.int64(apart[1])
+    volume += wp.int64(normal[2]) * wp.int64(height)
+    if volume != wp.int64(0):
+        return volume < wp.int64(0)
+    for axis in range(3):
+        if normal[axis] != wp.float64(0.0):
+            return normal[axis] * later < wp.float64(0.0)
+    return False  # not reached: the edges of a crossing are not parallel
+
+
+@wp.func
+def later_copy(image: wp.vec2i, step: wp.vec2i) -> int:
+    """1 where the copy of a yarn in an image counts as later than the yarn, -1 as earlier, 0 where it is the yarn."""
+    turn = step[0] * image[1] - step[1] * image[0]
+    if turn != 0:
+        return wp.sign(turn)
+    length = step[0] * step[0] + step[1] * step[1]
+    if length == 0:
+        return wp.where(image[0] != 0, wp.sign(image[0]), wp.where(image[1] != 0, wp.sign(image[1]), 0))
+    along = (step[0] * image[0] + step[1] * image[1]) % length
+    if along < 0:
+        along += length
+    return wp.where(along == 0, 0, wp.where(2 * along < length, 1, -1))
+
+
+@wp.func
+def periods_on(place: wp.int64, cells: wp.int64) -> int:
+    """Period of a cell in the first period or next to it."""
+    return wp.where(place < wp.int64(0), -1, wp.where(place == cells, 1, 0))
+
+
+@wp.func
+def boxes_meet(one: wp.vec4d, two: wp.vec4d) -> bool:
+    """Whether two boxes have a point in common."""
+    return one[0] <= two[2] and two[0] <= one[2] and one[1] <= two[3] and two[1] <= one[3]
+
+
+@wp.func
+def cross_pair(edges: Edges, grid: Grid, step: wp.array[wp.vec2i], i: int, j: int, wrap: wp.vec2i,
+              crossings: Crossings) -> None:  # fmt: skip
+    """Write the crossing of edge i with the copy of edge j displaced by ``wrap`` periods, if there is one."""
+    one, two = edges.yarn[i], edges.yarn[j]
+    image = edges.image[i] - edges.image[j] + wrap
+    order = wp.where(one < two, 1, -1)
+    if one == two:
+        order = later_copy(image, step[one])
+        if order == 0:
+            return
+    on = wp.vec3d(wp.float64(wrap[0]) * grid.period[0], wp.float64(wrap[1]) * grid.period[1], wp.float64(0.0))
+    a, b, c, d = edges.tail[i], edges.head[i], edges.tail[j] + on, edges.head[j] + on
+    later = wp.float64(order)
+    if lies_left(a, b, c, later) == lies_left(a, b, d, later):
+        return
+    if lies_left(c, d, a, -later) == lies_left(c, d, b, -later):
+        return
+    note(crossings, one, two, image, crossing_is_positive(a, b, c, d, later))
+
+
+@kernel
+def find_crossings(
+    # model
+    grid: Grid,
+    step: wp.array[wp.vec2i],
+    # state in
+    edges: Edges,
+    # state out
+    crossings: Crossings,
+) -> None:
+    """Crossings of each edge with later ones of its cell, and with those of half of the neighbouring cells."""
+    i = wp.tid()
+    box, count = edges.box[i], edges.yarn.shape[0]
+    row = edges.key[i] / grid.columns
+    column = edges.key[i] - row * grid.columns
+    right = box[2] >= wp.float64(column + wp.int64(1)) * grid.cell[0]
+    above = box[3] >= wp.float64(row + wp.int64(1)) * grid.cell[1]
+    for neighbour in range(5):  # its own, to the right, and above from left to right
+        if (neighbour > 1 and not above) or ((neighbour == 1 or neighbour == 4) and not right):
+            continue
+        x, y = column, row
+        if neighbour > 0:
+            x += wp.int64(wp.where(neighbour == 1, 1, neighbour - 3))
+            y += wp.where(neighbour == 1, wp.int64(0), wp.int64(1))
+        wrap = wp.vec2i(periods_on(x, grid.columns), periods_on(y, grid.rows))
+        key = (y - wp.int64(wrap[1]) * grid.rows) * grid.columns + x - wp.int64(wrap[0]) * grid.columns
+        back_x, back_y = wp.float64(wrap[0]) * grid.period[0], wp.float64(wrap[1]) * grid.period[1]
+        seen = wp.vec4d(box[0] - back_x, box[1] - back_y, box[2] - back_x, box[3] - back_y)
+        j = i + 1
+        if neighbour > 0:
+            j = wp.lower_bound(edges.key, 0, count, key)
+        while j < count and edges.key[j] == key:
+            if boxes_meet(seen, edges.box[j]):
+                cross_pair(edges, grid, step, i, j, wrap, crossings)
+            j += 1
+
+
+def edge_crossings(projection: Projection) -> IntArray:
+    """Codes of the crossings of two yarns, or of two copies of one, in no particular order."""
+    count, device = projection.edge_yarn.shape[0], projection.vertices.device
+    edges = _sorted_edges(projection)
+
+    def launch(crossings: Any) -> None:
+        inputs = [projection.grid, projection.step, edges]
+        wp.launch(find_crossings, count, inputs, [crossings], device=device)
+
+    return collected(projection, launch)
+
+
+def _sorted_edges(projection: Projection) -> Any:
+    count, device = projection.edge_yarn.shape[0], projection.vertices.device
+    polylines = [projection.vertices, projection.edge_yarn]
+    edges = Edges()
+    edges.key = wp.empty(2 * count, dtype=wp.int64, device=device)
+    order = wp.empty(2 * count, dtype=wp.int32, device=device)
+    wp.launch(place_edges, count, [projection.grid, *polylines], [edges.key, order], device=device)
+    bits = (int(projection.grid.columns) * int(projection.grid.rows)).bit_length()
+    wp.utils.radix_sort_pairs(edges.key, order, count, end_bit=bits)
+    edges.tail, edges.head = (wp.empty(count, dtype=wp.vec3d, device=device) for _ in range(2))
+    edges.box = wp.empty(count, dtype=wp.vec4d, device=device)
+    edges.yarn = wp.empty(count, dtype=wp.int32, device=device)
+    edges.image = wp.empty(count, dtype=wp.vec2i, device=device)
+    wp.launch(order_edges, count, [projection.grid, *polylines, order], [edges], device=device)
+    return edges

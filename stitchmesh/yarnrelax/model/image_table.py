@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The table of images that a periodic set of yarns needs, on the device.
+
+Image 0 is (0, 0). The corners of a segment need the images that its yarn reaches by going around; contacts need every
+image whose yarns can come near those of the cell: an image (a, b) is far if it shifts the box around all yarns, grown
+by the contact range and by what yarns may spread, clear of itself. Where yarns outgrow that box, or periods have
+shrunk, so that an image is missing, the table is made anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.lattice import lattice_frame
+
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax.model.constants import Model
+
+CONTACT_RANGE = 3.0
+"""Distance over the largest radius within which pairs may be listed: contact and the widest margin."""
+SHRINKAGE = 0.75
+"""Factor by which periods may shrink before the table is made anew."""
+SPREAD = 10.0
+"""How far yarns may spread beyond the box that they lie in, on each side, over the largest radius."""
+
+
+def put_images(model: Model, kind: Any) -> Any:
+    """The struct of images of a model's yarns."""
+    images = kind()
+    images.sample_count = model.sample_count
+    if not model.on_lattice:
+        return images
+    periods = np.stack([m.yarns.lattice.periods for m in model.cells if m.yarns.lattice]) / model.units[:, None, None]
+    images.periods = model.upload(periods.reshape(-1, 3), 3)
+    cell = np.repeat(np.arange(model.cell_count), np.diff(model.segment_start))
+    images.segment_cell = model.integers(cell)
+    images.sample_cell = model.integers(np.repeat(cell, np.diff(model.sample_start)))
+    images.box = model.empty(2 * model.cell_count, 3)
+    images.frame = model.upload(lattice_frame(periods)[:, :2].reshape(-1, 3), 3)
+    _put_table(model, images, corners_of(model, model.to_device(model.yarns.points), periods))
+    return images
+
+
+def renew_images(model: Model, points: wp.array[Any], *, anyway: bool = False) -> bool:
+    """Make the table anew if it lacks an image of the yarns as they lie now, or anyway; whether it was."""
+    images = model.constants.images
+    places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
+    corners = corners_of(model, places, periods)
+    if not anyway and _numbers(near_images(corners, CONTACT_RANGE), images.image.numpy())[1].all():
+        return False
+    _put_table(model, images, corners)
+    return True
+
+
+def _put_table(model: Model, images: Any, corners: Corners) -> None:
+    segment, slot, image = model.wrapped
+    table = _distinct(np.concatenate([near_images(corners, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE), image]))
+    number = np.zeros((model.segment_count, 4), dtype=np.int32)
+    number[segment, slot] = _numbers(image, table)[0]
+    images.image = wp.array(table.astype(np.int32), dtype=wp.vec2i, device=model.device)
+    images.corner_image = wp.array(number, dtype=wp.vec4i, device=model.device)
+
+
+def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Images without repetition in ascending order, but (0, 0) first."""
+    most = int(np.abs(images).max())
+    there = np.zeros((2 * most + 1, 2 * most + 1), dtype=bool)
+    there[images[:, 0] + most, images[:, 1] + most] = True
+    there[most, most] = False
+    return np.concatenate([[[0, 0]], np.argwhere(there) - most])
+
+
+def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Place of each image in a table, and whether it is there."""
+    most = int(np.abs(np.concatenate([images, table])).max())
+    place = np.full((2 * most + 1, 2 * most + 1), -1)
+    place[table[:, 0] + most, table[:, 1] + most] = np.arange(len(table))
+    number = place[images[:, 0] + most, images[:, 1] + most]
+    return number, number >= 0
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """How far the corners of each cell's segments reach, for cells of some periods [units]."""
+
+    periods: NDArray[Any]
+    """Shape (C, 2, 3)."""
+    dual: NDArray[Any]
+    """Dual basis of each cell: how many of each period a displacement spans, shape (C, 2, 3)."""
+    box: NDArray[Any]
+    """Size of the box around them, shape (C, 3)."""
+    turns: NDArray[Any]
+    """How many of each period they span, shape (C, 2)."""
+    radius: NDArray[np.float64]
+    """Largest radius of each cell, shape (C,)."""
+
+
+def corners_of(model: Model, places: NDArray[Any], periods: NDArray[Any]) -> Corners:
+    """Measure the corners for control points [units] of shape (N, 3) and periods."""
+    segment, slot, image = model.wrapped
+    cell = np.searchsorted(model.segment_start, segment, side="right") - 1
+    others = places[model.yarns.segment_points[segment, slot]] + np.einsum("ea,ead->ed", image, periods[cell])
+    dual = np.linalg.pinv(periods).transpose(0, 2, 1)
+    own_turns = np.einsum("nd,nkd->nk", places, np.repeat(dual, np.diff(model.point_start), axis=0))
+    other_turns = np.einsum("ed,ekd->ek", others, dual[cell])
+    box, turns = _spans(model, places, cell, others), _spans(model, own_turns, cell, other_turns)
+    return Corners(periods, dual, box, turns, np.maximum.reduceat(model.radius, model.yarn_start[:-1]))
+
+
+def _spans(model: Model, own: NDArray[Any], cell: NDArray[np.int64], others: NDArray[Any]) -> NDArray[Any]:
+    """Largest less smallest of each cell's numbers (N, d), and of others (E, d) of some cells, shape (C, d)."""
+    first = model.point_start[:-1]
+    high, low = np.maximum.reduceat(own, first), np.minimum.reduceat(own, first)
+    np.maximum.at(high, cell, others)
+    np.minimum.at(low, cell, others)
+    return high - low
+
+
+def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArray[np.int64]:
+    """Images in which yarns of some cell come within ``reach`` of its own, in its largest radii, shape (n, 2).
+
+    The rule of ``Lattice.near_images``, for all cells at once; also where the periods alone become shorter by a factor.
+    """
+    within = reach * corners.radius[:, None]
+    turns = corners.turns + within * np.linalg.norm(corners.dual, axis=2)
+    most = np.ceil(turns / shrinkage).astype(np.int64)
+    a, b = (np.arange(-largest, largest + 1) for largest in most.max(axis=0))
+    images = np.stack(np.meshgrid(a, b, indexing="ij"), axis=2).reshape(-1, 2)
+    shift = np.einsum("ia,cad->cid", images, corners.periods * shrinkage)
+    clear = np.abs(shift) > (corners.box + within)[:, None, :]
+    near = ~clear.any(axis=2) & (np.abs(images)[None] <= most[:, None, :]).all(axis=2)
+    return images[near.any(axis=0)]

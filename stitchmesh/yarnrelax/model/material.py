@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a yarn is made of: the stiffnesses of Kaldor 2008 and Leaf 2018 (L), CGS units, and the mass of control points.
+
+A yarn has the mass m per length of rest. Over a segment the four basis functions have the integrals
+(1, 11, 11, 1) / 24, which are the row sums of its mass matrix over m l (L, appendix B), so a control point has
+
+    m_j = sum over its segments of  m l (1, 11, 11, 1)_slot / 24        [g]
+
+and one between segments of length l has m l.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError
+
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax.model.constants import Model
+
+DEFAULT_MATERIAL = "stitchmesh"
+"""Name of the material that applies if no material is given."""
+REFERENCE_RADIUS = 0.125
+"""Radius [cm] of the yarn that the named materials describe."""
+
+
+@dataclass(frozen=True)
+class YarnMaterial:
+    """Stiffness, damping and mass of a yarn (Kaldor 2008, Table 1; L, appendix B).
+
+    Raises:
+        ParameterError: a value is negative or not finite.
+    """
+
+    k_len: float
+    """Drift of the parametrisation along a segment [erg]."""
+    k_length: float
+    """Length penalty of a segment, L's k_l [erg]; 0 where absent."""
+    k_bend: float
+    """Bending [erg cm]; the flexural rigidity EI is twice as large."""
+    k_contact: float
+    """Contact [erg / cm^2]."""
+    k_global: float
+    """Damping of all motion [g / s] (no effect on a state of rest)."""
+    k_dt: float
+    """Damping of sliding in contacts (no effect on a state of rest)."""
+    k_dn: float
+    """Damping of approach in contacts (no effect on a state of rest)."""
+    mass_per_length: float
+    """Mass of a length of yarn [g / cm]."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (np.isfinite(value) and value >= 0.0):
+                raise ParameterError(f"material: {field.name} is {value}; expected a finite number of at least 0")
+
+    @staticmethod
+    def named(name: str = DEFAULT_MATERIAL) -> YarnMaterial:
+        """A material of that name, for a yarn of ``REFERENCE_RADIUS``.
+
+        Raises:
+            ParameterError: there is no material of that name.
+        """
+        if name not in NAMED:
+            raise ParameterError(f"material: got {name!r}; expected one of {', '.join(NAMED)}")
+        return NAMED[name]
+
+    def scaled(self, gamma: float) -> YarnMaterial:
+        """The material that behaves alike when every length is ``gamma`` times as long.
+
+        An exact similarity (L section 6.2, eq 4): all energies stay what they were. The mass of a yarn stays too,
+        so its mass per length is divided by gamma.
+
+        Raises:
+            ParameterError: gamma is not a positive finite number.
+        """
+        if not (np.isfinite(gamma) and gamma > 0.0):
+            raise ParameterError(f"material: got a scale of {gamma}; expected a positive number")
+        return YarnMaterial(
+            k_len=self.k_len,
+            k_length=self.k_length,
+            k_bend=self.k_bend * gamma,
+            k_contact=self.k_contact / gamma**2,
+            k_global=self.k_global / gamma**2,
+            k_dt=self.k_dt / gamma**4,
+            k_dn=self.k_dn / gamma**4,
+            mass_per_length=self.mass_per_length / gamma,
+        )
+
+
+_SIMULATION = YarnMaterial(2000.0, 0.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006)
+
+NAMED: dict[str, YarnMaterial] = {
+    "kaldor-simulation": _SIMULATION,
+    "kaldor-relaxation": YarnMaterial(10_000.0, 0.0, 0.005, 3250.0, 1.5, 0.003, 0.03, 0.006),
+    "leaf": YarnMaterial(2000.0, 1000.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006),
+    "stitchmesh": YarnMaterial(2000.0, 10_000.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006),
+}
+"""Materials by name: three published ones, and ours, which is L's with the stiffest length penalty that L reports to
+cost no step size (L section 3.1); it keeps the strain of a garment's yarn at a few percent."""
+
+SHARES = np.array([1.0, 11.0, 11.0, 1.0]) / 24.0
+"""Integrals of the four basis functions over a segment."""
+
+
+def point_masses(model: Model) -> NDArray[np.float64]:
+    """Mass of each control point [g], shape (N,)."""
+    mass = model.material.mass_per_length * model.rest_length[:, None] * SHARES
+    corners = model.yarns.segment_points.ravel()
+    return np.bincount(corners, weights=mass.ravel(), minlength=model.point_count).astype(np.float64)

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What changes during a relaxation, on the device; lengths in units (``model``), forces in erg per unit."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.precision import vector
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.model.constants import Model
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Arrays that the kernels of an iteration read and write."""
+
+    points: wp.array[Any]
+    """Control points; after them the strains of a cell that relaxes, so far (``cell``), shape (E, 3)."""
+    listed_points: wp.array[Any]
+    """The same when the candidate lists were made, shape (E, 3)."""
+    budget: wp.array[Any]
+    """How far each may go from where it was listed (``step_limit``), shape (E,)."""
+    samples: wp.array[Any]
+    """Contact samples: place and yarn radius, shape (P, 4)."""
+    sample_force: wp.array[Any]
+    """Force on each sample, and the row sum of its stiffness [erg / unit^2], shape (P, 4)."""
+    sample_block: wp.array[Any]
+    """Stiffness of contact at each sample as (xx, yy, zz, xy, xz, yz), shape (P, 6); empty where no solver needs it."""
+    segment_block: wp.array[Any]
+    """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, shape (S, 7); empty likewise."""
+    leg_force: wp.array[Any]
+    """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
+    sample_virial: wp.array[Any]
+    """Each sample's share of the forces on the strains of its cell and of their stiffness (``strain_share``), shape
+    (P, 9); empty where no cell relaxes."""
+    segment_virial: wp.array[Any]
+    """Each segment's, shape (S, 9); empty likewise."""
+    external_force: wp.array[Any]
+    """Force of terms that act on control points, shape (N, 3); empty where a relaxation has none."""
+    force: wp.array[Any]
+    """Sum of all forces on each control point; on the strains of a cell, shape (E, 3)."""
+    stiffness: wp.array[Any]
+    """Row sum of stiffness at each [erg / unit^2], shape (E,)."""
+    preconditioner: wp.array[Any]
+    """How each gives way (``preconditioner``) [unit^2 / erg], shape (E, 6); empty where no solver needs it."""
+
+    @cached_property
+    def arrays(self) -> Any:
+        """All of it in a struct for kernels."""
+        struct = _struct(self.budget.dtype)()
+        for field in fields(self):
+            setattr(struct, field.name, getattr(self, field.name))
+        return struct
+
+    @property
+    def cell_relaxes(self) -> bool:
+        """Whether cells relax."""
+        return len(self.segment_virial) > 0
+
+
+@functools.cache
+def _struct(scalar: Any) -> Any:
+    """The struct of a state in one precision."""
+    scalars = wp.array(dtype=scalar)
+    threes, fours, sixes, sevens, nines = (wp.array(dtype=vector(size, scalar)) for size in (3, 4, 6, 7, 9))
+    annotations = {
+        "points": threes,
+        "listed_points": threes,
+        "budget": scalars,
+        "samples": fours,
+        "sample_force": fours,
+        "sample_block": sixes,
+        "segment_block": sevens,
+        "leg_force": wp.array2d(dtype=vector(3, scalar)),
+        "sample_virial": nines,
+        "segment_virial": nines,
+        "external_force": threes,
+        "force": threes,
+        "stiffness": scalars,
+        "preconditioner": sixes,
+    }
+    return wp.struct(type(f"YarnState_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+def make_state(
+    model: Model, start: FloatArray | None = None, *, external: bool = False, blocks: bool = False, strains: int = 0
+) -> State:
+    """A state at ``start`` [cm], or where the yarns were given.
+
+    There is room for outer forces, for blocks of stiffness, and for the strains of so many cells if asked for.
+    """
+    places = model.to_device(model.yarns.points if start is None else start)
+    points = model.upload(np.concatenate([places, np.zeros((strains, 3))]), 3)
+    n, entries = model.point_count, len(points)
+    return State(
+        points=points,
+        listed_points=wp.clone(points),
+        budget=model.empty(entries),
+        samples=model.empty(model.sample_count, 4),
+        sample_force=model.empty(model.sample_count, 4),
+        sample_block=model.empty(model.sample_count if blocks else 0, 6),
+        segment_block=model.empty(model.segment_count if blocks else 0, 7),
+        leg_force=model.empty((3, model.segment_count), 3),
+        sample_virial=model.empty(model.sample_count if strains else 0, 9),
+        segment_virial=model.empty(model.segment_count if strains else 0, 9),
+        external_force=model.empty(n if external else 0, 3),
+        force=model.empty(entries, 3),
+        stiffness=model.empty(entries),
+        preconditioner=model.empty(entries if blocks else 0, 6),
+    )

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Send yarns to the device: everything that stays constant during a relaxation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarn import YarnSet, basis
+from stitchmesh.yarnrelax.model.constants import CONTACT, Model, PeriodicCell, constants_struct, starts_of
+from stitchmesh.yarnrelax.model.image_table import put_images
+from stitchmesh.yarnrelax.model.lattice_images import Images32, Images64, NoImages
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.self_contact import UNENDING, neighbour_reach
+from stitchmesh.yarnrelax.model.spline import LARGEST_REACH
+
+
+def put_model(
+    yarns: YarnSet,
+    material: YarnMaterial,
+    *,
+    quadrature_points: int,
+    contact_samples: int,
+    scalar: Any,
+    device: wp.Device,
+) -> Model:
+    """Send everything that stays constant to the device.
+
+    Args:
+        yarns: the yarns, on a lattice or not.
+        material: stiffnesses, CGS.
+        quadrature_points: Gauss points a segment.
+        contact_samples: contact samples a segment; a long segment gets as many as leave no gap (``sampling``).
+        scalar: Warp's floating-point type.
+        device: where the kernels run.
+
+    Raises:
+        ParameterError: fewer than one quadrature point or contact sample.
+    """
+    counts = {"quadrature_points": quadrature_points, "contact_samples": contact_samples}
+    return put_cells([(yarns, material)], **counts, scalar=scalar, device=device)
+
+
+def put_cells(
+    given: Sequence[tuple[YarnSet, YarnMaterial]],
+    *,
+    quadrature_points: int,
+    contact_samples: int,
+    scalar: Any,
+    device: wp.Device,
+) -> Model:
+    """Likewise for several cells that know nothing of one another; arguments and errors as for ``put_model``."""
+    for name, count in (("quadrature_points", quadrature_points), ("contact_samples", contact_samples)):
+        if count < 1:
+            raise ParameterError(f"{name}: got {count}; expected at least 1")
+    cells = tuple(PeriodicCell(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
+    counts = np.concatenate([sample_counts(cell.yarns, contact_samples) for cell in cells])
+    kind = NoImages if cells[0].yarns.lattice is None else Images32 if scalar is wp.float32 else Images64
+    model = Model(
+        cells[0].yarns if len(cells) == 1 else join_yarns([cell.yarns for cell in cells]),
+        cells,
+        device,
+        scalar,
+        np.concatenate([[0], np.cumsum(counts)]),
+        quadrature_points,
+        constants_struct(scalar, kind)(),
+    )
+    model.constants.images = put_images(model, kind)
+    _put_segments(model)
+    _put_samples(model, counts)
+    _put_points(model)
+    model.constants.rule = model.upload(gauss_rule(quadrature_points), 6)
+    model.constants.quadrature_points = quadrature_points
+    return model
+
+
+def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
+    """Yarns of several sets one after the other, their lattices left out."""
+    names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature")
+    joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
+    return YarnSet(**joined, start=starts_of(np.concatenate([np.diff(yarns.start) for yarns in sets]).tolist()))
+
+
+def _put_segments(model: Model) -> None:
+    yarns, constants = model.yarns, model.constants
+    counts = np.diff(yarns.segment_start)
+    returns = yarns.closed & ~model.lattice_step.any(axis=1)
+    constants.yarn_step = wp.array(model.lattice_step.astype(np.int32), dtype=wp.vec2i, device=model.device)
+    constants.yarn_segments = model.integers(counts)
+    constants.segment_points = wp.array(yarns.segment_points.astype(np.int32), dtype=wp.vec4i, device=model.device)
+    constants.segment_rest_length = model.upload(model.rest_length)
+    constants.segment_stiffness = model.upload(model.segment_stiffness, 3)
+    constants.segment_natural = model.upload(model.natural_ends, 2)
+    constants.segment_yarn = model.integers(yarns.segment_yarn)
+    constants.segment_skip = model.integers(neighbour_reach(yarns))
+    constants.segment_cycle = model.integers(np.where(returns, counts, UNENDING)[yarns.segment_yarn])
+
+
+def _put_samples(model: Model, counts: NDArray[np.int64]) -> None:
+    constants = model.constants
+    place = sample_places(int(counts.max()))
+    constants.sample_start = model.integers(model.sample_start)
+    constants.sample_segment = model.integers(np.repeat(np.arange(model.segment_count), counts))
+    weight = np.repeat(model.rest_length / counts, counts)
+    k_contact = np.repeat(np.repeat(model.stiffness[:, CONTACT], np.diff(model.segment_start)), counts)
+    constants.sample_weight, constants.sample_stiffness = model.upload(weight), model.upload(k_contact * weight)
+    constants.sample_basis = model.upload(basis(place), 4)
+    constants.sample_legs = model.upload(leg_weights(place), 3)
+    constants.yarn_radius = model.upload(model.radius)
+
+
+def _put_points(model: Model) -> None:
+    yarns = model.yarns
+    slots = np.full((len(yarns.points), 4), -1, dtype=np.int32)
+    segments = np.arange(model.segment_count)
+    for slot in range(4):
+        slots[yarns.segment_points[:, slot], slot] = segments
+    model.constants.point_segments = wp.array(slots, dtype=wp.vec4i, device=model.device)
+
+
+def leg_weights(parameter: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights of the three legs in y' at each parameter, shape (n, 3)."""
+    first, last = (1 - parameter) ** 2 / 2, parameter**2 / 2
+    return np.stack([first, 1 - first - last, last], axis=1)
+
+
+def gauss_rule(count: int) -> NDArray[np.float64]:
+    """Rows of a Gauss rule on [0, 1], shape (count, 6)."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    s = (nodes + 1) / 2
+    return np.column_stack([leg_weights(s), 1 - s, s, weights / 2])
+
+
+def sample_places(most: int) -> NDArray[np.float64]:
+    """Parameters of 1, 2, ... ``most`` equidistant samples of a segment, one after the other."""
+    return np.concatenate([(np.arange(count) + 0.5) / count for count in range(1, most + 1)])
+
+
+def sample_counts(yarns: YarnSet, contact_samples: int) -> NDArray[np.int64]:
+    """Contact samples of each segment, at least ``contact_samples``, shape (S,)."""
+    corners = yarns.points[yarns.segment_points]
+    if yarns.point_shift is not None:
+        corners = corners + yarns.point_shift
+    leg = np.linalg.norm(np.diff(corners, axis=1), axis=2).max(axis=1)
+    reach = np.maximum(leg, yarns.rest_length) / (2 * yarns.radius[yarns.segment_yarn])
+    return np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH)).astype(np.int64)

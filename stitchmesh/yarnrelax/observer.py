@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the caller of a relaxation receives while it runs: history, progress, states and checkpoints."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+
+ON_STATE_SECONDS = 5.0
+"""Time between two calls of ``on_state`` [s]."""
+PROGRESS_SECONDS = 0.5
+"""Time between two calls of ``progress`` [s]."""
+
+Progress = Callable[[HistoryEntry], None]
+"""Called with iteration, seconds, residual and energies by term [erg]."""
+
+
+@dataclass(eq=False)
+class Observer:
+    """Keeps the history of a relaxation, reports its progress, hands out states and writes checkpoints."""
+
+    loop: RelaxationLoop
+    progress: Progress | None
+    on_state: Callable[[YarnSet], None] | None
+    checkpoint: Checkpoints | None
+    inputs: Mapping[str, str]
+    began: float
+    history: list[HistoryEntry] = field(default_factory=list)
+    unwritten: CheckpointState | None = None
+    """The state at the last assessment, until it is written."""
+    reported: float = 0.0
+    saved: float = 0.0
+
+    def note(self) -> None:
+        """Add the last assessment to the history; report it, hand out the state and write a checkpoint when due."""
+        loop, now = self.loop, time.perf_counter()
+        entry = HistoryEntry(
+            iteration=loop.iteration,
+            seconds=now - self.began,
+            residual=loop.last[0].residual,
+            energies=loop.last[0].energies,
+        )
+        self.history.append(entry)
+        if self.progress is not None and now - self.reported > PROGRESS_SECONDS:
+            self.reported = now
+            self.progress(entry)
+        if self.on_state is not None and now - self.saved > ON_STATE_SECONDS:
+            self.saved = now
+            self.on_state(loop.simulation.good_yarns())
+        if self.checkpoint is not None:
+            self.unwritten = self._checkpoint_state(now)
+            if loop.iteration % (-(-self.checkpoint.every // ASSESSMENT_INTERVAL) * ASSESSMENT_INTERVAL) == 0:
+                self.write_checkpoint()
+
+    def hand_over(self) -> None:
+        """Hand out the last accepted state, and write a checkpoint of the last assessment."""
+        if self.on_state is not None:
+            self.on_state(self.loop.simulation.good_yarns())
+        self.write_checkpoint()
+
+    def write_checkpoint(self) -> None:
+        """Write a checkpoint of the last assessment, unless that has been done."""
+        if self.checkpoint is not None and self.unwritten is not None:
+            write_state(self.checkpoint.path, self.inputs, self.unwritten)
+            self.unwritten = None
+
+    def resume(self, state: CheckpointState) -> None:
+        """Continue from a checkpoint of the same relaxation."""
+        loop = self.loop
+        loop.simulation.resume(state.arrays, state.margin)
+        loop.iteration, loop.lists_age, loop.last = state.iteration, state.lists_age, [state.last]
+        loop.step_scale, loop.energy_fall = np.array([state.step_scale]), np.array([state.energy_fall])
+        loop.kinetic_energy = loop.simulation.solver.kinetic_energy()
+        self.history = list(state.history)
+        self.began -= state.seconds
+
+    def _checkpoint_state(self, now: float) -> CheckpointState:
+        """Copies of everything that decides how the relaxation continues."""
+        loop = self.loop
+        return CheckpointState(
+            iteration=loop.iteration,
+            seconds=now - self.began,
+            last=loop.last[0],
+            history=tuple(self.history),
+            margin=loop.simulation.candidates.margin,
+            lists_age=loop.lists_age,
+            step_scale=float(loop.step_scale[0]),
+            energy_fall=float(loop.energy_fall[0]),
+            arrays={name: wp.clone(array) for name, array in loop.simulation.arrays().items()},
+        )

@@ -1,0 +1,203 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxation of yarns to a state of rest: the order of operations."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.observer import Observer, Progress
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Relaxed yarns, with a report and a history of the relaxation."""
+
+    yarns: YarnSet
+    """The yarns at rest."""
+    report: dict[str, Any]
+    """seconds, iterations, converged, residual, energy [erg], energies [erg], max_strain, min_distance_over_radius
+    (2 where no yarns touch), pull_throughs, certificate, solver, device."""
+    history: list[HistoryEntry]
+    """The result of each assessment."""
+
+
+@alone()
+def relax_yarns(
+    yarns: YarnSet,
+    *,
+    start: YarnSet | None = None,
+    material: YarnMaterial | None = None,
+    quality: str | Quality = DEFAULT_QUALITY,
+    device: str | None = None,
+    keep_shape: StitchMesh | None = None,
+    terms: Sequence[TermChoice] = (),
+    constraints: Sequence[ConstraintChoice] = (),
+    cell: RelaxCell | None = None,
+    progress: Progress | None = None,
+    on_state: Callable[[YarnSet], None] | None = None,
+    checkpoint: Checkpoints | None = None,
+    resume: FilePath | None = None,
+) -> Relaxation:
+    """Relax yarns to a state of rest; no yarn passes through another.
+
+    A relaxation that stops at ``Quality.max_iterations`` logs a warning, and its report is not converged. A resumed
+    relaxation ends with the same bits as one that was never stopped, and counts iterations and seconds from the start.
+
+    Args:
+        yarns: the yarns, on a lattice or not; no two of them overlap by more than half their thickness. Shape and
+            borders are kept as they are in these yarns.
+        start: the same yarns, linked in the same way, at other positions to start from, for example as they were
+            relaxed before an edit.
+        material: stiffnesses; the material ``stitchmesh`` scaled to the radius of the yarns where not given.
+        quality: a preset or a ``Quality``.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        keep_shape: the fabric from which the yarns were generated, whose borders and shape are to be kept.
+        terms: further energies, such as gravity; a term that is not given costs nothing.
+        constraints: constraints on control points.
+        cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
+            terms and constraints, which do not support a cell that deforms.
+        progress: called about every half second.
+        on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
+        checkpoint: where and how often to write what is needed to resume; also written at the start and at any end.
+        resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
+
+    Raises:
+        FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
+        ParameterError: an unknown device or quality, or a fabric, a start, a term or a constraint that does not fit the
+            yarns, or a checkpoint of another relaxation.
+        SolverError: the relaxation cannot go on, or a yarn passed through another; it names yarn and stitch face.
+    """
+    began = time.perf_counter()
+    quality = quality_named(quality)
+    if material is None:
+        material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    if keep_shape is not None:
+        terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
+    points = None if start is None else _points_of(start, yarns)
+    if cell is not None and (terms or constraints):
+        raise ParameterError("relax cell: got terms or constraints beside it; leave them out, or keep the periods")
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
+    linking = doubled_linking(yarns, device=device)
+    inputs: dict[str, str] = {}
+    if checkpoint is not None or resume is not None:
+        kind = simulation.model.device
+        inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
+    loop = RelaxationLoop(simulation, quality.tolerance)
+    observer = Observer(loop, progress, on_state, checkpoint, inputs, began)
+    if resume is not None:
+        observer.resume(read_state(resume, inputs))
+    try:
+        _run_to_rest(loop, quality, observer.note)
+    except (KeyboardInterrupt, SolverError):
+        observer.hand_over()
+        raise
+    observer.write_checkpoint()
+    if not loop.at_rest[0]:
+        _warn(loop)
+    relaxed = simulation.good_yarns()
+    _refuse_pull_through(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
+    return Relaxation(relaxed, _report(loop, quality, relaxed, began=observer.began), observer.history)
+
+
+@alone()
+def relax_partly(
+    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
+    cell: RelaxCell | None = None,
+) -> YarnSet:  # fmt: skip
+    """Yarns after some iterations towards rest, for changes in small steps; arguments as for ``relax_yarns``.
+
+    Raises:
+        SolverError: the relaxation cannot go on.
+    """
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
+    RelaxationLoop(simulation, quality.tolerance).run(iterations)
+    return simulation.good_yarns()
+
+
+@alone()
+def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = None) -> None:
+    """Check that yarns are linked as they were drawn.
+
+    Raises:
+        SolverError: the linking of two yarns changed; it names them.
+    """
+    changed = changed_pairs(doubled_linking(drawn, device=device), doubled_linking(relaxed, device=device))
+    _refuse_pull_through(drawn, changed)
+
+
+def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
+    """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
+    loop.run(quality.max_iterations, note)
+    while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= quality.tolerance:
+        loop.run(quality.max_iterations, note)
+
+
+def _points_of(start: YarnSet, yarns: YarnSet) -> FloatArray:
+    """Control points to start from [cm]."""
+    if not (np.array_equal(start.start, yarns.start) and np.array_equal(start.closed, yarns.closed)):
+        found = f"{start.yarn_count} yarns of {len(start.points)} control points"
+        expected = f"{yarns.yarn_count} of {len(yarns.points)}, closed where they are"
+        raise ParameterError(f"start: got {found}; expected the same yarns, {expected}")
+    return start.points
+
+
+def _report(loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, *, began: float) -> dict[str, Any]:
+    return {
+        "seconds": time.perf_counter() - began,
+        "iterations": loop.iteration,
+        "converged": bool(loop.at_rest[0]),
+        "residual": loop.last[0].residual,
+        "energy": loop.last[0].energy,
+        "energies": loop.last[0].energies,
+        "max_strain": float(np.abs(relaxed.strain).max()),
+        "min_distance_over_radius": float(loop.simulation.smallest_distances()[0]),
+        "pull_throughs": 0,
+        "certificate": "unchanged",
+        "solver": quality.solver,
+        "device": str(loop.simulation.model.device),
+    }
+
+
+def _warn(loop: RelaxationLoop) -> None:
+    """Log that the iterations were not sufficient, and what would help."""
+    last, fall = loop.last[0], float(loop.energy_fall[0])
+    found = f"residual {last.residual:.2g} (expected {loop.tolerance:g})"
+    falling = f"falling by {fall:.2g} of itself" if np.isfinite(fall) else "not level"
+    slope = f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"
+    where = f"{found}, {slope} after {loop.iteration} iterations"
+    logger.warning("yarns are not at rest: %s; %s", where, last.remedy)
+
+
+def _refuse_pull_through(yarns: YarnSet, changed: IntArray) -> None:
+    """Raise where the linking of two closed yarns changed; that of open yarns may, as others pass their ends."""
+    for first, second in changed:
+        if yarns.closed[first] and yarns.closed[second]:
+            faces = [sorted(set(yarns.face[yarns.start[y] : yarns.start[y + 1]].tolist()))[:3] for y in (first, second)]
+            where = f"yarns {first} and {second} (stitch faces {faces[0]} ... and {faces[1]} ...)"
+            raise SolverError(f"{where}: their linking number changed; report this with the yarns, it must not happen")

@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many cells relaxed together: each launch serves all cells, and each cell comes to rest by itself.
+
+Cells are independent: each has its own lattice, material, solver memory and steps, and stays still once it is at rest.
+A problem of one cell, such as yarns that start too close to each other, ends that cell only.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.yarn import YarnSet, segment_lengths
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+
+SMALL_PART = 0.25
+"""Part of all contact samples below which the cells that are not at rest continue without the others."""
+
+
+@dataclass(frozen=True, eq=False)
+class RelaxedCell:
+    """One of the cells."""
+
+    yarns: YarnSet
+    """The yarns at rest, or in their last accepted state."""
+    report: dict[str, Any]
+    """iterations, tenth_iterations (iterations to a tenth of the first gradient, None where it was never reached),
+    gradient (the last gradient over the first), converged, residual, energy [erg], energies [erg], max_strain,
+    min_distance_over_radius, and error, None or why the cell could not go on."""
+
+
+@dataclass(frozen=True, eq=False)
+class RelaxedCells:
+    """Cells that were relaxed together."""
+
+    cells: list[RelaxedCell]
+    """The cells, in the order in which they were given."""
+    report: dict[str, Any]
+    """seconds, launched (iterations of the cell that did most), converged (how many cells), device."""
+
+
+@alone()
+def relax_cells(
+    cells: Sequence[YarnSet],
+    *,
+    materials: Sequence[YarnMaterial] | None = None,
+    free: Sequence[RelaxCell] | None = None,
+    quality: str | Quality = DEFAULT_QUALITY,
+    device: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> RelaxedCells:
+    """Relax many periodic cells at once, in launches that all cells share; no yarn passes through another.
+
+    On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
+    Each cell ends with the state that ``relax_yarns`` would find within the tolerance. A cell that fails does not
+    raise: the reason is in its report, and its yarns are those of its last accepted state.
+
+    Args:
+        cells: yarns [cm], each on a lattice of its own; no two yarns overlap by more than half their thickness.
+        materials: stiffnesses of each cell, C of them; the material ``stitchmesh`` scaled to the mean yarn radius of
+            each cell where not given.
+        free: which changes the periods of each cell are free to make, and which loads act on them [dyn], C of them;
+            the periods are kept where not given.
+        quality: a preset or a ``Quality`` for all cells; its solver must be the quasistatic one.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        progress: called after each assessment with the number of cells at rest and the number of iterations.
+
+    Returns:
+        The relaxed cells in the same order, each with a report, and a report of all.
+
+    Raises:
+        ParameterError: there is no cell, a cell has no lattice, there is not one material or one choice for each cell,
+            the device or the quality is unknown, or the solver is not the quasistatic one.
+        SolverError: the candidate lists of all cells together do not fit the memory.
+    """
+    began = time.perf_counter()
+    quality = quality_named(quality)
+    _check(cells, materials, free, quality)
+    if materials is None:
+        named = YarnMaterial.named()
+        materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
+    simulation = YarnSimulation(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
+    found: dict[int, RelaxedCell] = {}
+    numbers, launched = np.arange(len(cells)), 0
+    while len(numbers):
+        run = _Run(simulation, quality, launched)
+        while run.active.any() and run.launched < quality.max_iterations and not run.is_mostly_done:
+            run.advance()
+            if progress is not None:
+                progress(len(found) + int((~run.active).sum()), run.launched)
+        launched = run.launched
+        remaining = run.active if launched < quality.max_iterations else np.zeros(len(numbers), dtype=bool)
+        yarns = simulation.good_cells()
+        found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~remaining)).items()}
+        numbers = numbers[remaining]
+        if len(numbers):
+            rest = [(yarns[k], materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(remaining).tolist())]
+            own = None if free is None else [free[number] for number in numbers.tolist()]
+            before, simulation = simulation, YarnSimulation(rest, quality, simulation.model.device, cells=own)
+            assert isinstance(simulation.solver, LBFGS) and isinstance(before.solver, LBFGS)
+            simulation.solver.continue_gradients(before.solver, remaining)
+    report = {"seconds": time.perf_counter() - began, "launched": launched,
+              "converged": sum(cell.report["converged"] for cell in found.values()),
+              "device": str(simulation.model.device)}  # fmt: skip
+    return RelaxedCells([found[number] for number in range(len(cells))], report)
+
+
+def _check(
+    cells: Sequence[YarnSet], materials: Sequence[Any] | None, free: Sequence[Any] | None, quality: Quality
+) -> None:
+    if not cells:
+        raise ParameterError("cells: got none; expected at least one")
+    for name, each in (("materials", materials), ("free", free)):
+        if each is not None and len(each) != len(cells):
+            raise ParameterError(f"{name}: got {len(each)} for {len(cells)} cells; expected one for each")
+    for number, yarns in enumerate(cells):
+        if yarns.lattice is None:
+            raise ParameterError(f"cell {number}: repeats on no lattice; give it one, or relax it by itself")
+    if quality.solver != "quasistatic":
+        raise ParameterError(f"cells: got the solver {quality.solver!r}; only the quasistatic one relaxes several")
+
+
+class _Run:
+    """Cells on their way to rest, until only a small part of them is not at rest."""
+
+    def __init__(self, simulation: YarnSimulation, quality: Quality, launched: int) -> None:
+        """Assess the cells as they were given; ``launched`` is the number of iterations that they did before."""
+        self.simulation, self.launched = simulation, launched
+        self.loop = RelaxationLoop(simulation, quality.tolerance)
+        self.loop.start()
+        self.iterations = np.full(simulation.model.cell_count, launched)
+        self.active = ~self.loop.failed
+
+    def advance(self) -> None:
+        """Iterate and assess the cells that are not at rest."""
+        self.loop.advance(self.active)
+        self.launched += int(ASSESSMENT_INTERVAL)
+        self.iterations[self.active] += int(ASSESSMENT_INTERVAL)
+        self.active &= ~self.loop.at_rest & ~self.loop.failed
+
+    @property
+    def is_mostly_done(self) -> bool:
+        """Whether the remaining cells are so small a part that they are faster without the others."""
+        samples = np.diff(self.simulation.model.sample_start[self.simulation.model.segment_start])
+        return bool(samples[self.active].sum() < SMALL_PART * samples.sum())
+
+    def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
+        """Some of the cells with their reports; ``yarns`` are those of all cells."""
+        solver = self.simulation.solver
+        assert isinstance(solver, LBFGS)
+        tenth, gradient = solver.gradients()
+        last, at_rest = self.loop.last, self.loop.at_rest
+        distance, strain = self.simulation.smallest_distances(), self._largest_strains()
+        return {
+            cell: RelaxedCell(yarns[cell], {
+                "iterations": int(self.iterations[cell]),
+                "tenth_iterations": tenth[cell],
+                "gradient": gradient[cell],
+                "converged": bool(at_rest[cell]),
+                "residual": last[cell].residual,
+                "energy": last[cell].energy,
+                "energies": last[cell].energies,
+                "max_strain": float(strain[cell]),
+                "min_distance_over_radius": float(distance[cell]),
+                "error": self.loop.errors.get(cell),
+            })
+            for cell in cells.tolist()
+        }  # fmt: skip
+
+    def _largest_strains(self) -> NDArray[np.float64]:
+        """Largest strain of the segments of each cell in its last accepted state, shape (C,)."""
+        model, points = self.simulation.model, self.simulation.model.from_device(self.simulation.good_points)
+        assert self.simulation.good_periods is not None
+        periods = self.simulation.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        segment, slot, image = model.wrapped
+        cell = np.searchsorted(model.segment_start, segment, side="right") - 1
+        shift = np.zeros((model.segment_count, 4, 3))
+        shift[segment, slot] = np.einsum("ea,ead->ed", image, (periods * model.units[:, None, None])[cell])
+        length = segment_lengths(points, model.yarns.segment_points, shift)
+        strain = np.abs(length / model.yarns.rest_length - 1.0)
+        return np.maximum.reduceat(strain, model.segment_start[:-1])

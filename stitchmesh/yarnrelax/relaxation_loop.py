@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The loop of a relaxation: iterate, renew the candidate lists, assess, accept or step back, stop.
+
+The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import SolverError
+from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
+from stitchmesh.yarnrelax.convergence import Assessment, has_converged
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
+
+NARROWEST_MARGIN = 0.3
+"""Margin of the candidate lists where motion is slow, in mean radii."""
+MARGIN_CHANGE = 1.5
+"""Factor by which the margin becomes narrower or wider."""
+SHORT_LIFE, LONG_LIFE = 10, 40
+"""Iterations: lists that last no longer get a wider margin, lists that last longer get a narrower margin."""
+PATIENCE = 5
+"""Iterations for which cells wait for the cells that still move before there are new candidate lists for all."""
+SMALLEST_STEP_SCALE = 5e-5
+"""Scale of steps below which the loop does not step back again."""
+RECOVERY = 1.2
+"""Growth of the scale of steps after each accepted assessment."""
+REMEDY = "move the yarns apart, or control points that lie in one place"
+"""What helps where an energy is too steep to be relaxed."""
+
+
+class RelaxationLoop:
+    """Cells, or one piece, on their way to rest."""
+
+    def __init__(self, simulation: YarnSimulation, tolerance: float) -> None:
+        """A loop before its first assessment (``start``); ``tolerance`` is ``Quality.tolerance``."""
+        self.simulation, self.tolerance = simulation, tolerance
+        cells = simulation.model.cell_count
+        self.iteration = 0
+        """Iterations of the cell that did most."""
+        self.lists_age = 0
+        """Iterations since the candidate lists were made."""
+        self.step_scale = np.ones(cells)
+        """Scale of the steps of each cell, shape (C,)."""
+        self.last: list[Assessment] = []
+        """Assessment of the last accepted state of each cell."""
+        self.energy_fall = np.full(cells, np.inf)
+        """Part of itself by which the energy of each cell fell over the last assessment interval; infinite before the
+        first interval and after a step back, shape (C,)."""
+        self.kinetic_energy = 0.0
+        """Kinetic energy at the last assessment [erg]."""
+        self.errors: dict[int, str] = dict(simulation.too_close)
+        """What is wrong with cells that cannot go on."""
+
+    def start(self) -> None:
+        """Assess the yarns as they were given.
+
+        Raises:
+            SolverError: the energy of the only piece is not finite.
+        """
+        self.last = self.simulation.assess_cells()
+        for cell, assessment in enumerate(self.last):
+            if not assessment.finite:
+                where = self.simulation.largest_force(cell)
+                self._fail({cell: f"{where}: not finite at the start; {REMEDY}"})
+
+    def run(self, iterations: int, note: Callable[[], None] = lambda: None) -> None:
+        """Iterate until all cells are at rest, or have done ``iterations``; ``note`` is called after each assessment.
+
+        Raises:
+            SolverError: the only piece cannot go on.
+        """
+        if not self.last:
+            self.start()
+            note()
+        while not self.at_rest.all() and self.iteration < iterations:
+            self.advance()
+            note()
+
+    def advance(self, cells: NDArray[np.bool_] | None = None) -> None:
+        """Iterate some cells, or all, for one assessment interval; accept the new states, or step back.
+
+        Raises:
+            SolverError: the only piece cannot go on.
+        """
+        chosen = np.ones(len(self.last), dtype=bool) if cells is None else cells
+        self.iterate(int(ASSESSMENT_INTERVAL), chosen)
+        self.iteration += int(ASSESSMENT_INTERVAL)
+        found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
+        good = chosen & [self._is_acceptable(cell, now, kinetic_energy) for cell, now in enumerate(found)]
+        for cell in np.flatnonzero(good).tolist():
+            self._note(cell, found[cell])
+        self.kinetic_energy = kinetic_energy if good.all() else 0.0
+        # other cells at rest have not moved, and copying all cells is faster than copying some
+        self.accept(good | (self.at_rest & ~chosen))
+        if (chosen & ~good).any():
+            self.step_back(chosen & ~good)
+
+    def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
+        """Do ``count`` iterations of some cells, or of all, with new candidate lists where they are too old."""
+        wanted = np.full(self.simulation.model.cell_count, count)
+        if cells is not None:
+            wanted[~cells] = 0
+        self.simulation.solver.begin(wanted)
+        done, since_search = np.zeros(len(wanted)), 0
+        while (done < wanted).any():
+            launched = self.simulation.iterate()
+            progress = self.simulation.solver.progress(self.simulation.inputs, launched)
+            self.lists_age += int((progress.done - done).max())
+            done, since_search = progress.done, since_search + launched
+            if _wait_is_over(progress, wanted, since_search):
+                self.search_contacts(self._fitting_margin())
+                since_search = 0
+            elif self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin:
+                self.search_contacts(self._fitting_margin())
+
+    def search_contacts(self, margin: float | None = None) -> None:
+        """Make new candidate lists, with a new margin where one is given [units].
+
+        Raises:
+            SolverError: the yarns of the only piece are too close to each other.
+        """
+        self.lists_age = 0
+        self._fail(self.simulation.search_contacts(margin))
+
+    def accept(self, cells: NDArray[np.bool_]) -> None:
+        """Accept the current states of some cells, and let their steps become longer again."""
+        self.simulation.accept(cells)
+        if (self.step_scale[cells] < 1.0).any():
+            self.step_scale[cells] = np.minimum(self.step_scale[cells] * RECOVERY, 1.0)
+            self.simulation.solver.set_step_scale(self.step_scale)
+
+    def step_back(self, cells: NDArray[np.bool_]) -> None:
+        """Return some cells to their last accepted state, at rest and with steps half as long.
+
+        Raises:
+            SolverError: the steps of the only piece are as short as they may be.
+        """
+        for cell in np.flatnonzero(cells & (self.step_scale < SMALLEST_STEP_SCALE)).tolist():
+            where = self.simulation.largest_force(cell)
+            self._fail({cell: f"{where}: its energy grows at the smallest steps; {REMEDY}"})
+        self.energy_fall[cells] = np.inf
+        self.simulation.restore(cells)
+        self.step_scale[cells] /= 2
+        self.simulation.solver.restart(self.step_scale, cells)
+        self.search_contacts()
+
+    def renew_terms(self) -> bool:
+        """Renew the lagged quantities of terms, such as the normal forces of friction; whether there are any."""
+        if not any(term.lags for term in self.simulation.terms):
+            return False
+        self.search_contacts()
+        self.simulation.renew_terms()
+        self.last = self.simulation.assess_cells()
+        return True
+
+    @property
+    def at_rest(self) -> NDArray[np.bool_]:
+        """Whether both conditions of ``convergence`` hold in each cell, shape (C,)."""
+        pairs = zip(self.last, self.energy_fall.tolist(), strict=True)
+        return np.array([has_converged(now.residual, fall, self.tolerance) for now, fall in pairs])
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Whether each cell cannot go on, shape (C,)."""
+        return np.isin(np.arange(len(self.last)), list(self.errors))
+
+    def _fitting_margin(self) -> float:
+        """Margin of the next candidate lists: wider where lists do not last, narrower where they do."""
+        margin = self.simulation.candidates.margin
+        if self.lists_age <= SHORT_LIFE:
+            return min(margin * MARGIN_CHANGE, WIDEST_MARGIN)
+        return max(margin / MARGIN_CHANGE, NARROWEST_MARGIN) if self.lists_age > LONG_LIFE else margin
+
+    def _is_acceptable(self, cell: int, now: Assessment, kinetic_energy: float) -> bool:
+        """Whether a cell's energy is finite and has not risen too far."""
+        last, noise = self.last[cell], float(self.simulation.noise[cell])
+        allowed = self.simulation.solver.allowed_rise * (last.size + self.kinetic_energy) + noise
+        return now.finite and now.energy + kinetic_energy <= last.energy + self.kinetic_energy + allowed
+
+    def _note(self, cell: int, now: Assessment) -> None:
+        """Note the accepted assessment of a cell."""
+        self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
+        self.last[cell] = now
+
+    def _fail(self, errors: dict[int, str]) -> None:
+        """Note the cells that cannot go on; raise if no other cell could."""
+        self.errors |= errors
+        if self.errors and self.simulation.model.cell_count == 1:
+            raise SolverError(self.errors[0])
+
+
+def _wait_is_over(progress: Progress, wanted: NDArray[np.int64], since_search: int) -> bool:
+    """Whether cells wait for new candidate lists, and no other cell would still profit from the old ones."""
+    moving = (progress.done < wanted) & ~progress.waiting
+    return bool(progress.waiting.any()) and (since_search >= PATIENCE or not moving.any())

@@ -1,0 +1,300 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns on a device: the arrays of a relaxation and its captured launches.
+
+``YarnSimulation`` decides nothing. ``RelaxationLoop`` decides when there are new candidate lists, and whether a state
+is accepted. Captured launches name arrays. Whoever replaces an array that they name calls
+``YarnSimulation.discard_launches``, and the launches are captured again at their next use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.errors import SolverError
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import FloatArray
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
+from stitchmesh.yarnrelax.collision.step_limit import smallest_distances, yarn_place
+from stitchmesh.yarnrelax.convergence import Assessment, Assessor, rounding_force
+from stitchmesh.yarnrelax.energies.by_term import each_term
+from stitchmesh.yarnrelax.energies.evaluation import force_launches
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_cells
+from stitchmesh.yarnrelax.solvers import solver_named
+from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInputs
+from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
+
+GRAPH_ITERATIONS = {"cpu": 1, "cuda": 5}
+"""Iterations of a graph: those between two looks at the progress; a look costs a GPU as much as an iteration."""
+
+
+@kernel
+def copy_where(
+    # state in
+    chosen: wp.array[wp.int32],
+    source: wp.array[Any],
+    # state out
+    target: wp.array[Any],
+) -> None:
+    """Copy the chosen elements."""
+    i = wp.tid()
+    if chosen[i] != 0:
+        target[i] = source[i]
+
+
+class YarnSimulation:
+    """The arrays of a relaxation of one piece or of several cells, and the launches that are repeated."""
+
+    @classmethod
+    def start(
+        cls,
+        yarns: YarnSet,
+        material: YarnMaterial,
+        quality: Quality,
+        device: wp.Device,
+        terms: Sequence[TermChoice] = (),
+        constraints: Sequence[ConstraintChoice] = (),
+        points: FloatArray | None = None,
+        cell: RelaxCell | None = None,
+    ) -> YarnSimulation:
+        """A simulation of one piece or one cell, starting at ``points`` [cm] or at the yarns' own control points."""
+        cells = None if cell is None else [cell]
+        return cls([(yarns, material)], quality, device, terms, constraints, points, cells)
+
+    def __init__(
+        self,
+        given: Sequence[tuple[YarnSet, YarnMaterial]],
+        quality: Quality,
+        device: wp.Device,
+        terms: Sequence[TermChoice] = (),
+        constraints: Sequence[ConstraintChoice] = (),
+        points: FloatArray | None = None,
+        cells: Sequence[RelaxCell] | None = None,
+    ) -> None:
+        """Send the yarns of one piece, or of independent cells, to the device, and make candidate lists.
+
+        Raises:
+            SolverError: the yarns of the only piece are too close to each other.
+        """
+        self.model = model = put_cells(
+            given,
+            quadrature_points=quality.quadrature_points,
+            contact_samples=quality.contact_samples,
+            scalar=scalar_named(quality.precision),
+            device=device,
+        )
+        self.terms = [term.on(model) for term in terms]
+        further = sum((term.stiffness() for term in self.terms), start=np.zeros(model.point_count))
+        stiffness = further + stiffness_row_sums(model)
+        strains = 0 if cells is None else model.cell_count
+        self.solver = solver_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
+        self.state = make_state(
+            model, points, external=bool(self.terms), blocks=self.solver.needs_blocks, strains=strains
+        )
+        self.candidates = make_candidates(model, WIDEST_MARGIN)
+        self.constraints = [constraint.on(model) for constraint in constraints]
+        self.point_stiffness = model.upload(np.maximum(stiffness, np.finfo(np.float32).tiny))
+        """Constant row sums of stiffness, shape (N,)."""
+        self.good_points = wp.clone(self.state.points)
+        """Control points of the last state that was accepted, shape (N, 3)."""
+        self.step_fraction = quality.step_fraction
+        self.rounding = rounding_force(model, stiffness)
+        """Force that the rounding of coordinates causes [erg / unit], shape (C,)."""
+        self.strain = None if cells is None else CellStrain(model, cells)
+        self.good_periods = wp.clone(model.constants.images.periods) if model.on_lattice else None
+        """Periods of the last accepted state on a lattice, shape (2 C, 3)."""
+        self.search = ContactSearch(model, self.state, self.candidates, reallocated=self.discard_launches)
+        self.discard_launches()
+        self.too_close = self.search_contacts()
+        """What was wrong at the start with cells whose yarns are too close."""
+        for term in self.terms:
+            term.renew(self.state, self.candidates)
+
+    @property
+    def inputs(self) -> SolverInputs:
+        """What the solver works on."""
+        return SolverInputs(
+            self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain
+        )
+
+    @property
+    def noise(self) -> NDArray[np.float64]:
+        """Work of the rounding forces over a radius at every control point of each cell [erg], shape (C,)."""
+        return self.rounding * np.diff(self.model.point_start)
+
+    # Launches
+
+    def discard_launches(self) -> None:
+        """Forget all captured launches: an array that they name was replaced."""
+        self._iterations: CapturedLaunches | None = None
+        self._assessor: Assessor | None = None
+
+    @property
+    def iterations(self) -> CapturedLaunches:
+        """The captured launches of ``graph_iterations`` iterations."""
+        if self._iterations is None:
+            model, launcher = self.model, self.model.prepare
+            fused = self.solver.fused_launch(self.inputs, self.point_stiffness, launcher)
+            if fused is not None:
+                self.graph_iterations = int(ASSESSMENT_INTERVAL)
+                self._iterations = CapturedLaunches([fused], model.device)
+            else:
+                self.graph_iterations = GRAPH_ITERATIONS["cuda" if model.device.is_cuda else "cpu"]
+                launches = self.iteration_launches()
+                self._iterations = CapturedLaunches(launches, model.device, times=self.graph_iterations)
+        return self._iterations
+
+    def iteration_launches(self) -> list[Any]:
+        """The prepared launches of one iteration, in their order: forces, constraints, solver."""
+        model, state, launcher = self.model, self.state, self.model.prepare
+        launches = force_launches(model, state, self.candidates, self.terms, self.point_stiffness, launcher)
+        for constraint in self.constraints:
+            launches += constraint.filter_forces(state.force, launcher)
+        return launches + self.solver.launches(self.inputs, launcher)
+
+    def iterate(self) -> int:
+        """Launch some iterations; how many."""
+        self.iterations.launch()
+        return self.graph_iterations
+
+    def search_contacts(self, margin: float | None = None) -> dict[int, str]:
+        """Make candidate lists and budgets for the current state, with a new margin where one is given [units].
+
+        Returns:
+            For each cell whose yarns are too close to go on, what is wrong.
+
+        Raises:
+            SolverError: the same of the only piece, or the lists do not fit the memory.
+        """
+        if margin is not None:
+            self.candidates.margin = margin
+        self.search.run()
+        too_close = self.search.too_close()
+        if too_close and self.model.cell_count == 1:
+            raise SolverError(too_close[0])
+        return too_close
+
+    def renew_terms(self) -> None:
+        """Renew the lagged quantities of terms; the candidate lists are up to date."""
+        for term in self.terms:
+            if term.lags:
+                term.renew(self.state, self.candidates)
+        self.discard_launches()
+
+    @property
+    def assessor(self) -> Assessor:
+        """The captured launches of an assessment."""
+        if self._assessor is None:
+            self._assessor = Assessor(
+                self.model, self.state, self.candidates, self.terms, self.constraints, self.point_stiffness,
+                rounding=self.rounding, strain=self.strain,
+            )  # fmt: skip
+        return self._assessor
+
+    def assess(self) -> Assessment:
+        """Residual and energies of the first cell, or of the only piece, in the current state."""
+        return self.assess_cells()[0]
+
+    def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
+        """Residual and energies of each cell now; the effect of rounding is measured only in ``cells``, or in all."""
+        return self.assessor.assess(cells)
+
+    # States
+
+    def accept(self, cells: NDArray[np.bool_]) -> None:
+        """Store the current state of some cells as their last accepted state."""
+        self._copy(cells, self.state.points, self.good_points)
+        if self.good_periods is not None:
+            self._copy_where(np.repeat(cells, 2), self.model.constants.images.periods, self.good_periods)
+
+    def restore(self, cells: NDArray[np.bool_] | None = None) -> None:
+        """Return some cells, or all, to their last accepted state; candidate lists and budgets become out of date."""
+        chosen = np.ones(self.model.cell_count, dtype=bool) if cells is None else cells
+        self._copy(chosen, self.good_points, self.state.points)
+        if self.good_periods is not None:
+            self._copy_where(np.repeat(chosen, 2), self.good_periods, self.model.constants.images.periods)
+            self.candidates.near.invalidate()
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """All arrays that decide how the iterations continue, by name; candidate lists follow from them."""
+        state = self.state
+        own = {"points": state.points, "listed_points": state.listed_points, "good_points": self.good_points}
+        if self.good_periods is not None:
+            own |= {"periods": self.model.constants.images.periods, "good_periods": self.good_periods}
+        carried = {f"solver.{name}": array for name, array in self.solver.arrays().items()}
+        for number, term in enumerate(self.terms):
+            carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
+        return own | carried
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]], margin: float) -> None:
+        """Continue from ``arrays`` of a simulation that was started alike, with lists of the same margin [units]."""
+        self.state.points.assign(arrays["listed_points"])
+        self.search_contacts(margin)
+        own = {name: array for name, array in self.arrays().items() if "." not in name or name.startswith("solver.")}
+        for name, array in own.items():
+            array.assign(arrays[name])
+        for number, term in enumerate(self.terms):
+            start = f"{term.name} {number}."
+            term.resume({name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)})
+        self.discard_launches()
+
+    def good_yarns(self, cell: int = 0) -> YarnSet:
+        """The yarns of a cell, or of the only piece, in the last accepted state."""
+        return self.good_cells()[cell]
+
+    def good_cells(self) -> list[YarnSet]:
+        """The yarns of each cell in the last accepted state."""
+        start, places, cells = self.model.point_start, self.model.from_device(self.good_points), self.model.cells
+        moved = [replace(cell.yarns, points=places[start[k] : start[k + 1]]) for k, cell in enumerate(cells)]
+        if self.strain is None or self.good_periods is None:
+            return moved
+        periods = self.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        lattices = [Lattice(periods[k] * cell.unit) for k, cell in enumerate(cells)]
+        return [replace(yarns, lattice=lattice) for yarns, lattice in zip(moved, lattices, strict=True)]
+
+    def smallest_distances(self) -> NDArray[np.float64]:
+        """Smallest distance of yarns over their radius in the last accepted state, at most 2, shape (C,)."""
+        self.restore()
+        self.search_contacts()
+        return smallest_distances(self.model, self.state, self.candidates)
+
+    def largest_force(self, cell: int = 0) -> str:
+        """The energy with the largest force in a cell, or in the only piece, and where the force acts."""
+        first, last = self.model.point_start[cell : cell + 2]
+        largest, energy, point = -1.0, "", 0
+        place_contact_samples(self.model, self.state, self.model.launch)
+        for term in each_term(self.model, self.state, self.candidates, self.terms, self.point_stiffness):
+            force = np.linalg.norm(self.state.force.numpy()[first:last].astype(np.float64), axis=1)
+            force = np.where(np.isfinite(force), force, np.inf)
+            if force.max() > largest:
+                largest, energy, point = float(force.max()), term, int(first + force.argmax())
+        return f"{energy} energy of {yarn_place(self.model.yarns, point)}"
+
+    def _copy(self, cells: NDArray[np.bool_], source: wp.array[Any], target: wp.array[Any]) -> None:
+        """Copy the entries of some cells."""
+        if cells.all():
+            wp.copy(target, source)
+            return
+        strains = [cells] if len(source) > self.model.point_count else []
+        chosen = np.concatenate([np.repeat(cells, np.diff(self.model.point_start)), *strains])
+        self._copy_where(chosen, source, target)
+
+    def _copy_where(self, chosen: NDArray[np.bool_], source: wp.array[Any], target: wp.array[Any]) -> None:
+        self.model.launch(copy_where, len(chosen), [self.model.integers(chosen), source], [target])

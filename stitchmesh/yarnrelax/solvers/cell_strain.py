@@ -1,0 +1,329 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A cell that relaxes: the periods of the lattice are unknowns, like the control points.
+
+Let e1 be the direction of the courses (the first period), e2 the direction across them in the plane of the lattice. The
+cell is deformed by
+
+    F = I + a e1 e1^T + c e1 e2^T + b e2 e2^T
+
+a stretches it along the courses, b along the wales, c shears it; the first period keeps its direction, so that the
+cell cannot turn. Every place and both periods are multiplied by F, images keep their numbers. An element with places
+x_k and forces f_k that sum to zero gives the energy a slope of minus its virial, sum of f_k x_k^T, so that the forces
+on the strains are
+
+    W_11, W_22, W_12       W = sum over legs of pull leg^T + sum over pairs in contact of f_pq (y_p - y_q)^T     [erg]
+
+and none of it depends on which images the yarns are written in. A pull P1 along the courses and P2 along the wales
+[dyn] on the borders of the cell are dead loads of energy - P1 |u| - P2 h, u the first period and h what the second
+reaches across the courses. At rest W = -P |u|, and W over the area of the cell is its stress.
+
+The strains of an iteration count from the cell as it lies: the cell is deformed by each move of theirs, and the control
+points, with the places where they were listed, with it. They stand as one more entry after the control points,
+(a, b, c) times ``STRAIN_UNIT``. Their stiffness is that of yarns which follow F, in which a segment that points along
+t, or a pair in contact along t, is strained by m = (t1^2, t2^2, t1 t2):
+
+    K = sum over segments of 2 (k_len + k_length) m m^T + sum over pairs of E'' d^2 m m^T
+
+which only scales moves. While candidate lists last, two arcs D apart come nearer by the size of F - I times D beside
+what their control points move; ``step_limit`` parts the clearance between the two.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher, ZeroArray
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.thread_block import THREADS, VirialSums, sum_over_block
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import lattice_frame
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
+
+PARTS = 9
+"""Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
+SAMPLES_PER_THREAD, MOST_BLOCKS = 4, 64
+"""Contact samples of the largest cell that a thread of a GPU takes, and the most blocks of threads for a cell."""
+HELD = wp.constant(wp.float64(1.0e20))
+"""Stiffness of a strain that is held [erg]."""
+
+Block = wp.types.vector(length=6, dtype=wp.float64)
+
+
+@dataclass(frozen=True)
+class RelaxCell:
+    """What the periods of a cell are free to do.
+
+    Raises:
+        ParameterError: a pull is not finite.
+    """
+
+    course: float | None = 0.0
+    """Pull along the courses on the whole cell [dyn]; None holds the first period."""
+    wale: float | None = 0.0
+    """Pull along the wales on the whole cell [dyn]; None holds how far the second period reaches across the courses."""
+    shear: bool = True
+    """Whether the wales may lean against the courses."""
+
+    def __post_init__(self) -> None:
+        for name, pull in (("course", self.course), ("wale", self.wale)):
+            if pull is not None and not np.isfinite(pull):
+                raise ParameterError(f"relax cell: got a pull of {pull} dyn along the {name}s; expected a number")
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Whether a, b and c are unknowns, shape (3,)."""
+        return np.array([self.course is not None, self.wale is not None, self.shear])
+
+
+@wp.func
+def add_cell_virial(
+    total: Any,
+    model: Any,
+    first: int,
+    last: int,
+    lane: int,
+    threads: int,
+    segment_virial: wp.array[Any],
+    sample_virial: wp.array[Any],
+) -> Any:
+    """Add what every so many-th of a cell's segments and of their samples exert on its strains."""
+    for s in range(first + lane, last, threads):
+        for k in range(9):
+            total[k] += wp.float64(segment_virial[s][k])
+    for p in range(model.sample_start[first] + lane, model.sample_start[last], threads):
+        for k in range(9):
+            total[k] += wp.float64(sample_virial[p][k])
+    return total
+
+
+@kernel
+def gather_strain_forces(
+    # model
+    model: Any,
+    blocks: int,
+    cell_segments: wp.array[wp.int32],
+    # state in
+    segment_virial: wp.array[Any],
+    sample_virial: wp.array[Any],
+    # state out
+    parts: wp.array3d[wp.float64],
+) -> None:
+    """A block's share of the forces on a cell's strains and of their stiffness; so many blocks a cell."""
+    number, lane = wp.tid()
+    threads = wp.block_dim()
+    cell = number // blocks
+    block = number - cell * blocks
+    first, last = cell_segments[cell], cell_segments[cell + 1]
+    thread = block * threads + lane
+    total = add_cell_virial(
+        VirialSums(), model, first, last, thread, blocks * threads, segment_virial, sample_virial
+    )  # fmt: skip
+    sum_over_block(total, parts[cell, block])
+
+
+@wp.func
+def sum_of_blocks(parts: wp.array2d[wp.float64], lane: int, threads: int, totals: wp.array[wp.float64]) -> None:
+    """Sum what blocks have gathered for one cell; all threads of a block take part."""
+    total = VirialSums()
+    for block in range(lane, parts.shape[0], threads):
+        for k in range(9):
+            total[k] += parts[block, k]
+    sum_over_block(total, totals)
+
+
+@wp.func
+def put_strain_force(
+    cell: int,
+    entry: int,
+    strains: Any,
+    force: wp.array[Any],
+    stiffness: wp.array[Any],
+    preconditioner: wp.array[Any],
+) -> None:
+    """Force on the strains of a cell and how they give way, from ``strains.totals``."""
+    one = wp.float64(1.0)
+    e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
+    may, totals = strains.free[cell], strains.totals[cell]
+    first = totals[0] + strains.pulls[cell, 0] * wp.float64(wp.dot(strains.periods[2 * cell], e1))
+    second = totals[1] + strains.pulls[cell, 1] * wp.float64(wp.dot(strains.periods[2 * cell + 1], e2))
+    per_unit = wp.float64(strains.per_unit)
+    force[entry] = type(e1)(
+        type(e1[0])(first * may[0] * per_unit),
+        type(e1[0])(second * may[1] * per_unit),
+        type(e1[0])(totals[2] * may[2] * per_unit),
+    )
+    stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
+    square = per_unit * per_unit
+    # yarns that do not touch and run along one direction do not hold the others
+    spare = (totals[3] + totals[4] + totals[5]) * wp.float64(1.0e-3) + wp.float64(1.0e-30)
+    held = (wp.vec3d(one, one, one) - may) * HELD + wp.vec3d(spare, spare, spare)
+    block = inverse_block(Block(
+        (totals[3] + held[0]) * square, (totals[4] + held[1]) * square, (totals[5] + held[2]) * square,
+        totals[6] * may[0] * may[1] * square, totals[7] * may[0] * may[2] * square,
+        totals[8] * may[1] * may[2] * square,
+    ))  # fmt: skip
+    give = preconditioner[entry]
+    for k in range(6):
+        give[k] = type(e1[0])(block[k])
+    preconditioner[entry] = give
+
+
+@wp.func
+def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
+    """A place in a cell that is strained further by (a, b, c)."""
+    first, second = wp.dot(place, e1), wp.dot(place, e2)
+    return place + e1 * (strain[0] * first + strain[2] * second) + e2 * (strain[1] * second)
+
+
+@kernel
+def add_strain_effort(
+    # model
+    free: wp.array[wp.vec3d],
+    # state in
+    totals: wp.array2d[wp.float64],
+    # state out
+    net: wp.array[wp.vec3d],
+    effort: wp.array[wp.float64],
+) -> None:
+    """Add a term's force on the strains of each cell that are free, and its size."""
+    cell = wp.tid()
+    force = wp.cw_mul(wp.vec3d(totals[cell, 0], totals[cell, 1], totals[cell, 2]), free[cell])
+    net[cell] += force
+    effort[cell] += wp.length(force)
+
+
+@kernel
+def sum_parts(
+    # state in
+    parts: wp.array3d[wp.float64],
+    # state out
+    totals: wp.array2d[wp.float64],
+) -> None:
+    """Sum what the blocks of each cell gathered; a block a cell."""
+    cell, lane = wp.tid()
+    sum_of_blocks(parts[cell], lane, wp.block_dim(), totals[cell])
+
+
+@functools.cache
+def strains_struct(scalar: Any) -> Any:
+    """What kernels need to know of the strains of cells, in one precision; ``count`` is 0 where none relax."""
+    threes, doubles = wp.array(dtype=vector(3, scalar)), wp.float64
+    annotations = {
+        "count": wp.int32,
+        "per_unit": scalar,
+        "frame": threes,
+        "pulls": wp.array2d(dtype=doubles),
+        "free": wp.array(dtype=wp.vec3d),
+        "periods": threes,
+        "listed_centre": threes,
+        "parts": wp.array3d(dtype=doubles),
+        "totals": wp.array2d(dtype=doubles),
+    }
+    return wp.struct(type(f"CellStrains_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+class CellStrain:
+    """The strains of a model's cells, on its device."""
+
+    def __init__(self, model: Model, choices: Sequence[RelaxCell]) -> None:
+        """At rest relative to the cells as they lie; one choice for each.
+
+        Raises:
+            ParameterError: the yarns have no lattice.
+        """
+        if not model.on_lattice:
+            raise ParameterError("relax cell: the yarns repeat on no lattice; give them one, or leave it out")
+        self.model, self.choices = model, tuple(choices)
+        periods = np.stack([cell.yarns.lattice.periods for cell in model.cells if cell.yarns.lattice])
+        self.host_frame = lattice_frame(periods)[:, :2]
+        self.host_free = np.array([choice.free for choice in choices], dtype=np.float64)
+        self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
+        self.host_pulls = np.array([[choice.course or 0.0, choice.wale or 0.0] for choice in choices])
+        self.pulls = wp.array(self.host_pulls * model.units[:, None], dtype=wp.float64, device=model.device)
+        self.threads = THREADS if model.device.is_cuda else 1
+        self.blocks = self._blocks()
+        self.parts = wp.zeros((model.cell_count, self.blocks, PARTS), dtype=wp.float64, device=model.device)
+        self.totals = wp.zeros((model.cell_count, PARTS), dtype=wp.float64, device=model.device)
+        self.net = wp.zeros(model.cell_count, dtype=wp.vec3d, device=model.device)
+        self.effort = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
+
+    def _blocks(self) -> int:
+        """Blocks of threads that gather from each cell: one on a CPU, as many as suit the largest cell on a GPU."""
+        if not self.model.device.is_cuda:
+            return 1
+        return int(np.clip(self.model.largest_cell // (SAMPLES_PER_THREAD * THREADS), 1, MOST_BLOCKS))
+
+    @property
+    def periods(self) -> wp.array[Any]:
+        """The periods as they are [units], shape (2 C, 3)."""
+        return self.model.constants.images.periods
+
+    @property
+    def frame(self) -> wp.array[Any]:
+        """Directions along the courses and across them, shape (2 C, 3)."""
+        return self.model.constants.images.frame
+
+    def struct(self, candidates: Candidates) -> Any:
+        """What kernels need to know."""
+        struct = strains_struct(self.model.scalar)()
+        struct.count, struct.per_unit = self.model.cell_count, self.model.number(1.0 / STRAIN_UNIT)
+        struct.listed_centre = candidates.near.listed_centre
+        for name in ("frame", "pulls", "free", "periods", "parts", "totals"):
+            setattr(struct, name, getattr(self, name))
+        return struct
+
+    def gather_launch(self, state: State, launcher: Launcher) -> Any:
+        """Gather the forces on the strains block by block."""
+        inputs = [self.model.constants, self.blocks, self.model.cell_segments, state.segment_virial,
+                  state.sample_virial]  # fmt: skip
+        return launcher(
+            gather_strain_forces, self.model.cell_count * self.blocks, inputs, [self.parts], tile=self.threads
+        )
+
+    def clear_launches(self) -> list[Any]:
+        """Forget what terms exert."""
+        return [ZeroArray(self.net), ZeroArray(self.effort)]
+
+    def add_launches(self, state: State, launcher: Launcher) -> list[Any]:
+        """Add what one term exerts on the strains, whose shares are fresh."""
+        cells = self.model.cell_count
+        return [
+            self.gather_launch(state, launcher),
+            launcher(sum_parts, cells, [self.parts], [self.totals], tile=THREADS),
+            launcher(add_strain_effort, cells, [self.free, self.totals], [self.net, self.effort]),
+        ]
+
+    def residuals(self) -> NDArray[np.float64]:
+        """Size of the sum of all forces on the strains, pulls included, over the sum of their sizes, shape (C,)."""
+        pulls = self._on_borders() * self.host_free
+        left = np.linalg.norm(self.net.numpy() + pulls, axis=1)
+        whole = self.effort.numpy() + np.linalg.norm(pulls, axis=1)
+        return np.where(whole > 0.0, left / np.where(whole > 0.0, whole, 1.0), 0.0)
+
+    def tension_energies(self) -> NDArray[np.float64]:
+        """Potential energy of the pulls on each cell [erg], shape (C,)."""
+        return -self._on_borders().sum(axis=1)
+
+    def _on_borders(self) -> NDArray[np.float64]:
+        """Forces of the pulls on the strains [erg], shape (C, 3)."""
+        periods = self.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * self.model.units[:, None, None]
+        sizes = np.einsum("ckd,ckd->ck", periods, self.host_frame)
+        return np.column_stack([self.host_pulls * sizes, np.zeros(len(sizes))])
+
+
+def strains_of(model: Model, strain: CellStrain | None, candidates: Candidates) -> Any:
+    """The struct that kernels receive; its ``count`` is 0 where no cell relaxes."""
+    return strains_struct(model.scalar)() if strain is None else strain.struct(candidates)

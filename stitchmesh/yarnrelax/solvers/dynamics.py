@@ -1,0 +1,209 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Motion in time: L's Algorithm 1 (section 3.1), semi-implicit Euler with lumped masses.
+
+    v <- v + dt M^-1 (F - dD/dv),     x <- x + dt v
+
+F are the forces of all energies, D is the dissipation (``damping``), dt one time step for all (``time_step``) and M the
+mass, each segment's m l shared (1, 11, 11, 1) / 24 among its control points (``mass``). What constraints take from a
+step, they take from the velocity too. Time is in seconds and lengths are in units (``model``), so a mass m [g] weighs
+m unit^2 in erg s^2 / unit^2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.reduction import maximum, ordered_sum
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarnrelax.collision.budget import USED_UP, measure_budget_use, room_left, shortened
+from stitchmesh.yarnrelax.energies.evaluation import sample_forces_on
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.material import point_masses
+from stitchmesh.yarnrelax.solvers.damping import ContactDamping, drag_on, drag_rows, segment_drag
+from stitchmesh.yarnrelax.solvers.solver import Progress, Solver, SolverInputs
+from stitchmesh.yarnrelax.solvers.time_step import Clock, stable_time, time_within
+
+
+@kernel
+def accelerate(
+    # model
+    model: Any,
+    step_limit: Any,
+    mass: wp.array[Any],
+    drag: wp.array[Any],
+    drag_row: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    listed_points: wp.array[Any],
+    budget: wp.array[Any],
+    force: wp.array[Any],
+    velocity: wp.array[Any],
+    sample_damping: wp.array[Any],
+    # state out
+    stiffness: wp.array[Any],
+    acceleration: wp.array[Any],
+    limit: wp.array[Any],
+    longest: wp.array[Any],
+) -> None:
+    """Acceleration of each control point, how far it may go, and the longest time step that suits it.
+
+    The row sum of stiffness gives way to the mass, which is what constraints have to move here.
+    """
+    i = wp.tid()
+    slots = model.point_segments[i]
+    net = force[i]
+    loss = model.sample_basis[0] - model.sample_basis[0]
+    for slot in range(4):
+        s = slots[slot]
+        if s >= 0:
+            net += drag_on(model, drag, velocity, s, slot)
+            if sample_damping.shape[0] > 0:
+                loss += sample_forces_on(model, sample_damping, s, slot)
+    here = mass[i]
+    net = (net + type(net)(loss[0], loss[1], loss[2])) / here
+    allowed = wp.min(step_limit, room_left(points, listed_points, budget, i))
+    stable = stable_time(stiffness[i] / here, (drag_row[i] + loss[3] * type(here)(2.0)) / here)
+    longest[i] = wp.min(stable, time_within(allowed, wp.length(velocity[i]), wp.length(net)))
+    acceleration[i] = net
+    limit[i] = allowed
+    stiffness[i] = here
+
+
+@kernel
+def propose_moves(
+    # state in
+    clock: wp.array[wp.float64],
+    acceleration: wp.array[Any],
+    limit: wp.array[Any],
+    # state out
+    velocity: wp.array[Any],
+    step: wp.array[Any],
+) -> None:
+    """New velocities, and the moves they make; the limit cuts no more than rounding."""
+    i = wp.tid()
+    time_step = type(limit[i])(clock[0])
+    velocity[i] = velocity[i] + acceleration[i] * time_step
+    step[i] = shortened(velocity[i] * time_step, limit[i])
+
+
+@kernel
+def apply_moves(
+    # state in
+    clock: wp.array[wp.float64],
+    step: wp.array[Any],
+    # state out
+    points: wp.array[Any],
+    velocity: wp.array[Any],
+) -> None:
+    """Move, and take the velocity from the move that constraints left."""
+    i = wp.tid()
+    points[i] = points[i] + step[i]
+    time_step = type(step[i][0])(clock[0])
+    if time_step > type(time_step)(0.0):
+        velocity[i] = step[i] / time_step
+
+
+@kernel
+def kinetic_energies(
+    # model
+    mass: wp.array[Any],
+    # state in
+    velocity: wp.array[Any],
+    # state out
+    energy: wp.array[Any],
+) -> None:
+    """Kinetic energy [erg] of each control point."""
+    i = wp.tid()
+    energy[i] = wp.dot(velocity[i], velocity[i]) * mass[i] * type(mass[i])(0.5)
+
+
+class Dynamics(Solver):
+    """Yarns with mass, in time.
+
+    Raises:
+        ParameterError: the material has no mass, or a cell is to relax.
+    """
+
+    needs_blocks = False
+    allowed_rise = 0.05
+
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:
+        """Yarns at rest, on a model's device; the stiffness of further terms comes with ``state.stiffness``."""
+        if model.cell_count > 1:
+            raise ParameterError("dynamics: cells move in one time; relax them one by one, or quasistatically")
+        if strains:
+            raise ParameterError("dynamics: a cell has no mass to relax with; use the solver quasistatic")
+        if model.material.mass_per_length == 0.0:
+            raise ParameterError("dynamics: got a material of mass_per_length 0; expected a mass [g/cm] to move")
+        count = model.point_count
+        self.model = model
+        self.mass = model.upload(point_masses(model) * model.unit**2)
+        self.drag, self.drag_row = model.upload(segment_drag(model), 4), model.upload(drag_rows(model))
+        self.damping, self.clock = ContactDamping(model), Clock(count, model.device)
+        self.velocity, self.acceleration, self.step = (model.empty(count, 3) for _ in range(3))
+        self.limit, self.longest = model.empty(count), model.empty(count)
+
+    def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
+        """Damp, accelerate, choose the time step, propose, constrain, move."""
+        state, model, now = inputs.state, self.model, self.clock.now
+        read = [model.constants, model.number(inputs.step_fraction), self.mass, self.drag, self.drag_row,
+                state.points, state.listed_points, state.budget, state.force, self.velocity,
+                self.damping.force]  # fmt: skip
+        written = [state.stiffness, self.acceleration, self.limit, self.longest]
+        launches = self.damping.launches(state, inputs.candidates, self.velocity, launcher)
+        launches.append(launcher(accelerate, model.point_count, read, written))
+        launches += self.clock.launches(self.longest, launcher)
+        read = [now, self.acceleration, self.limit]
+        launches.append(launcher(propose_moves, model.point_count, read, [self.velocity, self.step]))
+        for constraint in inputs.constraints:
+            launches += constraint.filter_steps(state, self.step, self.limit, launcher)
+        launches.append(launcher(apply_moves, model.point_count, [now, self.step], [state.points, self.velocity]))
+        return launches
+
+    def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
+        """Stand still, and take time steps ``step_scale`` times as long as they may be."""
+        self.velocity.zero_()
+        self.set_step_scale(step_scale)
+
+    def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
+        """Take time steps ``step_scale`` times as long as they may be."""
+        self.clock.step_scale.fill_(float(step_scale[0]))
+
+    def begin(self, wanted: NDArray[np.int64]) -> None:
+        """Count iterations from zero."""
+        self.done = 0
+
+    def progress(self, inputs: SolverInputs, launched: int) -> Progress:
+        """Count what was launched, and measure how far control points have moved on these candidate lists."""
+        self.done += launched
+        state = inputs.state
+        used = self.model.empty(len(state.points))
+        self.model.launch(measure_budget_use, len(used), [state.points, state.listed_points, state.budget], [used])
+        return Progress(np.array([self.done]), np.array([maximum(used) > USED_UP]))
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """Velocities [unit / s], time step and time [s], and the scale of time steps."""
+        return {"velocity": self.velocity, "clock": self.clock.now, "step_scale": self.clock.step_scale}
+
+    @property
+    def time(self) -> float:
+        """Time since the start [s]."""
+        return float(self.clock.now.numpy()[1])
+
+    @property
+    def time_step(self) -> float:
+        """The last time step [s]."""
+        return float(self.clock.now.numpy()[0])
+
+    def kinetic_energy(self) -> float:
+        """Kinetic energy [erg]."""
+        energy = self.model.empty(self.model.point_count)
+        self.model.launch(kinetic_energies, len(energy), [self.mass, self.velocity], [energy])
+        return ordered_sum(energy)

@@ -1,0 +1,369 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The quasistatic solver: limited-memory quasi-Newton steps (L-BFGS; Nocedal and Wright, algorithm 7.4).
+
+With forces F, the last moves s_j and the changes y_j = F_before - F_after of the gradient over them, the next move is
+
+    q = F - sum a_j y_j,   z = g C q,   x <- x + z + sum (a_j - b_j) s_j
+    a_j = s_j . q / s_j . y_j   from the newest to the oldest,      b_j = y_j . z / s_j . y_j   from the oldest on,
+
+where C is the preconditioner of this iteration (``preconditioner``) and g = s . y / y . C y of the newest pair. A move
+s_j is the displacement of a control point after its step limit and the constraints, so a pair is correct even where
+moves were shortened. A pair with s . y not clearly positive is left out.
+
+Quasi-Newton moves leave noise in the stiffest modes, and the residual is then more sensitive to this noise than to the
+distance from rest. Each assessment interval therefore ends with ``SMOOTHING`` plain iterations, x <- x + 1.6 F / D with
+the row sums D of ``stiffness_bounds``, which do not change the memory.
+
+A control point that has used most of its budget (``budget``) would stay behind its neighbours. The whole cell waits
+instead until there are new candidate lists.
+
+Each cell has its own memory. This file has one launch for each step (``lbfgs_steps``), for one large piece or for any
+number of cells. Small cells without other terms and constraints do all iterations of an assessment interval in one
+launch (``lbfgs_fused``). The control points of each cell are divided into chunks, one for each block of threads. A
+block sums over its threads, one block for each cell sums over the blocks, and its first thread finds the numbers a_j,
+b_j. Nothing is read back to the host, and all sums have a fixed order.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.thread_block import THREADS, Products, Slots, sum_over_block
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.solvers.cell_strain import put_strain_force, strains_of, sum_of_blocks
+from stitchmesh.yarnrelax.solvers.lbfgs_fused import FusedLaunch, suits_fusing
+from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
+    FIRST_GRADIENT,
+    ITERATION,
+    LAST_GRADIENT,
+    PRODUCTS,
+    STEP_SCALE,
+    TENTH,
+    WAITING,
+    WANTED,
+    CellRanges,
+    PointRange,
+    add_direction_products,
+    add_strain_products,
+    apply_move,
+    apply_point_moves,
+    cell_ranges,
+    direction_products,
+    force_products,
+    make_memory,
+    propose_move,
+    propose_point_moves,
+    trial_slot,
+    update_coefficients,
+    update_memory,
+)
+from stitchmesh.yarnrelax.solvers.preconditioner import preconditioner_launch, put_bounds
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress, Solver, SolverInputs
+from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_row_sums, stretch_row_sums
+
+CHUNK = {"cuda": THREADS, "cpu": 1024}
+"""Control points of a block."""
+FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
+"""The first eight columns of the record of a cell without pairs."""
+
+
+@wp.struct
+class Blocks:
+    """The chunk of control points of each block of threads."""
+
+    cell: wp.array[wp.int32]
+    first: wp.array[wp.int32]
+    last: wp.array[wp.int32]
+    of_cell: wp.array[wp.int32]
+
+
+@wp.func
+def point_range_of(blocks: Blocks, block: int, lane: int, threads: int) -> PointRange:
+    """The control points of a thread of a block."""
+    point_range = PointRange()
+    point_range.cell = blocks.cell[block]
+    point_range.threads = threads
+    point_range.first = blocks.first[block] + lane
+    point_range.last = blocks.last[block]
+    return point_range
+
+
+@kernel
+def compare_forces(
+    # model
+    blocks: Blocks,
+    # state in
+    points: wp.array[Any],
+    listed_points: wp.array[Any],
+    budget: wp.array[Any],
+    force: wp.array[Any],
+    preconditioner: wp.array[Any],
+    # state in and out
+    memory: Any,
+    # state out
+    sums: wp.array2d[wp.float64],
+) -> None:
+    """The change of the gradient over the last move, and all products that the memory needs."""
+    block, lane = wp.tid()
+    point_range = point_range_of(blocks, block, lane, wp.block_dim())
+    products = force_products(point_range, points, listed_points, budget, force, preconditioner, memory)
+    sum_over_block(products, sums[block])
+
+
+@kernel
+def update_memories(
+    # model
+    cells: CellRanges,
+    blocks: Blocks,
+    # state in
+    sums: wp.array2d[wp.float64],
+    points: wp.array[Any],
+    listed_points: wp.array[Any],
+    budget: wp.array[Any],
+    # state in and out
+    strains: Any,
+    memory: Any,
+    # state out, of the strains
+    force: wp.array[Any],
+    stiffness: wp.array[Any],
+    preconditioner: wp.array[Any],
+) -> None:
+    """Take the newest pair of each cell into its memory, and find a_j; one block for each cell."""
+    cell, lane = wp.tid()
+    threads = wp.block_dim()
+    if strains.count > 0:
+        sum_of_blocks(strains.parts[cell], lane, threads, strains.totals[cell])
+    total = Products()
+    for block in range(blocks.of_cell[cell] + lane, blocks.of_cell[cell + 1], threads):
+        for k in range(19):
+            total[k] += sums[block, k]
+    sum_over_block(total, memory.products[cell])
+    if lane == 0:
+        if strains.count > 0:
+            entry = cells.point_count + cell
+            put_strain_force(cell, entry, strains, force, stiffness, preconditioner)
+            trial = trial_slot(memory.record[cell])
+            own = add_strain_products(
+                Products(), entry, trial, points, listed_points, budget, force, preconditioner, memory
+            )
+            for k in range(19):
+                memory.products[cell, k] += own[k]
+        update_memory(cell, memory)
+
+
+@kernel
+def apply_preconditioner(
+    # model
+    blocks: Blocks,
+    # state in
+    force: wp.array[Any],
+    preconditioner: wp.array[Any],
+    stiffness: wp.array[Any],
+    # state in and out
+    memory: Any,
+    # state out
+    sums: wp.array2d[wp.float64],
+) -> None:
+    """z, and its products with the memory."""
+    block, lane = wp.tid()
+    point_range = point_range_of(blocks, block, lane, wp.block_dim())
+    sum_over_block(direction_products(point_range, force, preconditioner, stiffness, memory), sums[block])
+
+
+@kernel
+def update_directions(
+    # model
+    cells: CellRanges,
+    blocks: Blocks,
+    step_limit: Any,
+    # state in
+    sums: wp.array2d[wp.float64],
+    strains: Any,
+    listed_points: wp.array[Any],
+    budget: wp.array[Any],
+    force: wp.array[Any],
+    preconditioner: wp.array[Any],
+    stiffness: wp.array[Any],
+    # state in and out
+    memory: Any,
+    points: wp.array[Any],
+) -> None:
+    """Find a_j - b_j of each cell, and move its strains; one block for each cell."""
+    cell, lane = wp.tid()
+    total = Slots()
+    for block in range(blocks.of_cell[cell] + lane, blocks.of_cell[cell + 1], wp.block_dim()):
+        for k in range(7):
+            total[k] += sums[block, k]
+    sum_over_block(total, memory.products[cell])
+    if lane == 0:
+        entry, record = cells.point_count + cell, memory.record[cell]
+        if strains.count > 0:
+            own = add_direction_products(
+                Slots(), entry, record, memory.alpha[cell], force, preconditioner, stiffness, memory
+            )
+            for k in range(7):
+                memory.products[cell, k] += own[k]
+        update_coefficients(cell, memory)
+        if strains.count > 0:
+            coefficient = memory.alpha_minus_beta[cell]
+            propose_move(entry, step_limit, record, coefficient, points, listed_points, budget, memory)
+            apply_move(entry, trial_slot(record), points, memory)
+
+
+@kernel
+def propose_moves(
+    # model
+    blocks: Blocks,
+    step_limit: Any,
+    # state in
+    points: wp.array[Any],
+    listed_points: wp.array[Any],
+    budget: wp.array[Any],
+    # state in and out
+    memory: Any,
+) -> None:
+    """The next move of each control point, no longer than its limit."""
+    block, lane = wp.tid()
+    point_range = point_range_of(blocks, block, lane, wp.block_dim())
+    propose_point_moves(point_range, step_limit, points, listed_points, budget, memory)
+
+
+@kernel
+def apply_moves(
+    # model
+    cells: CellRanges,
+    blocks: Blocks,
+    # state in and out
+    strains: Any,
+    memory: Any,
+    points: wp.array[Any],
+    listed_points: wp.array[Any],
+) -> None:
+    """Move the control points, store the moves in the slot of the pair on trial, and deform cells."""
+    block, lane = wp.tid()
+    point_range = point_range_of(blocks, block, lane, wp.block_dim())
+    apply_point_moves(point_range, cells, strains, points, listed_points, memory)
+
+
+class LBFGS(Solver):
+    """Limited-memory quasi-Newton steps."""
+
+    needs_blocks = True
+    allowed_rise = 1e-3
+
+    def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:
+        """Allocate the memory.
+
+        Args:
+            model: whose yarns are to come to rest.
+            further: row sums of the stiffness of further terms, shape (N,).
+            strains: how many cells relax, all or none.
+            alone: whether only the yarns' own forces act, and nothing holds control points.
+        """
+        self.bounds = put_bounds(model, stretch_row_sums(model), bend_row_sums(model), further)
+        self.memory = make_memory(model, strains)
+        self.cells, self.blocks = cell_ranges(model), _blocks_of(model)
+        self.threads = THREADS if model.device.is_cuda else 1
+        self.sums = wp.zeros((len(self.blocks.cell), PRODUCTS), dtype=wp.float64, device=model.device)
+        self.fused = FusedLaunch(model, self.memory) if model.on_lattice and alone and suits_fusing(model) else None
+        self.restart(np.ones(model.cell_count))
+
+    def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
+        """Find the preconditioner, gather the forces on strains, update the memory, propose, constrain, move."""
+        model, state, memory, cells, blocks = inputs.model, inputs.state, self.memory, self.cells, self.blocks
+        strains = strains_of(model, inputs.strain, inputs.candidates)
+        step_limit = model.number(inputs.step_fraction)
+        ball, give = [state.points, state.listed_points, state.budget], [state.force, state.preconditioner]
+
+        def of_blocks(kernel: wp.Kernel, *arguments: Any) -> Any:
+            return launcher(kernel, len(blocks.cell), list(arguments), [], tile=self.threads)
+
+        def of_cells(kernel: wp.Kernel, *arguments: Any) -> Any:
+            return launcher(kernel, model.cell_count, list(arguments), [], tile=self.threads)
+
+        launches = [preconditioner_launch(model, self.bounds, state, launcher)]
+        if inputs.strain is not None:
+            launches.append(inputs.strain.gather_launch(state, launcher))
+        launches += [
+            of_blocks(compare_forces, blocks, *ball, *give, memory, self.sums),
+            of_cells(update_memories, cells, blocks, self.sums, *ball, strains, memory, state.force, state.stiffness,
+                     state.preconditioner),
+            of_blocks(apply_preconditioner, blocks, *give, state.stiffness, memory, self.sums),
+            of_cells(update_directions, cells, blocks, step_limit, self.sums, strains, *ball[1:], *give,
+                     state.stiffness, memory, state.points),
+            of_blocks(propose_moves, blocks, step_limit, *ball, memory),
+        ]  # fmt: skip
+        for constraint in inputs.constraints:
+            launches += constraint.filter_steps(state, memory.step, memory.limit, launcher)
+        return [*launches, of_blocks(apply_moves, cells, blocks, strains, memory, *ball[:2])]
+
+    def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
+        """A launch of all iterations of an assessment interval, of cells for which there is one."""
+        if self.fused is None:
+            return None
+        return self.fused.launch(inputs, self.bounds, point_stiffness, int(ASSESSMENT_INTERVAL), launcher)
+
+    def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
+        """Forget all pairs of some cells, or of all."""
+        record = self.memory.record.numpy()
+        chosen = slice(None) if cells is None else cells
+        record[chosen, : len(FRESH)] = FRESH
+        record[:, STEP_SCALE] = step_scale
+        self.memory.record.assign(record)
+
+    def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
+        """Scale the moves of each cell."""
+        record = self.memory.record.numpy()
+        record[:, STEP_SCALE] = step_scale
+        self.memory.record.assign(record)
+
+    def begin(self, wanted: NDArray[np.int64]) -> None:
+        """Start a new interval, at whose end the cells stand still."""
+        record = self.memory.record.numpy()
+        record[:, ITERATION], record[:, WANTED] = 0.0, wanted
+        self.memory.record.assign(record)
+
+    def progress(self, inputs: SolverInputs, launched: int) -> Progress:
+        """Read the iterations that each cell did, and whether it waits for new candidate lists."""
+        record = self.memory.record.numpy()
+        behind = record[:, WANTED] > record[:, ITERATION]
+        return Progress(record[:, ITERATION].copy(), behind & (record[:, WAITING] > 0.0))
+
+    def gradients(self) -> tuple[list[int | None], list[float]]:
+        """For each cell, without its strains: iterations to a tenth of the first gradient; the last over the first."""
+        record = self.memory.record.numpy()
+        first, last, tenth = (record[:, column] for column in (FIRST_GRADIENT, LAST_GRADIENT, TENTH))
+        part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
+        return [count or None for count in tenth.astype(int).tolist()], part.tolist()
+
+    def continue_gradients(self, other: LBFGS, cells: NDArray[np.bool_]) -> None:
+        """Continue the notes of gradients of some cells of another solver; they are the cells of this one."""
+        record = self.memory.record.numpy()
+        record[:, FIRST_GRADIENT:] = other.memory.record.numpy()[cells, FIRST_GRADIENT:]
+        self.memory.record.assign(record)
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """The memory."""
+        names = ("moves", "gradient_change", "last_force", "record", "curvature")
+        return {name: getattr(self.memory, name) for name in names}
+
+
+def _blocks_of(model: Model) -> Any:
+    """Chunks of each cell."""
+    chunk = CHUNK["cuda" if model.device.is_cuda else "cpu"]
+    counts = -(-np.diff(model.point_start) // chunk)
+    of_cell = np.concatenate([[0], np.cumsum(counts)])
+    cell = np.repeat(np.arange(model.cell_count), counts)
+    first = model.point_start[cell] + (np.arange(of_cell[-1]) - of_cell[cell]) * chunk
+    blocks = Blocks()
+    blocks.cell, blocks.of_cell = model.integers(cell), model.integers(of_cell)
+    blocks.first = model.integers(first)
+    blocks.last = model.integers(np.minimum(first + chunk, model.point_start[cell + 1]))
+    return blocks

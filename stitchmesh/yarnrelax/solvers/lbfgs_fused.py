@@ -1,0 +1,267 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many iterations of small cells in one launch: a block of threads for each cell, with barriers between the steps.
+
+A launch costs more than the work of a small iteration, and in a batch of small cells each cell has a multiprocessor of
+its own. A block iterates until its cell has done all iterations or waits for new candidate lists. Cells do not wait for
+each other, and the host does not look at their progress before the end.
+
+The kernel takes ``state`` and ``memory`` as in and out, because it runs all steps of an iteration; the signatures of
+the kernels in ``evaluation``, ``segment_forces``, ``contact``, ``preconditioner`` and ``lbfgs`` show which step reads
+and writes which array.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.thread_block import VirialSums, sum_over_block, wait_for_block
+from stitchmesh.yarnrelax.energies.contact import contact_force_function
+from stitchmesh.yarnrelax.energies.evaluation import gather_at
+from stitchmesh.yarnrelax.energies.segment_forces import mean_direction_at, segment_force_function
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
+from stitchmesh.yarnrelax.solvers.cell_strain import add_cell_virial, put_strain_force, strains_of
+from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
+    WAITING,
+    CellRanges,
+    PointRange,
+    add_direction_products,
+    add_strain_products,
+    apply_move,
+    apply_point_moves,
+    cell_ranges,
+    direction_products,
+    force_products,
+    propose_move,
+    propose_point_moves,
+    trial_slot,
+    update_coefficients,
+    update_memory,
+)
+from stitchmesh.yarnrelax.solvers.preconditioner import preconditioner_at
+from stitchmesh.yarnrelax.solvers.solver import SolverInputs
+
+MOST_POINTS = 256
+"""Control points of the largest cell that one multiprocessor iterates faster than the whole GPU."""
+FEWEST_THREADS, MOST_THREADS = 128, 512
+"""Threads of a block on a GPU."""
+
+
+@wp.func
+def round_to_warps(count: int) -> int:
+    """A number of threads rounded up to whole warps."""
+    return (count + 31) // 32 * 32
+
+
+@wp.struct
+class ThreadRole:
+    """A thread of a block, and the segments of the block's cell.
+
+    Where three loops can run at the same time, the first starts with the first threads (``lane``), the second with the
+    last threads (``reversed_lane``), and the third with the threads before those (``offset_lane``). The last thread
+    handles the strains.
+    """
+
+    cell: wp.int32
+    lane: wp.int32
+    threads: wp.int32
+    reversed_lane: wp.int32
+    offset_lane: wp.int32
+    first: wp.int32
+    last: wp.int32
+
+
+@wp.func
+def thread_role(cells: CellRanges, cell: int, lane: int, threads: int) -> ThreadRole:
+    """The role of a thread of a block."""
+    role = ThreadRole()
+    role.cell = cell
+    role.lane = lane
+    role.threads = threads
+    role.first = cells.segments[cell]
+    role.last = cells.segments[cell + 1]
+    role.reversed_lane = threads - 1 - lane
+    role.offset_lane = (role.reversed_lane + threads - round_to_warps(role.last - role.first) % threads) % threads
+    return role
+
+
+@wp.func
+def point_range_in(cells: CellRanges, role: ThreadRole) -> PointRange:
+    """The control points that a thread moves."""
+    point_range = PointRange()
+    point_range.cell = role.cell
+    point_range.threads = role.threads
+    point_range.first = cells.points[role.cell] + role.lane
+    point_range.last = cells.points[role.cell + 1]
+    return point_range
+
+
+@functools.cache
+def element_force_function(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> Any:
+    """The function that finds the forces of segments and samples of a cell, for one precision and accuracy."""
+    segment_forces_at = segment_force_function(quadrature_points, cell_relaxes)
+    contact_force_at = contact_force_function(scalar, entries_at_once, cell_relaxes)
+    ones = vector(3, scalar)
+
+    @wp.func
+    def find_element_forces(
+        model: Any, role: ThreadRole, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32], state: Any
+    ) -> None:
+        """Place the samples; then contact forces, leg forces and means at the same time."""
+        for s in range(role.first + role.lane, role.last, role.threads):
+            q0, q1, q2, q3 = segment_corners(model, state.points, s)
+            put_samples(model, s, q0, q1, q2, q3, state.samples)
+        wait_for_block()
+        for p in range(model.sample_start[role.first] + role.lane, model.sample_start[role.last], role.threads):
+            contact_force_at(
+                model, p, candidate_count, candidates, state.samples, state.sample_force, state.sample_block,
+                state.sample_virial,
+            )  # fmt: skip
+        for s in range(role.first + role.reversed_lane, role.last, role.threads):
+            p0, p1, p2, p3 = segment_corners(model, state.points, s)
+            terms = ones(type(p0[0])(1.0))
+            segment_forces_at(model, s, terms, p0, p1, p2, p3, state.leg_force, state.segment_virial)
+        for s in range(role.first + role.offset_lane, role.last, role.threads):
+            r0, r1, r2, r3 = segment_corners(model, state.points, s)
+            mean_direction_at(model, s, r0, r1, r2, r3, state.segment_block)
+        wait_for_block()
+
+    return find_element_forces
+
+
+@wp.func
+def gather_and_precondition(
+    model: Any, role: ThreadRole, point_range: PointRange, bounds: Any, point_stiffness: wp.array[Any], state: Any
+) -> None:
+    """Forces on a cell's control points, and at the same time their preconditioners."""
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        gather_at(
+            model, i, point_stiffness, state.leg_force, state.sample_force, state.external_force, state.force,
+            state.stiffness,
+        )  # fmt: skip
+    for i in range(point_range.first - role.lane + role.reversed_lane, point_range.last, point_range.threads):
+        preconditioner_at(model, i, bounds, state.segment_block, state.sample_block, state.preconditioner)
+    wait_for_block()
+
+
+@wp.func
+def sum_cell_virial(model: Any, role: ThreadRole, entry: int, strains: Any, state: Any) -> None:
+    """Force on a cell's strains."""
+    part = add_cell_virial(
+        VirialSums(), model, role.first, role.last, role.lane, role.threads, state.segment_virial, state.sample_virial
+    )  # fmt: skip
+    sum_over_block(part, strains.totals[role.cell])
+    if role.reversed_lane == 0:
+        put_strain_force(role.cell, entry, strains, state.force, state.stiffness, state.preconditioner)
+
+
+@functools.cache
+def fused_iterations(scalar: Any, quadrature_points: int, entries_at_once: int, cell_relaxes: bool) -> wp.Kernel:
+    """The kernel for one precision and one accuracy, and for cells that relax or do not."""
+    find_element_forces = element_force_function(scalar, quadrature_points, entries_at_once, cell_relaxes)
+
+    @kernel(launch_bounds=MOST_THREADS)
+    def fused_iterations(
+        # model
+        model: Any,
+        cells: CellRanges,
+        bounds: Any,
+        point_stiffness: wp.array[Any],
+        step_limit: Any,
+        iterations: int,
+        # state in
+        candidate_count: wp.array[wp.int32],
+        candidates: wp.array2d[wp.int32],
+        # state in and out
+        strains: Any,
+        state: Any,
+        memory: Any,
+    ) -> None:
+        """Iterate each cell until it waits; one block for each cell."""
+        cell, lane = wp.tid()
+        role = thread_role(cells, cell, lane, wp.block_dim())
+        point_range = point_range_in(cells, role)
+        entry, record = cells.point_count + cell, memory.record[cell]
+        for _iteration in range(iterations):
+            find_element_forces(model, role, candidate_count, candidates, state)
+            if wp.static(cell_relaxes):
+                sum_cell_virial(model, role, entry, strains, state)
+            gather_and_precondition(model, role, point_range, bounds, point_stiffness, state)
+            products = force_products(
+                point_range, state.points, state.listed_points, state.budget, state.force, state.preconditioner, memory
+            )
+            if wp.static(cell_relaxes):
+                if role.reversed_lane == 0:
+                    products = add_strain_products(
+                        products, entry, trial_slot(record), state.points, state.listed_points, state.budget,
+                        state.force, state.preconditioner, memory,
+                    )  # fmt: skip
+            sum_over_block(products, memory.products[cell])
+            if lane == 0:
+                update_memory(cell, memory)
+            wait_for_block()
+            slots = direction_products(point_range, state.force, state.preconditioner, state.stiffness, memory)
+            if wp.static(cell_relaxes):
+                if role.reversed_lane == 0:
+                    slots = add_direction_products(
+                        slots, entry, record, memory.alpha[cell], state.force, state.preconditioner, state.stiffness,
+                        memory,
+                    )  # fmt: skip
+            sum_over_block(slots, memory.products[cell])
+            if lane == 0:
+                update_coefficients(cell, memory)
+            wait_for_block()
+            propose_point_moves(point_range, step_limit, state.points, state.listed_points, state.budget, memory)
+            if wp.static(cell_relaxes):
+                if role.reversed_lane == 0:
+                    propose_move(
+                        entry, step_limit, record, memory.alpha_minus_beta[cell], state.points, state.listed_points,
+                        state.budget, memory,
+                    )  # fmt: skip
+                    apply_move(entry, trial_slot(record), state.points, memory)
+                wait_for_block()
+            apply_point_moves(point_range, cells, strains, state.points, state.listed_points, memory)
+            wait_for_block()
+            if record[WAITING] != wp.float64(0.0):
+                break
+
+    return fused_iterations
+
+
+class FusedLaunch:
+    """The launch of all iterations of an assessment interval."""
+
+    def __init__(self, model: Model, memory: Any) -> None:
+        """Choose the threads: one for each sample and two for each segment of the largest cell, within bounds."""
+        self.memory, self.cells = memory, cell_ranges(model)
+        self.threads = 1
+        if model.device.is_cuda:
+            largest = int(np.diff(model.segment_start).max())
+            wanted = 32 * (-(-model.largest_cell // 32) + 2 * -(-largest // 32))
+            self.threads = int(np.clip(wanted, FEWEST_THREADS, MOST_THREADS))
+
+    def launch(
+        self, inputs: SolverInputs, bounds: Any, point_stiffness: wp.array[Any], iterations: int, launcher: Launcher
+    ) -> Any:
+        """The launch of ``iterations`` iterations, forces included."""
+        model, candidates = inputs.model, inputs.candidates
+        kernel = fused_iterations(
+            model.scalar, model.quadrature_points, model.entries_at_once, inputs.strain is not None
+        )
+        arguments = [model.constants, self.cells, bounds, point_stiffness, model.number(inputs.step_fraction),
+                     iterations, candidates.count, candidates.lists, strains_of(model, inputs.strain, candidates),
+                     inputs.state.arrays, self.memory]  # fmt: skip
+        return launcher(kernel, model.cell_count, arguments, [], tile=self.threads)
+
+
+def suits_fusing(model: Model) -> bool:
+    """Whether all cells are small enough."""
+    return bool(np.diff(model.point_start).max() <= MOST_POINTS)

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The preconditioner of the quasistatic solver: the inverse of a block of stiffness for each control point.
+
+The row sums of ``stiffness_bounds`` bound the stiffness at a control point by one number. But a yarn is far stiffer
+along itself than across, and a contact is stiff in one direction only. Each control point therefore gets a block,
+
+    B = sum over its segments of (a (T + g (I - T)) + b u I)  +  c I  +  2 sum over its samples of w K
+
+with the row sums a of stretch and length along the yarn and b of bending at rest, T the segment's mean t t^T and u its
+mean (l / |y'|)^4, by which bending grows where the parameter speed is low, c the row sums of further terms, w the
+weight of the point in a sample, and K = sum of E'' n n^T the contact stiffness of the sample. A stretched yarn is stiff
+across itself too, like a string: by the part g = 1 - l / |y'| > 0 of a, with u^(1/4) for l / |y'|. A strain of one
+hundredth adds more stiffness across the yarn than bending has.
+
+The blocks bound the Hessian by v.Hv <= 1.2 v.Bv, because the segment turns while T is a mean. Bending alone exceeds its
+part, because curvature depends on y' too: at even speed, in units of |y'|, with k = |y''|,
+
+    d^2 (kappa^2) / 2  <=  (|dy''| + 4 k |dy'|)^2,    dy' along the yarn.
+
+The neglected part acts along the yarn, where stretch is hundreds of times stiffer, and does not show in the sum.
+The blocks and their inverses are computed in every iteration, because contacts appear and disappear.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import weight_row
+from stitchmesh.yarnrelax.model.state import State
+
+
+@wp.func
+def inverse_block(b: Any) -> Any:
+    """Inverse of a symmetric 3 x 3 matrix (xx, yy, zz, xy, xz, yz)."""
+    xx, yy, zz = b[1] * b[2] - b[5] * b[5], b[0] * b[2] - b[4] * b[4], b[0] * b[1] - b[3] * b[3]
+    xy, xz, yz = b[4] * b[5] - b[3] * b[2], b[3] * b[5] - b[4] * b[1], b[3] * b[4] - b[5] * b[0]
+    scale = type(xx)(1.0) / (b[0] * xx + b[3] * xy + b[4] * xz)
+    return type(b)(xx * scale, yy * scale, zz * scale, xy * scale, xz * scale, yz * scale)
+
+
+@wp.func
+def times_block(b: Any, v: Any) -> Any:
+    """A symmetric block times a vector."""
+    return type(v)(
+        b[0] * v[0] + b[3] * v[1] + b[4] * v[2],
+        b[3] * v[0] + b[1] * v[1] + b[5] * v[2],
+        b[4] * v[0] + b[5] * v[1] + b[2] * v[2],
+    )
+
+
+@functools.cache
+def _bounds_struct(scalar: Any) -> Any:
+    """Row sums of stiffness: of each segment along and across the yarn, shape (S,), and of further terms, (N,)."""
+    fours = wp.array(dtype=vector(4, scalar))
+    annotations = {"along": fours, "across": fours, "further": wp.array(dtype=scalar)}
+    return wp.struct(type(f"Bounds_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+def put_bounds(
+    model: Model, along: NDArray[np.float64], across: NDArray[np.float64], further: NDArray[np.float64]
+) -> Any:
+    """Row sums of stiffness on the device, in a struct for kernels.
+
+    Args:
+        model: the yarns.
+        along: of each segment's four control points along the yarn [erg / unit^2], shape (S, 4).
+        across: the same across the yarn.
+        further: of further terms at each control point, shape (N,).
+    """
+    bounds = _bounds_struct(model.scalar)()
+    bounds.along, bounds.across = model.upload(along, 4), model.upload(across, 4)
+    bounds.further = model.upload(np.maximum(further, np.finfo(np.float32).tiny))
+    return bounds
+
+
+@wp.func
+def preconditioner_at(
+    model: Any,
+    i: int,
+    bounds: Any,
+    segment_block: wp.array[Any],
+    sample_block: wp.array[Any],
+    preconditioner: wp.array[Any],
+) -> None:
+    """Write the preconditioner of a control point [unit^2 / erg]."""
+    slots = model.point_segments[i]
+    block = type(preconditioner[0])()
+    level = bounds.further[i]
+    for slot in range(4):
+        s = slots[slot]
+        if s >= 0:
+            mean = segment_block[s]
+            directed = type(block)(mean[0], mean[1], mean[2], mean[3], mean[4], mean[5])
+            tight = wp.max(type(level)(1.0) - wp.sqrt(wp.sqrt(mean[6])), level - level)
+            block += directed * (bounds.along[s][slot] * (type(level)(1.0) - tight))
+            level += mean[6] * bounds.across[s][slot] + tight * bounds.along[s][slot]
+            first = model.sample_start[s]
+            count = model.sample_start[s + 1] - first
+            row = weight_row(model, count, 0)
+            for k in range(count):
+                block += sample_block[first + k] * (type(level)(2.0) * model.sample_basis[row + k][slot])
+    block += type(block)(level, level, level, level - level, level - level, level - level)
+    preconditioner[i] = inverse_block(block)
+
+
+@kernel
+def find_preconditioner(
+    # model
+    model: Any,
+    bounds: Any,
+    # state in
+    segment_block: wp.array[Any],
+    sample_block: wp.array[Any],
+    # state out
+    preconditioner: wp.array[Any],
+) -> None:
+    """The preconditioner of each control point."""
+    preconditioner_at(model, wp.tid(), bounds, segment_block, sample_block, preconditioner)
+
+
+def preconditioner_launch(model: Model, bounds: Any, state: State, launcher: Launcher) -> Any:
+    """The launch that finds the preconditioner of each control point."""
+    inputs = [model.constants, bounds, state.segment_block, state.sample_block]
+    return launcher(find_preconditioner, model.point_count, inputs, [state.preconditioner])

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a solver is: the launches that turn the forces of an iteration into moves of the control points."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.term import Constraint
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
+
+ASSESSMENT_INTERVAL = wp.constant(20)
+"""Iterations between two assessments."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolverInputs:
+    """What a solver works on."""
+
+    model: Model
+    state: State
+    candidates: Candidates
+    constraints: Sequence[Constraint]
+    step_fraction: float
+    """Largest move of a control point in one iteration, in mean yarn radii."""
+    strain: CellStrain | None = None
+    """The strains of cells that relax."""
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """How far a solver has come since ``Solver.begin``."""
+
+    done: NDArray[Any]
+    """Iterations of each cell, shape (C,)."""
+    waiting: NDArray[np.bool_]
+    """Whether control points of the cell have used up their budgets and need new candidate lists, shape (C,)."""
+
+
+class Solver(ABC):
+    """A solver. ``state.force`` and ``state.stiffness`` are up to date when its launches run."""
+
+    needs_blocks: bool
+    """Whether it reads ``state.sample_block`` and ``state.segment_block``."""
+    allowed_rise: float
+    """Largest rise of the energy between two assessments, over its size, that is accepted."""
+
+    @abstractmethod
+    def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
+        """The launches that move the control points by one iteration, none by more than its limit."""
+
+    def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
+        """One launch of ``ASSESSMENT_INTERVAL`` whole iterations, forces included; None if there is none."""
+        return None
+
+    @abstractmethod
+    def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
+        """Forget the past of some cells, or of all; ``step_scale`` in (0, 1] scales the steps of each cell."""
+
+    @abstractmethod
+    def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
+        """Scale the steps of each cell by ``step_scale`` from now on."""
+
+    @abstractmethod
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """Everything that is carried from one iteration to the next, by name."""
+
+    def kinetic_energy(self) -> float:
+        """Kinetic energy [erg]; zero for a solver without motion."""
+        return 0.0
+
+    @abstractmethod
+    def begin(self, wanted: NDArray[np.int64]) -> None:
+        """Prepare for ``wanted`` iterations of each cell, shape (C,)."""
+
+    @abstractmethod
+    def progress(self, inputs: SolverInputs, launched: int) -> Progress:
+        """Read how far each cell has come, after ``launched`` more iterations."""

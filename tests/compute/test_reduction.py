@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sums, minima and maxima on the device equal those of NumPy, whatever the length, and always have the same bits."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import warp as wp
+
+from stitchmesh.compute.reduction import (
+    FEWEST_STRANDS,
+    MOST_STRANDS,
+    TILE,
+    VALUES_PER_STRAND,
+    Sums,
+    maximum,
+    minima_over,
+    minimum,
+    ordered_sum,
+    strands_for,
+    walk_over,
+)
+
+LENGTHS = [1, 255, 256, 257, 20_000, 300_001]
+
+
+def array(values: np.ndarray) -> wp.array:
+    return wp.array(values, device="cpu")
+
+
+def launch(kernel: wp.Kernel, count: int, inputs: list, outputs: list) -> None:
+    wp.launch(kernel, count, inputs, outputs, device="cpu")
+
+
+def ranges(*start: int) -> wp.array:
+    return wp.array(np.array(start, dtype=np.int32), device="cpu")
+
+
+def random(count: int, kind: type = np.float64) -> np.ndarray:
+    return np.random.default_rng(count).normal(size=count).astype(kind)
+
+
+@pytest.mark.parametrize("count", LENGTHS)
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_sums_and_extremes_equal_those_of_the_host(count: int, kind: type) -> None:
+    values = random(count, kind)
+    # sums are taken in float64: rounding of as many summands as a strand and the strands have, a generous thousand
+    bound = 1e3 * np.finfo(np.float64).eps * np.abs(values).astype(np.float64).sum()
+    assert ordered_sum(array(values)) == pytest.approx(math.fsum(values), abs=bound)
+    assert maximum(array(values)) == values.max()
+    assert minimum(array(values)) == values.min()
+
+
+def test_integers_have_a_largest_one() -> None:
+    values = np.array([3, -7, 12, 5], dtype=np.int32)
+    assert (minimum(array(values)), maximum(array(values))) == (-7.0, 12.0)
+
+
+@pytest.mark.parametrize("place", [0, 300, 999])
+def test_a_value_that_is_not_a_number_is_never_lost(place: int) -> None:
+    values = random(1000)
+    values[place] = np.nan
+    for reduced in (ordered_sum, maximum, minimum):
+        assert math.isnan(reduced(array(values)))
+
+
+def test_an_infinite_value_is_the_largest_and_the_smallest() -> None:
+    values = random(1000)
+    values[500] = np.inf
+    assert maximum(array(values)) == np.inf
+    assert minimum(array(-values)) == -np.inf
+
+
+def test_the_same_values_give_the_same_bits() -> None:
+    values = array(random(50_000, np.float32))
+    assert len({ordered_sum(values) for _ in range(5)}) == 1
+
+
+def test_several_sums_at_once_equal_single_ones() -> None:
+    parts = {"many": random(20_000), "few": random(3), "one": random(1)}
+    sums = Sums(3, 20_000, 1, wp.get_device("cpu"))
+    for name, values in parts.items():
+        sums.add(name, array(values), ranges(0, len(values)), launch)
+    found = sums.read()
+    assert list(found) == list(parts)
+    for name, values in parts.items():
+        # two orders of a float64 sum
+        assert found[name][0] == pytest.approx(math.fsum(values), abs=1e-13 * np.abs(values).sum())
+
+
+def test_sums_and_minima_over_ranges_are_those_of_each() -> None:
+    values, start = random(20_000), [0, 3, 4, 12_345, 20_000]
+    sums = Sums(2, 20_000, 4, wp.get_device("cpu"))
+    sums.add("plain", array(values), ranges(*start), launch)
+    sums.add("squared", array(values**2), ranges(*start), launch)
+    found, smallest = sums.read(), minima_over(array(values), ranges(*start), 20_000)
+    for k, (first, last) in enumerate(pairwise(start)):
+        part = values[first:last]
+        # two orders of a float64 sum
+        assert found["plain"][k] == pytest.approx(math.fsum(part), abs=1e-13 * np.abs(part).sum())
+        assert found["squared"][k] == pytest.approx(math.fsum(part**2), rel=1e-13)
+        assert smallest[k] == part.min()
+
+
+def test_the_number_of_strands_depends_on_the_length_alone_and_suits_tiles() -> None:
+    counts = [strands_for(length) for length in range(1, 3 * MOST_STRANDS * VALUES_PER_STRAND, 9973)]
+    assert counts == sorted(counts)
+    assert {count % TILE for count in counts} == {0}
+    assert (counts[0], counts[-1]) == (FEWEST_STRANDS, MOST_STRANDS)
+
+
+@pytest.mark.parametrize("count", LENGTHS)
+def test_a_walk_visits_each_value_once(count: int) -> None:
+    walk = walk_over(count, wp.get_device("cpu"))
+    across, along, chunk = walk.numbers
+    places = (np.arange(walk.strands)[:, None] * across + np.arange(chunk) * along).ravel()
+    assert np.array_equal(np.sort(places[places < count]), np.arange(count))
+
+
+def test_rows_of_strands_are_totalled_in_blocks() -> None:
+    parts = random(3 * 1024).reshape(3, 1024)
+    totals = wp.zeros(3, dtype=wp.float64, device="cpu")
+
+    def launch(kernel: wp.Kernel, count: int, inputs: list, outputs: list, *, tile: int) -> None:
+        wp.launch_tiled(kernel, dim=count, inputs=inputs, outputs=outputs, block_dim=tile, device="cpu")
+
+    walk_over(1, wp.get_device("cpu")).total(array(parts), totals, launch)
+    # rounding of a thousand summands of order one, whose sum is of order thirty
+    np.testing.assert_allclose(totals.numpy(), parts.sum(axis=1), atol=1e-12)

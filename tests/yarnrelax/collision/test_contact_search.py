@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The lists of the grid hold exactly the pairs that a comparison of all samples finds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.collision.broad_phase import FIRST_CAPACITY
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
+from tests.yarnrelax.stockinette import flat_patch, tube
+
+pytestmark = pytest.mark.decides
+
+MARGIN = 0.4
+"""In mean yarn radii."""
+
+
+def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray, Model]:
+    model = put_model(
+        yarns,
+        YarnMaterial.named("leaf"),
+        quadrature_points=3,
+        contact_samples=samples,
+        scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )
+    state, candidates = make_state(model), make_candidates(model, MARGIN)
+    ContactSearch(model, state, candidates).run()
+    count, lists = candidates.count.numpy(), candidates.lists.numpy()
+    return [sorted(lists[p, : count[p]].tolist()) for p in range(model.sample_count)], state.samples.numpy(), model
+
+
+def all_pairs(samples: np.ndarray, model: Model) -> list[list[int]]:
+    """The rule word for word, pair by pair."""
+    yarns = model.yarns
+    segment = np.repeat(np.arange(len(yarns.rest_length)), np.diff(model.sample_start))
+    yarn, radius = yarns.segment_yarn[segment], model.radius[yarns.segment_yarn[segment]]
+    np.testing.assert_array_equal(samples[:, 3], radius)
+    near = cdist(samples[:, :3], samples[:, :3]) < radius[:, None] + radius[None, :] + MARGIN
+    ahead = segment[None, :] - segment[:, None]
+    cycle = np.where(yarns.closed, np.diff(yarns.segment_start), 1 << 30)[yarn]
+    exempt = neighbour_reach(yarns)[segment]
+    forward = np.where(ahead < 0, ahead + cycle[:, None], ahead)
+    neighbours = (forward <= exempt[:, None]) | (cycle[:, None] - forward <= exempt[None, :])
+    near &= (yarn[:, None] != yarn[None, :]) | ~neighbours
+    return [np.flatnonzero(row).tolist() for row in near]
+
+
+@pytest.mark.parametrize("yarns", [tube(3, 4), flat_patch(3, 3)], ids=["closed", "open"])
+def test_lists_equal_all_pairs(yarns: YarnSet) -> None:
+    lists, samples, model = lists_and_samples(yarns, 3)
+    assert lists == all_pairs(samples, model)
+    assert sum(map(len, lists)) > 0
+
+
+def test_different_radii_and_scattered_yarns() -> None:
+    random = np.random.default_rng(2)
+    curves = [random.normal(scale=0.5, size=(9, 3)) for _ in range(5)]
+    yarns = YarnSet.from_curves(curves, closed=[True, False] * 2 + [True], radius=[0.05, 0.1, 0.15, 0.2, 0.1])
+    lists, samples, model = lists_and_samples(yarns, 4)
+    assert lists == all_pairs(samples, model)
+
+
+def test_the_order_of_the_lists_is_always_the_same() -> None:
+    yarns = tube(3, 4)
+    found = []
+    for _ in range(2):
+        model = put_model(
+            yarns,
+            YarnMaterial.named("leaf"),
+            quadrature_points=3,
+            contact_samples=3,
+            scalar=scalar_named("float32"),
+            device=device_named("cpu"),
+        )
+        state, candidates = make_state(model), make_candidates(model, MARGIN)
+        ContactSearch(model, state, candidates).run()
+        found.append(candidates.lists.numpy())
+    assert np.array_equal(*found)
+
+
+def test_lists_that_do_not_fit_grow() -> None:
+    yarns = tube(3, 4)
+    thick = replace(yarns, radius=4 * yarns.radius)
+    lists, samples, model = lists_and_samples(thick, 5)
+    assert max(map(len, lists)) > FIRST_CAPACITY
+    assert lists == all_pairs(samples, model)
+
+
+def test_long_segments_get_samples_that_leave_no_gap() -> None:
+    line = np.cumsum([0.0, 0.3, 0.3, 0.3, 2.0, 2.0, 0.3, 0.3, 0.3])
+    yarns = YarnSet.from_curves([line[:, None] * [1.0, 0.0, 0.0]], closed=[False], radius=0.2)
+    _, samples, model = lists_and_samples(yarns, 2)
+    counts = np.diff(model.sample_start)
+    assert counts.min() == 2
+    # a leg of ten radii: 10 / (2 * 0.85) = 5.9 samples keep each arc within 0.85 radii of its sample
+    assert counts.max() == 6
+    assert np.diff(samples[:, 0]).max() < 2.0
+    assert len(samples) == model.sample_count == counts.sum()
+
+
+def test_segments_as_long_as_the_yarn_is_thick_skip_only_their_neighbours() -> None:
+    yarns = tube(2, 3)  # segments of 2.6 radii
+    assert (neighbour_reach(yarns) == 1).all()
+    fine = replace(yarns, radius=4 * yarns.radius)  # segments of 0.65 radii: 2 / 0.65 = 3.1 of them make a diameter
+    assert set(neighbour_reach(fine)) <= {3, 4}

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""No yarn passes through another, whatever pulls."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.errors import SolverError
+from stitchmesh.quality import PRESETS, Quality, Solver
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
+from stitchmesh.yarnrelax.collision.budget import SAFETY
+from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.yarnrelax.loops import iterate
+from tests.yarnrelax.stockinette import flat_patch, hopf_link
+
+pytestmark = pytest.mark.decides
+
+DRAFT = PRESETS["draft"]
+
+
+def long_run(tolerance: float) -> Quality:
+    return replace(DRAFT, tolerance=tolerance, max_iterations=2000)
+
+
+@pytest.mark.parametrize("radius", [0.125, 0.3])
+def test_linked_rings_that_are_pulled_tight_stay_linked(radius: float) -> None:
+    yarns = hopf_link(0.5, radius)
+    result = relax_yarns(yarns, quality=long_run(0.01), device="cpu")
+    assert linking_certificate(result.yarns)[0, 1] == linking_certificate(yarns)[0, 1] != 0
+    assert result.report["certificate"] == "unchanged"
+    assert result.report["converged"]
+    # rings of radius 0.5 leave a hole of radius 0.375 for the thin yarn, and one too small for the thick yarn
+    touching = result.report["min_distance_over_radius"] < 2.0
+    assert touching == (result.report["energies"]["contact"] > 0.0) == (radius > 0.25)
+    assert result.report["min_distance_over_radius"] > 1.0
+
+
+def test_without_any_contact_force_the_step_limit_alone_holds_them_apart() -> None:
+    yarns = hopf_link(0.3)
+    ghost = YarnMaterial(2000.0, 1000.0, 0.005, 0.0, 0.0, 0.0, 0.0, 0.006)
+    last: list[YarnSet] = []
+    with pytest.raises(SolverError, match=r"yarn \d \(control point \d+\): too close"):
+        relax_yarns(yarns, material=ghost, quality=long_run(1e-6), device="cpu", on_state=last.append)
+    assert linking_certificate(last[-1])[0, 1] == linking_certificate(yarns)[0, 1]
+
+
+def test_clearances_are_below_the_true_distances_of_the_curves() -> None:
+    patch = flat_patch(4, 3)
+    noise = np.random.default_rng(4).normal(scale=0.01, size=patch.points.shape)
+    radius = 0.22  # nearly twice as thick as the patch was made for: the rows overlap by almost half
+    yarns = replace(patch, points=patch.points + noise, radius=np.full(4, radius))
+    quality = replace(DRAFT, precision="float64")
+    simulation = YarnSimulation.start(yarns, YarnMaterial.named("kaldor-simulation"), quality, device_named("cpu"))
+    simulation.search_contacts(margin=2.0)  # so wide that every clearance up to two radii is computed
+    clearance = simulation.search.clearance.numpy() * simulation.model.unit
+    assert (np.diff(simulation.model.sample_start) == 3).all()
+    # eight points on each of the three arcs of a segment, from border to border
+    fine = np.concatenate([curve[:-1] for curve in yarns.sampled(24)])
+    segment = np.repeat(np.arange(len(yarns.rest_length)), 24)
+    distance = cdist(fine, fine)
+    ahead = segment[None, :] - segment[:, None]
+    same = yarns.segment_yarn[segment][:, None] == yarns.segment_yarn[segment][None, :]
+    distance[same & (np.abs(ahead) <= neighbour_reach(yarns).max())] = np.inf
+    arcs = np.arange(0, len(fine), 8)
+    nearest = np.minimum.reduceat(np.minimum.reduceat(distance, arcs), arcs, axis=1)
+    bound = np.minimum(clearance[:, None], clearance[None, :])
+    assert (bound <= nearest + 1e-12).all()
+    touching = nearest.min(axis=1) < 1.2 * radius
+    assert touching.sum() > 10
+    # where it matters the bound is a good one: sags of a few hundredths of a radius, and arcs cut at sample borders
+    assert (clearance[touching] > nearest.min(axis=1)[touching] - 0.1 * radius).all()
+
+
+def test_budgets_are_part_of_the_clearance_of_every_arc_that_a_point_shapes() -> None:
+    patch = flat_patch(3, 2)
+    noise = np.random.default_rng(4).normal(scale=0.01, size=patch.points.shape)
+    # where loops cross they are within a radius
+    yarns = replace(patch, points=patch.points + noise, radius=np.full(3, 0.4))
+    quality = replace(DRAFT, precision="float64")
+    simulation = YarnSimulation.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
+    model, margin = simulation.model, simulation.candidates.margin
+    clearance = simulation.search.clearance.numpy()
+    expected = np.full(model.point_count, margin / 2)
+    of_segment = np.minimum.reduceat(clearance, model.sample_start[:-1])
+    np.minimum.at(expected, model.yarns.segment_points, SAFETY * of_segment[:, None])
+    # the factor stands in the kernel as a literal, and both are float64
+    np.testing.assert_allclose(simulation.state.budget.numpy(), expected, rtol=1e-15)
+    assert (expected < margin / 2).any() and (expected == margin / 2).any()
+
+
+def test_no_control_point_moves_more_than_its_part_of_the_radius() -> None:
+    yarns = hopf_link(0.5)
+    material = YarnMaterial.named("kaldor-simulation")
+    simulation = YarnSimulation.start(yarns, material, DRAFT, device_named("cpu"))
+    for _ in range(10):
+        before = simulation.state.points.numpy().copy()
+        iterate(simulation, 5)
+        moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1)
+        # five iterations in units of a radius, and float32 rounding of coordinates of twelve units
+        assert moved.max() <= 5 * DRAFT.step_fraction + 1e-5
+    assert moved.max() > 0.0
+
+
+@pytest.mark.parametrize("solver", ["quasistatic", "dynamics"])
+@pytest.mark.parametrize("pull", ["tight", "torn"])
+def test_no_control_point_leaves_its_ball_whatever_happens_on_one_list(solver: Solver, pull: str) -> None:
+    quality = replace(DRAFT, solver=solver, step_fraction=10.0)  # only the ball limits a step
+    simulation = YarnSimulation.start(hopf_link(0.3), YarnMaterial.named("leaf"), quality, device_named("cpu"))
+    state = simulation.state
+    listed, budget = state.listed_points.numpy().copy(), state.budget.numpy().copy()
+    simulation.solver.begin(np.array([200]))
+    gone = np.zeros(len(budget))
+    for turn in range(200):
+        for launch in simulation.iterations.launches:  # a look at the lists would make new ones
+            launch.launch()
+            if pull == "torn" and launch.kernel.key == "gather_forces":
+                wild = np.random.default_rng(turn).normal(scale=1e6, size=listed.shape)
+                state.force.assign(wild.astype(np.float32))
+        gone = np.maximum(gone, np.linalg.norm(state.points.numpy().astype(np.float64) - listed, axis=1))
+    # float32 rounding of coordinates of twelve units in each move; few moves reach the border
+    assert (gone <= budget + 1e-5).all()
+    assert (gone > 0.5 * budget).any()
+    assert np.array_equal(state.listed_points.numpy(), listed) and np.array_equal(state.budget.numpy(), budget)

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pins hold control points and whole loops where they are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
+from tests.yarnrelax.stockinette import flat_patch
+
+MATTER = YarnMaterial.named("leaf")
+HELD = 1e-6
+"""Rounding of coordinates of about ten radii in single precision, over the radius."""
+
+
+def tight_patch() -> YarnSet:
+    """Two rows of three stitches that want to be a tenth shorter."""
+    patch = flat_patch(2, 3)
+    return replace(patch, rest_length=0.9 * patch.rest_length)
+
+
+def on_device(yarns: YarnSet, precision: str) -> Model:
+    scalar, device = scalar_named(precision), device_named("cpu")
+    return put_model(yarns, MATTER, quadrature_points=3, contact_samples=3, scalar=scalar, device=device)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_pinned_points_have_no_force_and_take_no_step(precision: str) -> None:
+    yarns = tight_patch()
+    model = on_device(yarns, precision)
+    values = np.random.default_rng(2).normal(size=yarns.points.shape)
+    force, step = model.upload(values, 3), model.upload(values, 3)
+    held = Pins([4, 0, 71]).on(model)
+    held.filter_forces(force, model.launch)
+    held.filter_steps(make_state(model), step, model.empty(model.point_count), model.launch)
+    for vectors in (force.numpy(), step.numpy()):
+        assert np.flatnonzero((vectors == 0.0).all(axis=1)).tolist() == [0, 4, 71]
+        free = np.delete(np.arange(len(values)), [0, 4, 71])
+        assert np.array_equal(vectors[free], values.astype(vectors.dtype)[free])
+
+
+def test_a_pinned_face_holds_all_its_control_points() -> None:
+    yarns = tight_patch()
+    held = pinned_points(yarns, Pins(points=[3], faces=[1, 4]))
+    assert held.tolist() == [3, *np.flatnonzero((yarns.face == 1) | (yarns.face == 4))]
+
+
+def test_pinned_loops_stay_while_the_others_relax() -> None:
+    yarns = tight_patch()
+    pins = Pins(faces=[0, 5])
+    result = relax_yarns(yarns, material=MATTER, quality="draft", device="cpu", constraints=[pins])
+    assert result.report["converged"]
+    moved = np.linalg.norm(result.yarns.points - yarns.points, axis=1) / yarns.radius[0]
+    held = np.zeros(len(moved), dtype=bool)
+    held[pinned_points(yarns, pins)] = True
+    assert moved[held].max() < HELD * 10
+    assert np.median(moved[~held]) > 0.1
+
+
+@pytest.mark.parametrize("quality", ["draft", "reference"])
+def test_everything_pinned_is_at_rest_at_once(quality: str) -> None:
+    yarns = tight_patch()
+    pins = Pins(np.arange(len(yarns.points)))
+    result = relax_yarns(yarns, material=MATTER, quality=quality, device="cpu", constraints=[pins])
+    assert result.report["converged"]
+    assert result.report["residual"] == 0.0
+    assert result.report["iterations"] == 0
+    np.testing.assert_allclose(result.yarns.points, yarns.points, atol=HELD * 10 * yarns.radius[0])
+
+
+def test_pins_hold_on_a_lattice() -> None:
+    """One of four control points of a yarn that crosses the cell: the others gather around it."""
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.3, 0.0], [2.0, 0.0, 0.3], [3.0, 0.2, 0.0]])
+    lattice = Lattice(np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]))
+    cell = YarnSet(
+        points=points, start=[0, 4], closed=[True], radius=[0.1], rest_length=np.full(4, 1.0), row=np.zeros(4),
+        face=np.full(4, -1), part=np.zeros(4), lattice=lattice, lattice_step=[[1, 0]],
+    )  # fmt: skip
+    result = relax_yarns(cell, material=MATTER, quality="draft", device="cpu", constraints=[Pins([1])])
+    assert result.report["converged"]
+    np.testing.assert_allclose(result.yarns.points[1], points[1], atol=1e-6)
+    assert np.ptp(result.yarns.points[:, 1]) < 0.02  # straight across the cell, as far as the residual says
+
+
+@pytest.mark.parametrize(
+    ("pins", "message"),
+    [
+        (Pins([0, 72]), r"control point 72; expected 0 to 71"),
+        (Pins([-1]), r"control point -1; expected"),
+        (Pins(faces=[2, 6, 9]), r"stitch face 6, 9; no control point"),
+        (Pins(faces=[-1]), r"stitch face -1"),
+        (Pins(), r"neither control points nor stitch faces"),
+        (Pins([0.5]), r"type float64; expected whole numbers"),
+    ],
+)
+def test_bad_pins_are_refused(pins: Pins, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        relax_yarns(tight_patch(), material=MATTER, device="cpu", constraints=[pins])

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Garments keep their shape: patches, their energy, and borders that stay."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
+from stitchmesh.yarnrelax.energies.shape import KeepShape, Shape
+from stitchmesh.yarnrelax.energies.shape_patches import RINGS, choose_patches, loops_of
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State, make_state
+from stitchmesh.yarnrelax.model.upload import put_model
+from tests.yarnrelax.stockinette import fabric_of, flat_patch, tube
+
+ROWS, STITCHES = 7, 8
+MATERIAL = YarnMaterial.named("kaldor-simulation")
+Setting = tuple[Model, Shape, State, Candidates]
+
+
+def setting(yarns: YarnSet) -> Setting:
+    model = put_model(
+        yarns,
+        MATERIAL,
+        quadrature_points=3,
+        contact_samples=3,
+        scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )
+    shape = KeepShape(fabric_of(ROWS, STITCHES, closed=False)).on(model)
+    return model, shape, make_state(model, external=True), make_candidates(model, 0.1)
+
+
+def energy_and_force(scene: Setting, points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Energy [erg] and forces [dyn] with control points at ``points`` [cm]."""
+    model, shape, state, candidates = scene
+    state.points.assign(model.to_device(points))
+    state.external_force.zero_()
+    shape.forces(state, candidates, model.launch)
+    return shape.energy(state, candidates), state.external_force.numpy() / model.unit
+
+
+def test_shape_force_is_minus_the_gradient_on_both_sides_of_the_threshold() -> None:
+    yarns = flat_patch(ROWS, STITCHES)
+    scene = setting(yarns)
+    random = np.random.default_rng(9)
+    direction = random.normal(size=yarns.points.shape)
+    for lift in (0.05, 0.4):  # in and out of the soft range of one radius, 0.125 cm
+        points = yarns.points + random.normal(scale=0.02, size=yarns.points.shape) + [0.0, 0.1, lift]
+        force = energy_and_force(scene, points)[1]
+        step = 1e-6  # the energy is quadratic by pieces: only rounding is left
+        ends = [energy_and_force(scene, points + side * step * direction)[0] for side in (1, -1)]
+        slope = (ends[0] - ends[1]) / (2 * step)
+        assert slope == pytest.approx(-(force * direction).sum(), rel=1e-6)
+
+
+def test_one_stitch_displaced_by_a_radius_is_pulled_as_the_rule_says() -> None:
+    yarns = flat_patch(ROWS, STITCHES)
+    force = energy_and_force(setting(yarns), yarns.points + np.array([0.0, 0.0, 0.125]))[1]
+    expected = 0.02 * MATERIAL.k_len / yarns.rest_length.mean() + 2 * MATERIAL.k_bend / 0.5**2
+    # the mean over stitches is exact by construction: the rule divides by the mean weight
+    assert -force[:, 2].sum() / (ROWS * STITCHES) == pytest.approx(expected, rel=1e-9)
+    assert np.abs(force[:, :2]).max() < 1e-9 * expected
+
+
+def test_row_sums_bound_the_stiffness_of_the_patches() -> None:
+    yarns = flat_patch(ROWS, STITCHES)
+    scene = setting(yarns)
+    rows = scene[1].stiffness() / scene[0].unit ** 2
+    start = yarns.points + np.array([0.0, 0.0, 0.4])
+    direction = np.random.default_rng(1).normal(size=yarns.points.shape)
+    change = 1e-4
+    ends = [energy_and_force(scene, start + side * change * direction)[1] for side in (1, -1)]
+    curvature = -((ends[0] - ends[1]) * direction).sum() / (2 * change)
+    assert 0.0 < curvature <= (rows[:, None] * direction**2).sum()
+
+
+def test_patches_overlap_and_cover_every_loop() -> None:
+    yarns, fabric = flat_patch(ROWS, STITCHES), fabric_of(ROWS, STITCHES, closed=False)
+    loops = loops_of(yarns, fabric)
+    patches, centres = choose_patches(fabric, loops)
+    assert set(patches.entry) == set(range(ROWS * STITCHES))
+    assert len(centres) < ROWS * STITCHES
+    for patch, centre in enumerate(centres):
+        inside = slice(patches.start[patch], patches.start[patch + 1])
+        faces = loops.face[patches.entry[inside]]
+        sides = np.abs(faces // STITCHES - centre // STITCHES) + np.abs(faces % STITCHES - centre % STITCHES)
+        # on a grid of quadrilaterals the steps between faces are those of a rook that moves one square at a time
+        np.testing.assert_allclose(patches.weight[inside], 1 - sides / (RINGS + 1))
+    assert len(loops.held) == 2 * ROWS + 2 * STITCHES - 4
+
+
+def test_border_loops_keep_their_mean_while_the_rest_settles() -> None:
+    yarns, fabric = tube(5, 8), fabric_of(5, 8, closed=True)
+    quality = replace(PRESETS["draft"], tolerance=1e-3, max_iterations=200)
+    relaxed = relax_yarns(yarns, quality=quality, device="cpu", keep_shape=fabric).yarns
+    before = yarns.points.reshape(5, 8, 12, 3)
+    after = relaxed.points.reshape(5, 8, 12, 3)
+    moved = np.linalg.norm((after - before).mean(axis=2), axis=2)
+    # float32 keeps coordinates of 2 cm to 1e-7 cm, and rounding does not add up
+    assert moved[[0, 4]].max() < 5e-7
+    assert np.linalg.norm(after - before, axis=-1).max() > 0.1 * 0.125
+
+
+def test_a_fabric_that_is_not_the_yarns_own_is_refused() -> None:
+    with pytest.raises(ParameterError, match="keep_shape"):
+        relax_yarns(tube(5, 8), device="cpu", keep_shape=fabric_of(2, 3, closed=True))

@@ -1,0 +1,384 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Linking numbers of known links, certificates of fabrics that repeat, and pull-throughs that are caught."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import linking_certificate
+from stitchmesh.yarnrelax.linking import projection
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.linking.open_yarns import _interleaved
+from tests.meshrelax.fabrics import rotation
+from tests.shaking import shaken
+from tests.yarnrelax.stockinette import ROW_HEIGHT, STITCH_WIDTH, flat_patch, loop_curve, tube
+
+pytestmark = pytest.mark.decides
+
+
+def ring(centre: tuple[float, float, float], axis: int, points: int = 24) -> np.ndarray:
+    angle = np.arange(points) / points * 2 * np.pi
+    circle = np.roll(np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1), axis, axis=1)
+    return circle + np.asarray(centre)
+
+
+def closed(*curves: np.ndarray) -> YarnSet:
+    return YarnSet.from_curves(curves, closed=[True] * len(curves), radius=0.05)
+
+
+def torus_link(turns: int) -> YarnSet:
+    """Two strands that wind around each other ``turns`` times along a circle."""
+    angle = np.arange(80) / 80 * 2 * np.pi
+    strands = []
+    for phase in (0.0, np.pi):
+        out, up = 3 + np.cos(turns * angle + phase), np.sin(turns * angle + phase)
+        strands.append(np.stack([out * np.cos(angle), out * np.sin(angle), up], axis=1))
+    return closed(*strands)
+
+
+def test_hopf_link_has_linking_number_one() -> None:
+    certificate = linking_certificate(closed(ring((0, 0, 0), 0), ring((0, 0, 1), 1)))
+    assert abs(certificate[0, 1]) == 1
+    assert np.issubdtype(certificate.dtype, np.integer)
+
+
+@pytest.mark.parametrize("turns", [1, 2, 5, -3])
+def test_torus_links_wind_as_often_as_they_were_made_to(turns: int) -> None:
+    yarns = torus_link(turns)
+    certificate = linking_certificate(yarns)
+    # strands that run the same way and wind right-handed are linked by +turns; up grows with the outward phase
+    assert abs(certificate[0, 1]) == abs(turns)
+    mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
+    assert linking_certificate(mirrored)[0, 1] == -certificate[0, 1]
+    assert np.sign(certificate[0, 1]) == np.sign(turns) * np.sign(linking_certificate(torus_link(1))[0, 1])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_shaken_yarns_have_the_same_certificate(turned: bool) -> None:
+    """Rings in planes through each other's points, rings above one another as seen, and repeated points."""
+    towards = projection.DIRECTION / np.linalg.norm(projection.DIRECTION)
+    first = ring((0, 0, 0), 0)
+    rings = [first, ring((0, 0, 1), 1), first + 3 * towards, first[[0, *range(24)]] + 6 * towards]
+    yarns = closed(*(curve @ rotation(2) if turned else curve for curve in rings))
+    expected = linking_certificate(yarns, device="cpu").toarray()
+    assert np.abs(expected).tolist() == [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
+    for seed in range(200):
+        shake = replace(yarns, points=shaken(yarns.points, seed))
+        np.testing.assert_array_equal(linking_certificate(shake, device="cpu").toarray(), expected)
+
+
+def test_unlinked_rings_have_none() -> None:
+    certificate = linking_certificate(closed(ring((0, 0, 0), 0), ring((0, 0, 5), 1), ring((0.2, 0.1, 0.5), 0)))
+    assert certificate.nnz == 0
+
+
+def gauss_integral(first: np.ndarray, second: np.ndarray) -> float:
+    """The linking number of two closed polylines as a sum of solid angles (Arai 2013), for comparison."""
+    total = 0.0
+    for a, b in zip(first, np.roll(first, -1, axis=0), strict=True):
+        for c, d in zip(second, np.roll(second, -1, axis=0), strict=True):
+            sides = np.array([c - a, d - a, d - b, c - b])
+            sides = sides / np.linalg.norm(sides, axis=1, keepdims=True)
+            p, q, r, s = sides
+            for x, y, z in ((p, q, r), (r, s, p)):
+                volume = np.dot(x, np.cross(y, z))
+                total += 2 * np.arctan2(volume, 1 + np.dot(x, y) + np.dot(y, z) + np.dot(z, x))
+    return total / (4 * np.pi)
+
+
+def test_agrees_with_the_gauss_integral_on_random_loops() -> None:
+    random = np.random.default_rng(11)
+    yarns = closed(*(random.normal(size=(7, 3)) for _ in range(4)))
+    certificate = linking_certificate(yarns).toarray()
+    loops = yarns.sampled(4)
+    for i in range(4):
+        for j in range(i):
+            assert certificate[i, j] == certificate[j, i]
+            assert abs(certificate[i, j]) == round(abs(gauss_integral(loops[i], loops[j])))
+
+
+def pulled_head(yarns: YarnSet, yarn: int, by: float) -> YarnSet:
+    """The top of one loop moved outwards, away from the axis of the tube [cm]."""
+    points = yarns.points.copy()
+    start, stop = yarns.start[yarn : yarn + 2]
+    head = start + np.argmax(points[start:stop, 1])
+    outwards = points[head] * [1.0, 0.0, 1.0] / np.linalg.norm(points[head, [0, 2]])
+    points[head + np.arange(-2, 3)] += by * outwards
+    return replace(yarns, points=points)
+
+
+def test_a_yarn_pulled_through_another_names_exactly_the_two() -> None:
+    yarns = tube(5, 6)
+    before = doubled_linking(yarns)
+    assert len(before.doubled) == 0  # knitting unravels: no two rows are linked
+    # four radii inwards: past the legs of the row above, which lie behind it on one side of the head
+    after = pulled_head(yarns, 2, -0.5)
+    assert changed_pairs(before, doubled_linking(after)).tolist() == [[2, 3]]
+    assert changed_pairs(linking_certificate(yarns), linking_certificate(after)).tolist() == [[2, 3]]
+    assert len(changed_pairs(before, before)) == 0
+
+
+def test_a_motion_through_zero_clearance_changes_the_number_once() -> None:
+    # two linked rings drawn apart: at place 1 they touch, the top of one in the bottom of the other
+    first = ring((0, 0, 0), 0)
+    diameter = 2.0 * closed(first).sampled(1)[0][:, 1].max()
+    numbers = []
+    for place in (0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 1.5):
+        numbers.append(linking_certificate(closed(first, ring((0, place * diameter, 0), 2)))[0, 1])
+    assert abs(numbers[0]) == 1 and numbers[-1] == 0
+    assert np.count_nonzero(np.diff(numbers)) == 1
+
+
+def test_direction_scale_and_place_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    # whole coordinates seen along an axis: vertices and edges lie exactly above one another, though no yarns touch
+    random = np.random.default_rng(3)
+    curves = [random.integers(-2, 3, size=(10, 3)) + random.normal(size=3) * [0.0, 0.0, 0.3] for _ in range(8)]
+    yarns = closed(*curves)
+    expected = linking_certificate(yarns)
+    assert expected.nnz > 0
+    for direction in ([0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.2, -0.9, 0.1]):
+        monkeypatch.setattr(projection, "DIRECTION", np.array(direction))
+        assert (linking_certificate(yarns) != expected).nnz == 0
+        for scale, place in ((1e-3, 0.0), (1e3, 0.0), (1.0, 1e5)):
+            assert (linking_certificate(replace(yarns, points=yarns.points * scale + place)) != expected).nnz == 0
+
+
+@pytest.mark.parametrize("direction", [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], projection.DIRECTION.tolist()])
+def test_yarns_that_lie_in_one_another_still_cross_an_even_number_of_times(
+    direction: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(projection, "DIRECTION", np.array(direction))
+    random = np.random.default_rng(5)
+    shapes = random.integers(-2, 3, size=(2, 10, 3)).astype(float)
+    curves = [np.roll(shapes[k % 2], k, axis=0)[:: 1 - 2 * (k % 3 == 0)] for k in range(12)]
+    yarns = YarnSet.from_curves(curves, closed=[k % 4 > 1 for k in range(12)], radius=0.05)
+    linking = doubled_linking(yarns)
+    assert len(linking.doubled) > 0
+    assert not (linking.doubled % 2).any()
+
+
+def test_long_segments_are_found_among_short_ones() -> None:
+    # a triangle of sides a thousand times the small rings' threads them all
+    place = np.linspace(0.0, 100.0, 41)[1:-1]
+    rings = [ring((0.0, 0.0, p), 2) * [0.1, 0.1, 1.0] for p in place]
+    triangle = np.array([[0.0, 0.0, -1e3], [0.0, 0.0, -500.0], [0.0, 0.0, 500.0], [0.0, 0.0, 1e3], [1e3, 0.0, 0.0]])
+    certificate = linking_certificate(closed(triangle, *rings)).toarray()
+    assert (np.abs(certificate[0, 1:]) == 1).all()
+    assert not certificate[1:, 1:].any()
+
+
+def test_open_yarns_are_closed_far_away() -> None:
+    certificate = linking_certificate(flat_patch(6, 5))
+    assert abs(certificate - certificate.T).nnz == 0
+
+
+def test_two_crossed_open_yarns_tell_which_lies_above() -> None:
+    place = np.linspace(-2.0, 2.0, 9)
+    lower = np.stack([place, 0 * place, 0 * place], axis=1)
+    crossing = [
+        YarnSet.from_curves(
+            [lower, np.stack([0 * place, place, 0 * place + height], axis=1)], closed=[False] * 2, radius=0.05
+        )
+        for height in (0.5, -0.5)
+    ]
+    above, below = (linking_certificate(yarns)[0, 1] for yarns in crossing)
+    assert abs(above - below) == 1
+
+
+def test_many_open_yarns_interleave_as_compared_one_by_one() -> None:
+    places = np.random.default_rng(2).permutation(60).reshape(-1, 2)
+    low, high = places.min(axis=1), places.max(axis=1)
+    expected = {
+        (i, j) for i, j in product(range(30), repeat=2) if low[i] < low[j] < high[i] < high[j]
+    }
+    assert set(zip(*(found.tolist() for found in _interleaved(low, high)), strict=True)) == expected
+
+
+def periodic(curves: list[np.ndarray], steps: list[tuple[int, int]], periods: np.ndarray) -> YarnSet:
+    """Closed yarns on a lattice."""
+    yarns = YarnSet.from_curves(curves, closed=[True] * len(curves), radius=0.05)
+    return replace(yarns, lattice=Lattice(np.asarray(periods, dtype=float)), lattice_step=np.array(steps))
+
+
+def rows_of(yarns: YarnSet) -> dict[tuple[int, ...], int]:
+    """Sum of signs of two yarns and an image."""
+    linking = doubled_linking(yarns)
+    keys = np.concatenate([linking.yarns, linking.image], axis=1).tolist()
+    return dict(zip(map(tuple, keys), linking.doubled.tolist(), strict=True))
+
+
+def straight(begin: tuple[float, float, float], along: tuple[float, float, float], points: int = 3) -> np.ndarray:
+    return np.array(begin) + np.arange(points)[:, None] / points * np.array(along)
+
+
+def test_a_woven_crossing_changes_its_sign_when_the_warp_is_pushed_through() -> None:
+    weft = straight((0.0, 0.5, 0.0), (1.0, 0.0, 0.0))
+    signs = []
+    for height in (0.2, -0.2):
+        warp = straight((0.5, 0.0, height), (0.0, 1.0, 0.0))
+        yarns = periodic([warp, weft], [(0, 1), (1, 0)], np.eye(3)[:2])
+        signs.append(rows_of(yarns))
+        assert linking_certificate(yarns).toarray().tolist() == [[0, *signs[-1].values()], [*signs[-1].values(), 0]]
+    # warp over weft: from (0, 1) to (1, 0) is a turn to the right
+    assert signs == [{(0, 1, 0, 0): -1}, {(0, 1, 0, 0): 1}]
+
+
+def test_plain_weave_in_its_smallest_cell_tells_over_from_under() -> None:
+    # periods (1, 1) and (1, -1): the warp runs along their difference, the weft along their sum, and they cross twice
+    rise = 0.2 * np.cos(np.arange(8) / 8 * 2 * np.pi)[:, None] * [0.0, 0.0, 1.0]
+    warp = straight((0.0, 0.0, 0.0), (0.0, 2.0, 0.0), 8) + rise
+    weft = straight((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 8) - rise
+    yarns = periodic([warp, weft], [(1, -1), (1, 1)], [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]])
+    # these periods turn the other way round, so the fabric is seen from its back: signs are the same from there
+    assert sorted(rows_of(yarns).values()) == [-1, 1]
+    assert linking_certificate(yarns).nnz == 0
+
+
+def stockinette_cell(points: int = 12) -> YarnSet:
+    """One stitch of plain knit, its yarn running on to the next stitch."""
+    loop, on = loop_curve(1, points), np.array([STITCH_WIDTH, 0.0, 0.0])
+    padded = np.concatenate([loop[-1:] - on, loop, loop[:1] + on])
+    control = loop - np.diff(padded, 2, axis=0) / 6
+    return periodic([control], [(1, 0)], [[STITCH_WIDTH, 0.0, 0.0], [0.0, ROW_HEIGHT, 0.0]])
+
+
+def half_pulled(yarns: YarnSet) -> YarnSet:
+    """One side of the loop's head pushed to the back, through a leg of the row above."""
+    points = yarns.points.copy()
+    head = np.argmax(points[:, 1])
+    points[head : head + 3, 2] -= 3.0
+    return replace(yarns, points=points)
+
+
+def test_rows_of_stockinette_are_unlinked_and_a_loop_pulled_through_the_next_row_is_caught() -> None:
+    yarns = stockinette_cell()
+    assert rows_of(yarns) == {}
+    pulled = half_pulled(yarns)
+    # the row and the one below it have become linked, once a stitch
+    assert {key: abs(value) for key, value in rows_of(pulled).items()} == {(0, 0, 0, -1): 2}
+    assert changed_pairs(doubled_linking(yarns), doubled_linking(pulled)).tolist() == [[0, 0]]
+
+
+def test_one_cell_and_two_by_three_cells_agree() -> None:
+    cell = half_pulled(stockinette_cell())
+    (value,) = rows_of(cell).values()
+    across, up = cell.lattice.periods
+    rows = [np.concatenate([cell.points, cell.points + across]) + k * up for k in range(3)]
+    tiled = periodic(rows, [(1, 0)] * 3, [2 * across, 3 * up])
+    # a period holds two stitches; the top row meets the bottom one of the next cell
+    assert rows_of(tiled) == {(0, 1, 0, 0): 2 * value, (1, 2, 0, 0): 2 * value, (0, 2, 0, -1): 2 * value}
+
+
+@pytest.mark.parametrize("turns", [1, 3])
+def test_a_yarn_plied_with_its_own_copy_counts_each_turn_once(turns: int) -> None:
+    # the yarn advances by two cells and winds an odd number of times, so the copy one cell on is its other ply; the
+    # plies cross twice a turn, at two places that half a step carries into one another
+    place = np.arange(40) / 40
+    angle = 2 * np.pi * turns * place
+    ply = np.stack([2 * place, 0.1 * np.cos(angle), 0.1 * np.sin(angle)], axis=1)
+    yarns = periodic([ply], [(2, 0)], np.eye(3)[:2])
+    # strands of a right-handed helix that run the same way cross positively
+    assert rows_of(yarns) == {(0, 0, 1, 0): turns}
+    mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
+    assert rows_of(mirrored) == {(0, 0, 1, 0): -turns}
+
+
+def random_fabric(seed: int) -> YarnSet:
+    """A tangle on a skewed lattice: two rings and lines in three directions."""
+    random = np.random.default_rng(seed)
+    periods = np.array([[3.0, 0.2, 0.1], [0.8, 2.6, -0.2]])
+    steps = [(0, 0), (0, 0), (1, 0), (1, 0), (0, 1), (1, -1), (2, 0)]
+    curves = [
+        random.uniform(-1.0, 1.0, size=(8, 3)) + np.linspace(0.0, step @ periods, 8, endpoint=False)
+        for step in np.array(steps)
+    ]
+    return periodic(curves, steps, periods)
+
+
+def spanned(image: np.ndarray, first: np.ndarray, second: np.ndarray) -> bool:
+    """Whether two steps, a few times each, make up an image."""
+    return any((k * first + m * second == image).all() for k, m in product(range(-4, 5), repeat=2))
+
+
+def signs_along_normal(yarns: YarnSet, i: int, j: int, image: np.ndarray) -> int:
+    """Sum of signs of one run of yarn i and one run of yarn j in an image, seen along the normal, all pairs tested."""
+    periods = yarns.lattice.periods
+    axes = np.linalg.inv(np.stack([*periods, np.cross(*periods)]))
+    loops = []
+    for yarn, curve in enumerate(yarns.sampled(4)):
+        loops.append(np.concatenate([curve, curve[:1] + yarns.lattice_step[yarn] @ periods]) @ axes)
+    p, q = loops[i], loops[j] + [*image, 0.0]
+    a, b, c, d = p[:-1, None], p[1:, None], q[None, :-1], q[None, 1:]
+
+    def side(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        return np.cross(y - x, z - x)[..., 2] > 0
+
+    hit = (side(a, b, c) != side(a, b, d)) & (side(c, d, a) != side(c, d, b))
+    return -int(np.sign((np.cross(b - a, d - c) * (c - a)).sum(axis=-1))[hit].sum())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_tangles_on_a_lattice_agree_with_all_images_tested_one_by_one(seed: int) -> None:
+    yarns = random_fabric(seed)
+    step, rows = yarns.lattice_step, rows_of(yarns)
+    left = dict(rows)
+    for (i, j), image in product(
+        [*combinations(range(yarns.yarn_count), 2), *((k, k) for k in range(yarns.yarn_count))],
+        map(np.array, product(range(-3, 4), repeat=2)),  # farther ones do not meet
+    ):
+        if i == j and spanned(image, step[i], 0 * image):
+            continue
+        number = signs_along_normal(yarns, i, j, image)
+        if number == 0:
+            continue
+        # an image and its opposite are one and the same two copies of a yarn
+        keys = [
+            key for key in {*rows, *left} if key[:2] == (i, j)
+            and (spanned(image - key[2:], step[i], step[j]) or (i == j and spanned(-image - key[2:], step[i], step[j])))
+        ]  # fmt: skip
+        key = keys[0] if keys else (i, j, *image.tolist())
+        left[key] = left.get(key, 0) - (number / 2 if i == j else number)
+    assert len(rows) > 10
+    assert not any(left.values())
+
+
+def test_numbers_are_odd_just_where_lines_run_across_each_other() -> None:
+    yarns = random_fabric(0)
+    for (i, j, *_), number in rows_of(yarns).items():
+        if i != j:
+            turn = np.linalg.det(yarns.lattice_step[[i, j]])
+            assert number % 2 == (round(turn) != 0)
+
+
+def test_the_choice_of_copy_does_not_matter() -> None:
+    yarns = random_fabric(1)
+    certificate = linking_certificate(yarns)
+    shift = np.array([[2, -1], [0, 3], [1, 1], [0, 0], [-2, 0], [0, 1], [5, -4]])
+    moved = replace(yarns, points=yarns.points + yarns.lattice.shift(shift)[yarns.point_yarn])
+    assert (linking_certificate(moved) != certificate).nnz == 0
+    # another first control point, those before it moved one step on
+    points = yarns.points.copy()
+    for yarn in range(yarns.yarn_count):
+        own = slice(yarns.start[yarn], yarns.start[yarn + 1])
+        on = yarns.lattice.shift(yarns.lattice_step[yarn])
+        points[own] = np.concatenate([points[own][4:], points[own][:4] + on])
+    assert rows_of(replace(yarns, points=points)) == rows_of(yarns)
+
+
+def test_a_lattice_without_steps_is_no_different_where_yarns_do_not_reach_the_next_cell() -> None:
+    yarns = torus_link(3)
+    far = replace(yarns, lattice=Lattice(20 * np.eye(3)[:2]), lattice_step=np.zeros((2, 2)))
+    assert (linking_certificate(far) != 2 * linking_certificate(yarns)).nnz == 0
+
+
+def test_an_unknown_device_is_refused() -> None:
+    with pytest.raises(ParameterError, match="device"):
+        linking_certificate(torus_link(1), device="tpu")

@@ -1,0 +1,284 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Periodic fabrics: a cell is as good as its tiling, whichever images it is written in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.lattice import Lattice
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies, yarn_forces
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.image_table import CONTACT_RANGE, SPREAD, corners_of, near_images, renew_images
+from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_cells, put_model
+from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
+
+LEAF = YarnMaterial.named("leaf")
+COARSE = {"quadrature_points": 3, "contact_samples": 3}
+POINTS = 12
+"""Control points of a stitch."""
+
+
+def shaken(yarns: YarnSet, seed: int = 7) -> YarnSet:
+    """The same yarns out of balance."""
+    noise = np.random.default_rng(seed).normal(scale=0.01, size=yarns.points.shape)
+    return replace(yarns, points=yarns.points + noise, rest_length=0.95 * yarns.rest_length)
+
+
+def tiled(cell: YarnSet, rows: int, stitches: int) -> YarnSet:
+    """A cell of one row written out: row by row, its stitches one after the other."""
+    assert cell.lattice is not None
+    u, v = cell.lattice.periods
+    curves = [cell.points + stitch * u + row * v for row in range(rows) for stitch in range(stitches)]
+    size = np.arange(rows + 1) * len(cell.points) * stitches
+    number = np.arange(size[-1])
+    return YarnSet(
+        points=np.concatenate(curves),
+        start=size,
+        closed=np.ones(rows, dtype=bool),
+        radius=np.repeat(cell.radius, rows),
+        rest_length=np.tile(cell.rest_length, rows * stitches),
+        row=number // (len(cell.points) * stitches),
+        face=number // len(cell.points),
+        part=number % len(cell.points),
+        lattice=Lattice(np.stack([stitches * u, rows * v])),
+        lattice_step=np.tile([1, 0], (rows, 1)),
+    )
+
+
+def rolled(yarns: YarnSet, first: int) -> YarnSet:
+    """One yarn that begins at another of its control points; those that it passes later lie one step on."""
+    assert yarns.lattice is not None and yarns.lattice_step is not None
+    step = yarns.lattice.shift(yarns.lattice_step[0])
+    points = np.concatenate([yarns.points[first:], yarns.points[:first] + step])
+    return replace(yarns, points=points, rest_length=np.roll(yarns.rest_length, -first))
+
+
+def listed(yarns: YarnSet, margin: float) -> tuple[list[set[tuple[int, int, int]]], np.ndarray, Model]:
+    """Sample and image of each entry of each list; the samples; the model."""
+    model = put_model(yarns, LEAF, **COARSE, scalar=scalar_named("float64"), device=device_named("cpu"))
+    state, candidates = make_state(model), make_candidates(model, margin)
+    ContactSearch(model, state, candidates).run()
+    table = model.constants.images.image.numpy()
+    count, lists = candidates.count.numpy(), candidates.lists.numpy()
+    entries = [lists[p, : count[p]] for p in range(model.sample_count)]
+    assert all(len(np.unique(row)) == len(row) for row in entries)
+    places = [(row % model.sample_count, table[row // model.sample_count]) for row in entries]
+    found = [{(int(q), int(a), int(b)) for q, (a, b) in zip(*place, strict=True)} for place in places]
+    return found, state.samples.numpy(), model
+
+
+def all_pairs(samples: np.ndarray, model: Model, margin: float) -> list[set[tuple[int, int, int]]]:
+    """The rule word for word, image by image: what is not a neighbour along a strand and near enough."""
+    yarns = model.yarns
+    assert yarns.lattice is not None and yarns.lattice_step is not None
+    segment = np.repeat(np.arange(model.segment_count), np.diff(model.sample_start))
+    yarn, skip = yarns.segment_yarn[segment], neighbour_reach(yarns)[segment]
+    count = np.diff(yarns.segment_start)[yarn]
+    limit = samples[:, 3, None] + samples[None, :, 3] + margin
+    result: list[set[tuple[int, int, int]]] = [set() for _ in samples]
+    for a in range(-4, 5):
+        for b in range(-4, 5):
+            shift = yarns.lattice.shift((a, b)) / model.unit
+            near = cdist(samples[:, :3], samples[:, :3] + shift) < limit
+            for turns in range(-4, 5):
+                on_strand = (yarn[:, None] == yarn[None, :]) & (turns * yarns.lattice_step[yarn] == (a, b)).all(axis=1)
+                ahead = segment[None, :] - segment[:, None] + turns * count[:, None]
+                near &= ~on_strand | np.where(ahead >= 0, ahead > skip[:, None], -ahead > skip[None, :])
+            for p, q in np.argwhere(near):
+                result[p].add((int(q), a, b))
+    return result
+
+
+@pytest.mark.parametrize(
+    "yarns",
+    [periodic_patch(1, 1), shaken(periodic_patch(2, 1)), woven_cell()],
+    ids=["one stitch", "two rows", "woven"],
+)
+def test_lists_equal_all_pairs_of_all_images(yarns: YarnSet) -> None:
+    found, samples, model = listed(yarns, 0.4)
+    assert found == all_pairs(samples, model, 0.4)
+    assert any(a or b for row in found for _, a, b in row)
+
+
+def test_a_cell_smaller_than_the_contact_range_touches_itself() -> None:
+    """Parallel copies of one straight yarn: E / L = 2 r k [(2 / d) atan(s / d) + 2 (d^2 - 2) s + 2/3 s^3] for the one
+    neighbour a strand has on each side (``test_yarn_closed_forms``), s = sqrt(1 - d^2)."""
+    radius, delta = 0.125, 0.8
+    line = np.stack([np.arange(8) * 0.1, np.zeros(8), np.zeros(8)], axis=1)
+    yarns = replace(
+        YarnSet.from_curves([line], closed=[True], radius=radius, rest_lengths=[np.full(8, 0.1)]),
+        lattice=Lattice(np.array([[0.8, 0.0, 0.0], [0.0, 2 * delta * radius, 0.0]])),
+        lattice_step=np.array([[1, 0]]),
+    )
+    found, samples, model = listed(yarns, 0.1)
+    assert found == all_pairs(samples, model, 0.1)
+    for p, row in enumerate(found):
+        assert {(p, 0, 1), (p, 0, -1)} <= row
+        assert all(b != 0 for _, _, b in row)  # the strand itself is straight
+    s = np.sqrt(1 - delta**2)
+    inside = 2 / delta * np.arctan(s / delta) + 2 * (delta**2 - 2) * s + 2 / 3 * s**3
+    energies = yarn_energies(yarns, LEAF)
+    # samples stand 0.1 radii apart; the kink of f'' where contact ends leaves an error of second order in that
+    assert energies["contact"] == pytest.approx(2 * radius * LEAF.k_contact * inside * 0.8, rel=0.01)
+    # a straight endless yarn at its rest length; rounding only
+    assert energies["stretch"] + energies["length"] + energies["bend"] == pytest.approx(0.0, abs=1e-20)
+
+
+def test_one_stitch_equals_its_tiling() -> None:
+    cell = shaken(periodic_patch(1, 1))
+    tiles = tiled(cell, 2, 3)
+    one, six = yarn_energies(cell, LEAF), yarn_energies(tiles, LEAF)
+    for term, energy in one.items():
+        assert energy > 0.0
+        assert six[term] / 6 == pytest.approx(energy, rel=1e-12)  # rounding only
+    force = yarn_forces(cell, LEAF)
+    scale = np.abs(force).max()
+    np.testing.assert_allclose(yarn_forces(tiles, LEAF), np.tile(force, (6, 1)), atol=1e-12 * scale)
+
+
+def test_one_stitch_equals_the_middle_of_a_swatch_without_a_lattice() -> None:
+    cell, swatch = periodic_patch(1, 1), flat_patch(5, 5)
+    middle = slice((2 * 5 + 2) * POINTS, (2 * 5 + 3) * POINTS)
+    force = yarn_forces(cell, LEAF)
+    # rounding of coordinates of five centimetres in the stiffest term
+    np.testing.assert_allclose(yarn_forces(swatch, LEAF)[middle], force, atol=1e-10 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("first", [1, 5, 11])
+def test_where_a_yarn_begins_does_not_matter(first: int) -> None:
+    cell = shaken(periodic_patch(1, 1))
+    same = rolled(cell, first)
+    force = yarn_forces(cell, LEAF)
+    # rounding of coordinates that lie a period farther
+    np.testing.assert_allclose(
+        yarn_forces(same, LEAF), np.roll(force, -first, axis=0), atol=1e-11 * np.abs(force).max()
+    )
+    assert sum(yarn_energies(same, LEAF).values()) == pytest.approx(sum(yarn_energies(cell, LEAF).values()), rel=1e-12)
+
+
+def test_which_copy_of_a_yarn_is_in_the_cell_does_not_matter() -> None:
+    cell = shaken(periodic_patch(2, 1))
+    assert cell.lattice is not None
+    away = cell.points.copy()
+    away[POINTS:] += cell.lattice.shift((2, -1))
+    force = yarn_forces(cell, LEAF)
+    # rounding as above
+    np.testing.assert_allclose(
+        yarn_forces(replace(cell, points=away), LEAF), force, atol=1e-11 * np.abs(force).max()
+    )
+
+
+@pytest.mark.parametrize(
+    ("basis", "step"), [([[1, 0], [1, 1]], [1, 0]), ([[1, 1], [0, 1]], [1, -1]), ([[0, 1], [-1, 0]], [0, -1])]
+)
+def test_the_choice_of_periods_does_not_matter(basis: list[list[int]], step: list[int]) -> None:
+    """Periods M (u, v) with det M = 1, in which u, the way along a row, is another image."""
+    cell = shaken(periodic_patch(1, 1))
+    assert cell.lattice is not None
+    other = replace(
+        cell, lattice=Lattice(np.array(basis) @ cell.lattice.periods), lattice_step=np.array([step])
+    )
+    force = yarn_forces(cell, LEAF)
+    # rounding of sums of periods
+    np.testing.assert_allclose(yarn_forces(other, LEAF), force, atol=1e-11 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("yarns", [periodic_patch(1, 1), woven_cell()], ids=["stockinette", "woven"])
+def test_forces_on_a_cell_sum_to_zero(yarns: YarnSet) -> None:
+    force = yarn_forces(shaken(yarns), LEAF)
+    # float64 rounding of about a hundred summands
+    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).sum())
+
+
+@pytest.mark.parametrize("term", ["stretch", "length", "bend", "contact"])
+def test_forces_on_a_cell_are_minus_the_gradient(term: str) -> None:
+    yarns = shaken(periodic_patch(1, 1))
+    alone = {"stretch": "k_len", "length": "k_length", "bend": "k_bend", "contact": "k_contact"}
+    off = {name: 0.0 for other, name in alone.items() if other != term}
+    material = replace(LEAF, **off)
+    force = yarn_forces(yarns, material, **COARSE)
+    direction = np.random.default_rng(3).normal(size=yarns.points.shape)
+    step = 1e-6  # central differences, as in test_yarn_forces
+    ends = [
+        yarn_energies(replace(yarns, points=yarns.points + side * step * direction), material, **COARSE)[term]
+        for side in (1, -1)
+    ]
+    assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-(force * direction).sum(), rel=1e-6)
+
+
+def test_a_relaxed_cell_equals_its_relaxed_tiling() -> None:
+    cell = periodic_patch(1, 1)
+    quality = replace(PRESETS["draft"], precision="float64", tolerance=1e-4)
+    one = relax_yarns(cell, quality=quality, device="cpu")
+    four = relax_yarns(tiled(cell, 2, 2), quality=quality, device="cpu")
+    assert one.report["converged"] and four.report["converged"]
+    assert one.report["energy"] < sum(one.history[0]["energies"].values())
+    assert one.report["certificate"] == four.report["certificate"] == "unchanged"
+    assert one.report["iterations"] == four.report["iterations"]
+    # every sum over the tiling is four times that over the cell, so the steps are the same but for rounding, 1e-16,
+    # which some tens of iterations may amplify; buckling into the larger cell would need more of them
+    np.testing.assert_allclose(four.yarns.points, tiled(one.yarns, 2, 2).points, atol=1e-8)
+    assert four.report["energy"] / 4 == pytest.approx(one.report["energy"], rel=1e-9)
+
+
+def test_a_woven_cell_comes_to_rest() -> None:
+    yarns = woven_cell()
+    result = relax_yarns(yarns, quality=replace(PRESETS["draft"], tolerance=1e-3), device="cpu")
+    assert result.report["converged"]
+    assert result.report["certificate"] == "unchanged"
+    assert result.report["min_distance_over_radius"] > 1.0
+    height = result.yarns.points[:, 2]
+    # each yarn still goes over one and under the next
+    for yarn in range(4):
+        own = height[yarns.start[yarn] : yarns.start[yarn + 1]]
+        assert own.max() - own.min() > 0.5 * 0.125
+
+
+def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
+    cell = periodic_patch(1, 1)
+    model = put_model(
+        cell, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )  # fmt: skip
+    assert not renew_images(model, model.upload(model.to_device(cell.points), 3))
+    before = len(model.constants.images.image)
+    apart = cell.points.copy()
+    apart[0, 0] -= 2 * (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
+    spread, periods = model.upload(model.to_device(apart), 3), model.constants.images.periods.numpy()[None]
+    assert renew_images(model, spread)
+    table = model.constants.images.image.numpy()
+    assert len(table) > before and not table[0].any()
+    needed = near_images(corners_of(model, spread.numpy(), periods), CONTACT_RANGE)
+    assert {tuple(image) for image in needed} <= {tuple(image) for image in table}
+    assert not renew_images(model, spread)
+
+
+def test_images_of_cells_together_are_those_of_each() -> None:
+    cells = [periodic_patch(1, 1), woven_cell(), periodic_patch(3, 2)]
+    each: set[tuple[int, int]] = set()
+    for cell in cells:
+        corners = (cell.points[cell.segment_points] + cell.point_shift).reshape(-1, 3)
+        assert cell.lattice is not None
+        near = cell.lattice.near_images(corners, CONTACT_RANGE * float(cell.radius.max()))
+        each |= {tuple(image) for image in near.tolist()}
+    material = YarnMaterial.named("leaf")
+    model = put_cells(
+        [(cell, material) for cell in cells], quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
+        device=device_named("cpu"),
+    )  # fmt: skip
+    periods = model.constants.images.periods.numpy().reshape(-1, 2, 3)
+    together = near_images(corners_of(model, model.to_device(model.yarns.points), periods), CONTACT_RANGE)
+    assert {tuple(image) for image in together.tolist()} == each

@@ -1,0 +1,239 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cells that relax: forces on the strains, rest, pulls, and what is held."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
+from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
+from stitchmesh.yarnrelax.energies.gravity import Gravity
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
+
+KALDOR = YarnMaterial.named("kaldor-simulation")
+EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-6)
+
+
+def sheared(yarns: YarnSet, shear: float) -> YarnSet:
+    """The yarns and their lattice, sheared along the courses."""
+    assert yarns.lattice is not None
+    matrix = np.array([[1.0, shear, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    return replace(yarns, points=yarns.points @ matrix.T, lattice=Lattice(yarns.lattice.periods @ matrix.T))
+
+
+def deformed(yarns: YarnSet, a: float, b: float, c: float) -> YarnSet:
+    """The yarns and their lattice after F = 1 + a, b, c, the courses along x."""
+    assert yarns.lattice is not None
+    matrix = np.array([[1.0 + a, c, 0.0], [0.0, 1.0 + b, 0.0], [0.0, 0.0, 1.0]])
+    return replace(yarns, points=yarns.points @ matrix.T, lattice=Lattice(yarns.lattice.periods @ matrix.T))
+
+
+def strain_forces(yarns: YarnSet) -> np.ndarray:
+    """Forces of all energies on the strains [erg]."""
+    simulation = YarnSimulation.start(yarns, KALDOR, EXACT, device_named("cpu"), cell=RelaxCell())
+    assert simulation.strain is not None
+    simulation.assess()
+    return np.asarray(simulation.strain.net.numpy()[0])
+
+
+@pytest.mark.parametrize("yarns", [sheared(periodic_patch(1, 1), 0.1), sheared(woven_cell(), 0.05)],
+                         ids=["stockinette", "woven"])  # fmt: skip
+def test_forces_on_strains_are_minus_the_gradient(yarns: YarnSet) -> None:
+    counts = {"quadrature_points": EXACT.quadrature_points, "contact_samples": EXACT.contact_samples}
+    step = 1e-6  # central differences: error of second order, 1e-12, and rounding over the step, 1e-10
+    force = strain_forces(yarns)
+    for axis in range(3):
+        ends = [
+            sum(yarn_energies(deformed(yarns, *(side * step * np.eye(3)[axis])), KALDOR, **counts).values())
+            for side in (1.0, -1.0)
+        ]
+        assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-force[axis], rel=1e-6, abs=1e-6 * np.abs(force).max())
+
+
+def size_of(yarns: YarnSet) -> tuple[float, float, float]:
+    """Length of the first period, how far the second reaches across it and along it [cm]."""
+    assert yarns.lattice is not None
+    first, second = yarns.lattice.periods
+    along = first / np.linalg.norm(first)
+    return float(np.linalg.norm(first)), float(np.linalg.norm(np.cross(along, second))), float(second @ along)
+
+
+@pytest.fixture(scope="module")
+def at_rest() -> YarnSet:
+    """A stitch in its free cell."""
+    result = relax_yarns(periodic_patch(1, 1), material=KALDOR, quality=EXACT, device="cpu", cell=RelaxCell())
+    assert result.report["converged"] and result.report["certificate"] == "unchanged"
+    return result.yarns
+
+
+def test_a_free_cell_comes_to_rest_without_stress(at_rest: YarnSet) -> None:
+    terms = np.abs(strain_forces(replace(at_rest, rest_length=at_rest.lengths))).max()
+    # the residual is below its tolerance, 1e-6 of the sum of the terms' sizes; terms count for ten times the bending's
+    assert np.abs(strain_forces(at_rest)).max() < 1e-5 * max(terms, 1.0)
+
+
+@pytest.mark.parametrize(("rows", "stitches"), [(2, 3), (1, 2)])
+def test_a_free_cell_equals_its_tiling(at_rest: YarnSet, rows: int, stitches: int) -> None:
+    cell = RelaxCell()
+    tiles = relax_yarns(periodic_patch(rows, stitches), material=KALDOR, quality=EXACT, device="cpu", cell=cell)
+    one, many = size_of(at_rest), size_of(tiles.yarns)
+    # the tolerance of 1e-6 on forces leaves strains of 1e-6 times stretching over bending stiffness, some hundreds
+    assert many[0] / stitches == pytest.approx(one[0], rel=1e-3)
+    assert many[1] / rows == pytest.approx(one[1], rel=1e-3)
+
+
+@pytest.mark.parametrize("basis", [[[1, 0], [1, 1]], [[1, 0], [-2, 1]]])
+def test_the_choice_of_periods_does_not_matter(at_rest: YarnSet, basis: list[list[int]]) -> None:
+    yarns = periodic_patch(1, 1)
+    assert yarns.lattice is not None
+    other = replace(yarns, lattice=Lattice(np.array(basis) @ yarns.lattice.periods))
+    result = relax_yarns(other, material=KALDOR, quality=EXACT, device="cpu", cell=RelaxCell())
+    found, expected = size_of(result.yarns), size_of(at_rest)
+    # as above
+    assert found[:2] == pytest.approx(expected[:2], rel=1e-3)
+    assert found[2] == pytest.approx(basis[1][0] * expected[0] + expected[2], abs=1e-3 * expected[0])
+
+
+def test_where_the_fabric_lies_in_space_does_not_matter(at_rest: YarnSet) -> None:
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    yarns = periodic_patch(1, 1)
+    assert yarns.lattice is not None
+    other = replace(yarns, points=yarns.points @ turn.T + 3.0, lattice=Lattice(yarns.lattice.periods @ turn.T))
+    result = relax_yarns(other, material=KALDOR, quality=EXACT, device="cpu", cell=RelaxCell())
+    assert size_of(result.yarns) == pytest.approx(size_of(at_rest), rel=1e-3, abs=1e-3)  # as above
+
+
+@pytest.mark.parametrize(
+    ("cell", "kept"),
+    [(RelaxCell(course=None), (0,)), (RelaxCell(wale=None), (1,)), (RelaxCell(shear=False), (2,)),
+     (RelaxCell(course=None, wale=None), (0, 1))],
+)  # fmt: skip
+def test_what_is_held_stays(cell: RelaxCell, kept: tuple[int, ...]) -> None:
+    yarns = sheared(periodic_patch(1, 1), 0.05)
+    result = relax_yarns(yarns, material=KALDOR, quality=EXACT, device="cpu", cell=cell)
+    before, after = np.array(size_of(yarns)), np.array(size_of(result.yarns))
+    if 2 in kept:  # the lean is what is kept, and the height changes
+        before[2] *= after[0] / before[0]
+    for axis in range(3):
+        moved = abs(after[axis] - before[axis]) / before[0]
+        assert moved < 1e-12 if axis in kept else moved > 1e-4  # rounding; and a cell that is free does move
+
+
+@pytest.mark.parametrize("along", ["course", "wale"])
+def test_a_pull_is_the_slope_of_the_energy(along: str) -> None:
+    """Virtual work: with the length held, the energy at rest changes by the pull times the change of length."""
+    pull = 200.0
+    free, held = (RelaxCell(**{along: value}) for value in (pull, None))
+    pulled = relax_yarns(periodic_patch(1, 1), material=KALDOR, quality=EXACT, device="cpu", cell=free)
+    axis = 0 if along == "course" else 1
+    length = size_of(pulled.yarns)[axis]
+    step = 2e-3
+    ends = []
+    for side in (1.0, -1.0):
+        strain = [0.0, 0.0, 0.0]
+        strain[axis] = side * step
+        start = deformed(pulled.yarns, *strain)
+        ends.append(relax_yarns(start, material=KALDOR, quality=EXACT, device="cpu", cell=held).report["energy"])
+    # differences of second order in a step of 2e-3, and of 1e-6 of an energy of 100 erg
+    assert (ends[0] - ends[1]) / (2 * step * length) == pytest.approx(pull, rel=0.01)
+
+
+def test_a_cell_that_was_stopped_and_resumed_ends_in_the_same_bits(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    yarns, cell = sheared(periodic_patch(2, 1), 0.05), RelaxCell()
+    quality = replace(PRESETS["draft"], tolerance=1e-5)
+    whole = relax_yarns(yarns, material=KALDOR, quality=quality, device="cpu", cell=cell)
+    short = replace(quality, max_iterations=20)
+    saved = Checkpoints(tmp_path, 20)
+    relax_yarns(yarns, material=KALDOR, quality=short, device="cpu", cell=cell, checkpoint=saved)
+    rest = relax_yarns(yarns, material=KALDOR, quality=quality, device="cpu", cell=cell, resume=tmp_path / NAME)
+    assert whole.yarns.lattice is not None and rest.yarns.lattice is not None
+    np.testing.assert_array_equal(whole.yarns.points, rest.yarns.points)
+    np.testing.assert_array_equal(whole.yarns.lattice.periods, rest.yarns.lattice.periods)
+
+
+def test_a_cell_that_shrinks_finds_new_images() -> None:
+    """Yarns of a cell twice too wide touch nothing across it; pulled together they do, and stay apart."""
+    yarns = deformed(woven_cell(), 1.0, 1.0, 0.0)
+    shorter = replace(yarns, rest_length=woven_cell().rest_length)
+    result = relax_yarns(shorter, material=KALDOR, quality="draft", device="cpu", cell=RelaxCell())
+    assert result.report["min_distance_over_radius"] > 1.0
+    assert size_of(result.yarns)[0] < 0.75 * size_of(yarns)[0]
+
+
+def test_what_cannot_go_with_a_cell_is_refused() -> None:
+    yarns = periodic_patch(1, 1)
+    with pytest.raises(ParameterError, match="terms or constraints beside it"):
+        relax_yarns(yarns, cell=RelaxCell(), terms=[Gravity()], device="cpu")
+    with pytest.raises(ParameterError, match="repeat on no lattice"):
+        relax_yarns(replace(yarns, lattice=None, lattice_step=None), cell=RelaxCell(), device="cpu")
+    with pytest.raises(ParameterError, match="no mass to relax with"):
+        relax_yarns(yarns, cell=RelaxCell(), quality=replace(EXACT, solver="dynamics"), device="cpu")
+    with pytest.raises(ParameterError, match="got a pull of nan dyn along the courses"):
+        RelaxCell(course=float("nan"))
+
+
+
+def bent(yarns: YarnSet, curvature: float, axis: int) -> YarnSet:
+    """Yarns bent around a cylinder, to first order."""
+    moved = yarns.points.copy()
+    moved[:, axis] -= curvature * yarns.points[:, axis] * yarns.points[:, 2]
+    moved[:, 2] += curvature * yarns.points[:, axis] ** 2 / 2
+    return replace(yarns, points=moved)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_moment_is_the_slope_of_the_energy_by_curvature(axis: int) -> None:
+    """Of a piece that touches none of its images, so that the energy of the bent piece is known; without contacts, for
+    samples between control points that are moved along a parabola do not stay on one, which matters out of balance."""
+    piece, alone = flat_patch(3, 3), replace(KALDOR, k_contact=0.0)
+    noise = np.random.default_rng(5).normal(scale=0.01, size=piece.points.shape)
+    piece = replace(piece, points=piece.points + noise)
+    piece = replace(piece, points=piece.points - np.concatenate(piece.sampled(4)).mean(axis=0))
+    far = Lattice(np.array([[100.0, 0.0, 0.0], [0.0, 100.0, 0.0]]))
+    lone = replace(piece, lattice=far, lattice_step=np.zeros((piece.yarn_count, 2)))
+    stress = cell_stress(lone, alone)
+    moment = (stress.course_moment, stress.wale_moment)[axis] * far.area
+    step = 1e-6  # central differences, as above
+    ends = [sum(yarn_energies(bent(piece, side * step, axis), alone).values()) for side in (1.0, -1.0)]
+    assert (ends[1] - ends[0]) / (2 * step) == pytest.approx(moment, rel=1e-5)
+
+
+def test_the_moment_of_a_contact_is_its_force_times_its_height() -> None:
+    """Straight yarns along the wales: two press each other above the middle, two below it are apart."""
+    along = np.arange(8)[:, None] * [0.0, 0.1, 0.0]
+    places = [[0.0, 0.0, 0.4], [0.2, 0.0, 0.4], [0.0, 0.0, -0.4], [0.6, 0.0, -0.4]]
+    rest = [np.full(8, 0.1)] * 4
+    yarns = YarnSet.from_curves([along + p for p in places], closed=[True] * 4, radius=0.125, rest_lengths=rest)
+    lattice = Lattice(np.array([[2.0, 0.0, 0.0], [0.0, 0.8, 0.0]]))
+    stress = cell_stress(replace(yarns, lattice=lattice, lattice_step=np.tile([0, 1], (4, 1))), KALDOR)
+    assert stress.course < 0.0
+    assert stress.course_moment == pytest.approx(0.4 * stress.course, rel=1e-12)
+    assert stress.wale_moment == pytest.approx(0.4 * stress.wale, rel=1e-12)  # samples push aslant, too
+
+
+def test_stress_is_the_slope_of_the_energy_by_strain_and_the_same_for_every_tiling() -> None:
+    yarns = sheared(periodic_patch(1, 1), 0.1)
+    assert yarns.lattice is not None
+    found = cell_stress(yarns, KALDOR, quadrature_points=3, contact_samples=3)
+    tension = -strain_forces(yarns) / yarns.lattice.area
+    assert (found.course, found.wale, found.shear) == pytest.approx(tuple(tension), rel=1e-9)
+    tiles = cell_stress(sheared(periodic_patch(2, 3), 0.1), KALDOR, quadrature_points=3, contact_samples=3)
+    assert astuple(tiles) == pytest.approx(astuple(found), rel=1e-9, abs=1e-9)  # rounding of sums
+
+
+def test_stress_needs_a_lattice() -> None:
+    with pytest.raises(ParameterError, match="repeat on no lattice"):
+        cell_stress(flat_patch(2, 2), KALDOR)

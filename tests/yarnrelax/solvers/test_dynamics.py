@@ -1,0 +1,280 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The solver that follows motion: damping, time steps, repetition, and the state in which it comes to rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import Lattice
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarn import YarnSet, basis
+from stitchmesh.yarnrelax import YarnMaterial, linking_certificate
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.model.material import point_masses
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
+from stitchmesh.yarnrelax.solvers.time_step import LONGEST_TIME_STEP, STABLE_PART
+from tests.yarnrelax.loops import iterate
+from tests.yarnrelax.stockinette import (
+    FORMULA_RADIUS,
+    ROW_HEIGHT,
+    STITCH_WIDTH,
+    fabric_of,
+    flat_patch,
+    loop_curve,
+    tube,
+)
+
+LEAF = YarnMaterial.named("leaf")
+MOTION = replace(PRESETS["draft"], precision="float64", solver="dynamics")
+SAMPLES = MOTION.contact_samples
+Vectors = NDArray[np.float64]
+
+
+def started(
+    yarns: YarnSet, material: YarnMaterial = LEAF, quality: Quality = MOTION
+) -> tuple[YarnSimulation, Dynamics]:
+    simulation = YarnSimulation.start(yarns, material, quality, device_named("cpu"))
+    assert isinstance(simulation.solver, Dynamics)
+    return simulation, simulation.solver
+
+
+def hopf_link(shrink: float) -> YarnSet:
+    """Two linked rings whose rest lengths pull them against each other."""
+    angle = np.arange(24) / 24 * 2 * np.pi
+    first = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    second = np.stack([1 + np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    yarns = YarnSet.from_curves([first, second], closed=[True, True], radius=0.125)
+    return replace(yarns, rest_length=shrink * yarns.rest_length)
+
+
+def overlapping_yarns() -> YarnSet:
+    """Two uneven open yarns that cross and overlap; the seed is fixed."""
+    noise = np.random.default_rng(7)
+    along = np.stack([np.linspace(-0.8, 0.8, 7), np.zeros(7), np.zeros(7)], axis=1)
+    curves = [along, along[:, [1, 0, 2]] + [0.1, 0.0, 0.2]]
+    return YarnSet.from_curves([curve + noise.normal(scale=0.02, size=(7, 3)) for curve in curves],
+                               closed=[False, False], radius=0.15)  # fmt: skip
+
+
+def damping_forces(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) -> Vectors:
+    """Damping of the control points [dyn] at velocities [cm / s], as the solver applies it."""
+    simulation, solver = started(yarns, material)
+    solver.velocity.assign(velocity / simulation.model.unit)
+    simulation.state.force.zero_()
+    solver.launches(simulation.inputs, simulation.model.launch)
+    return (solver.acceleration.numpy() * solver.mass.numpy()[:, None]) / simulation.model.unit
+
+
+def dissipation(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) -> float:
+    """D_global + D_contact [erg / s] of two yarns, written down once more."""
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    moving = basis((nodes + 1) / 2) @ velocity[yarns.segment_points]
+    whole = material.k_global * float((weights / 2 @ (moving**2).sum(axis=2).T).sum())
+    place = basis((np.arange(SAMPLES) + 0.5) / SAMPLES)
+    y, v = (place @ values[yarns.segment_points] for values in (yarns.points, velocity))
+    first, last = yarns.segment_start[1], yarns.segment_start[2]
+    weight = np.repeat(yarns.rest_length / SAMPLES, SAMPLES)
+    sides = [slice(0, first * SAMPLES), slice(first * SAMPLES, last * SAMPLES)]
+    apart = y.reshape(-1, 3)[sides[0], None] - y.reshape(-1, 3)[None, sides[1]]
+    dv = v.reshape(-1, 3)[sides[0], None] - v.reshape(-1, 3)[None, sides[1]]
+    distance = np.linalg.norm(apart, axis=2)
+    along = (apart * dv).sum(axis=2) / distance
+    density = material.k_dt * (dv**2).sum(axis=2) - (material.k_dt - material.k_dn) * along**2
+    touching = distance < yarns.radius.sum()
+    assert touching.sum() > 5
+    return whole + float((weight[sides[0], None] * weight[sides[1]] * density * touching).sum())
+
+
+@pytest.mark.parametrize("only", ["k_global", "k_dt", "k_dn"])
+def test_damping_is_minus_the_derivative_of_the_dissipation(only: str) -> None:
+    yarns = overlapping_yarns()
+    nothing = dict.fromkeys(("k_global", "k_dt", "k_dn"), 0.0)
+    material = replace(LEAF, **{**nothing, only: getattr(LEAF, only)})
+    velocity = np.random.default_rng(3).normal(scale=10.0, size=yarns.points.shape)
+    force = damping_forces(yarns, material, velocity)
+    for number in range(velocity.size):
+        bump = np.zeros(velocity.size)
+        bump[number] = 1.0
+        ends = [dissipation(yarns, material, velocity + side * bump.reshape(-1, 3)) for side in (0.5, -0.5)]
+        # central differences of a quadratic are exact; rounding of sums of a few hundred terms is left
+        assert force.flat[number] == pytest.approx(ends[1] - ends[0], rel=1e-10, abs=1e-12 * ends[0])
+
+
+def test_contact_damping_keeps_momentum_and_takes_twice_the_dissipation() -> None:
+    yarns, material = overlapping_yarns(), replace(LEAF, k_global=0.0)
+    velocity = np.random.default_rng(3).normal(scale=10.0, size=yarns.points.shape)
+    force = damping_forces(yarns, material, velocity)
+    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).max())  # rounding
+    assert (force * velocity).sum() == pytest.approx(-2 * dissipation(yarns, material, velocity), rel=1e-12)
+
+
+def test_a_material_without_contact_damping_launches_none() -> None:
+    materials = (LEAF, replace(LEAF, k_dt=0.0, k_dn=0.0))
+    runs = [started(overlapping_yarns(), material)[0] for material in materials]
+    keys = [{launch.kernel.key for launch in simulation.iterations.launches} for simulation in runs]
+    assert keys[0] - keys[1] == {"sample_velocities", "contact_damping"}
+
+
+def straight_yarn(spacing: float) -> YarnSet:
+    line = np.stack([spacing * np.arange(9.0), np.zeros(9), np.zeros(9)], axis=1)
+    return YarnSet.from_curves([line], closed=[False], radius=0.125)
+
+
+def test_the_time_step_is_that_of_the_paper_where_nothing_is_stiff() -> None:
+    simulation, solver = started(straight_yarn(2.0))
+    iterate(simulation, 1)
+    assert solver.time_step == solver.time == LONGEST_TIME_STEP
+
+
+def test_the_time_step_is_a_part_of_two_over_the_highest_frequency() -> None:
+    simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
+    iterate(simulation, 1)
+    stiffness = stiffness_row_sums(simulation.model) / simulation.model.unit**2
+    highest = np.sqrt((stiffness / point_masses(simulation.model)).max())
+    assert solver.time_step == pytest.approx(STABLE_PART * 2 / highest, rel=1e-12)
+    assert solver.time_step < 0.5 * LONGEST_TIME_STEP
+
+
+def test_damping_shortens_the_time_step() -> None:
+    simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=100.0))
+    iterate(simulation, 1)
+    mass = LEAF.mass_per_length * 0.2
+    # stiffness counts for little beside a rate of 2 k_global / m l, for which 4 / (2 rate) is stable
+    assert solver.time_step == pytest.approx(STABLE_PART * 2 / (2 * 100.0 / mass), rel=0.05)
+
+
+def test_row_sums_bound_the_highest_frequency() -> None:
+    """What is stable by row sums is stable: a yarn that shivers at the limit keeps its energy within bounds."""
+    simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
+    solver.velocity.assign(np.random.default_rng(5).normal(scale=0.01, size=(9, 3)))
+    start = solver.kinetic_energy()
+    most = 0.0
+    for _ in range(20):
+        iterate(simulation, 100)
+        most = max(most, simulation.assess().energy + solver.kinetic_energy())
+    # the integrator keeps an energy that is larger by at most 1 / (1 - (w dt / 2)^2) = 1 / (1 - 0.8^2)
+    assert most < 3.0 * start
+
+
+def test_no_control_point_goes_farther_than_it_may() -> None:
+    yarns = hopf_link(0.8)
+    simulation, solver = started(yarns, replace(LEAF, k_global=0.1 * LEAF.k_global))
+    shortest = np.inf
+    for _ in range(40):
+        before = simulation.state.points.numpy()
+        iterate(simulation, 5)
+        moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1).max()
+        assert moved <= 5 * MOTION.step_fraction * (1 + 1e-12)  # rounding
+        shortest = min(shortest, solver.time_step)
+    assert shortest < 0.1 * LONGEST_TIME_STEP  # the limits were felt
+    relaxed = replace(yarns, points=simulation.model.from_device(simulation.state.points))
+    assert linking_certificate(relaxed)[0, 1] == linking_certificate(yarns)[0, 1] != 0
+
+
+def test_the_same_run_gives_the_same_bits() -> None:
+    ends = []
+    for _ in range(2):
+        simulation, solver = started(flat_patch(3, 3), quality=replace(MOTION, precision="float32"))
+        iterate(simulation, 60)
+        ends.append([simulation.state.points.numpy(), *(array.numpy() for array in solver.arrays().values())])
+    assert all(np.array_equal(first, second) for first, second in zip(*ends, strict=True))
+    assert ends[0][1].any()
+
+
+def test_its_arrays_are_all_that_goes_on() -> None:
+    first, second = started(flat_patch(3, 3))[0], started(flat_patch(3, 3))[0]
+    iterate(first, 40)
+    second.state.points.assign(first.state.points)
+    for name, array in second.solver.arrays().items():
+        array.assign(first.solver.arrays()[name])
+    for simulation in (first, second):
+        simulation.candidates.margin = 0.6
+        simulation.search_contacts()
+        iterate(simulation, 40)
+    np.testing.assert_array_equal(second.state.points.numpy(), first.state.points.numpy())
+
+
+def cell(rows: int, stitches: int) -> YarnSet:
+    """A repeat of plain knit, yarn radius 0.125."""
+    scale = 0.125 / FORMULA_RADIUS
+    row = scale * loop_curve(stitches, 12)
+    curves = [row + np.array([0.0, scale * ROW_HEIGHT * index, 0.0]) for index in range(rows)]
+    loose = YarnSet.from_curves(curves, closed=[True] * rows, radius=0.125)
+    periods = scale * np.array([[stitches * STITCH_WIDTH, 0.0, 0.0], [0.0, rows * ROW_HEIGHT, 0.0]])
+    length = scale * segment_length_of_a_loop(12)
+    return replace(
+        loose, lattice=Lattice(periods), lattice_step=np.tile([1, 0], (rows, 1)),
+        rest_length=np.full(len(loose.points), length),
+    )  # fmt: skip
+
+
+def segment_length_of_a_loop(points_per_stitch: int) -> float:
+    """Mean length of a segment of the formula's loop."""
+    curve = loop_curve(1, 20 * points_per_stitch)
+    closing = curve[:1] + np.array([STITCH_WIDTH, 0.0, 0.0])
+    return float(np.linalg.norm(np.diff(np.concatenate([curve, closing]), axis=0), axis=1).sum()) / points_per_stitch
+
+
+def test_a_cell_moves_as_its_tiling_does() -> None:
+    one, four = cell(1, 1), cell(2, 2)
+    velocity = np.random.default_rng(9).normal(scale=50.0, size=one.points.shape)
+    ends = []
+    for yarns in (one, four):
+        simulation, solver = started(yarns)
+        solver.velocity.assign(np.tile(velocity, (len(yarns.points) // 12, 1)))
+        iterate(simulation, 60)
+        ends.append(simulation.model.from_device(simulation.state.points) - yarns.points)
+    assert np.abs(ends[0]).max() > 0.1 * one.radius[0]
+    # sixty iterations of float64 rounding, which contact may amplify a thousandfold
+    np.testing.assert_allclose(ends[1], np.tile(ends[0], (4, 1)), rtol=0, atol=1e-10)
+
+
+def test_a_restart_stands_still_and_takes_shorter_steps() -> None:
+    simulation, solver = started(straight_yarn(2.0))
+    solver.velocity.fill_(1.0)
+    solver.restart(np.array([0.25]))
+    assert solver.kinetic_energy() == 0.0
+    iterate(simulation, 1)
+    assert solver.time_step == LONGEST_TIME_STEP / 4
+    solver.set_step_scale(np.ones(1))
+    iterate(simulation, 1)
+    assert solver.time_step == LONGEST_TIME_STEP
+
+
+def test_a_yarn_without_mass_does_not_move() -> None:
+    with pytest.raises(ParameterError, match="mass_per_length"):
+        started(straight_yarn(0.2), replace(LEAF, mass_per_length=0.0))
+
+
+def test_it_rests_where_the_other_solver_rests() -> None:
+    """Where motion has died the other solver finds nothing to do, and both end with the same energy."""
+    yarns, fabric = tube(3, 4), fabric_of(3, 4, closed=True)
+    moving, still = (
+        YarnSimulation.start(yarns, LEAF, replace(MOTION, solver=solver), device_named("cpu"), [KeepShape(fabric)],
+                        [KeepBorders(fabric)])
+        for solver in ("dynamics", "quasistatic")
+    )  # fmt: skip
+    iterate(moving, 1600)
+    end = moving.assess()
+    assert end.residual < 1e-3
+    assert isinstance(moving.solver, Dynamics)
+    assert moving.solver.kinetic_energy() < 1e-5 * end.energy
+    still.state.points.assign(moving.state.points)
+    still.search_contacts()
+    iterate(still, 400)
+    best = still.assess()
+    assert best.residual < 1e-5
+    # forces of 1e-3 are left; energy is of second order in them, places of soft knitting are of first
+    assert end.energy == pytest.approx(best.energy, rel=1e-4)
+    moved = still.state.points.numpy() - moving.state.points.numpy()
+    assert np.sqrt((moved**2).sum(axis=1).mean()) < 0.15  # radii, of a tube of twenty

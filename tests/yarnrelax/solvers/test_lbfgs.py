@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The quasistatic solver takes the steps of L-BFGS, and knows when not to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet, basis_derivative
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.energies import by_term
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.lbfgs_steps import ITERATION, MEMORY, PAIRS, PLAIN, SMOOTHING, WAITING
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+from tests.yarnrelax.loops import loop_of
+from tests.yarnrelax.stockinette import flat_patch, tube
+
+DOUBLE = replace(PRESETS["draft"], precision="float64")
+LEAF = YarnMaterial.named("leaf")
+"""Places in the numbers of the memory."""
+
+
+def started(yarns: YarnSet, material: YarnMaterial = LEAF) -> YarnSimulation:
+    simulation = YarnSimulation.start(yarns, material, DOUBLE, device_named("cpu"))
+    simulation.solver.begin(np.array([ASSESSMENT_INTERVAL]))
+    return simulation
+
+
+def record_of(simulation: YarnSimulation) -> np.ndarray:
+    return simulation.solver.arrays()["record"].numpy()[0].copy()
+
+
+def blocks(rows: np.ndarray) -> np.ndarray:
+    """Symmetric matrices from (xx, yy, zz, xy, xz, yz), shape (N, 3, 3)."""
+    return rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+
+
+@dataclass
+class Textbook:
+    """L-BFGS as Nocedal and Wright, algorithm 7.4, have it, on whole vectors of all control points."""
+
+    moves: list[np.ndarray] = field(default_factory=list)
+    gradient_change: list[np.ndarray] = field(default_factory=list)
+    scale: float = 1.0
+
+    def accept(self, move: np.ndarray, loss: np.ndarray, preconditioner: np.ndarray) -> bool:
+        """Remember a pair if it is sound."""
+        curvature = (move * loss).sum()
+        if curvature <= 1e-8 * np.linalg.norm(move) * np.linalg.norm(loss):
+            return False
+        self.moves, self.gradient_change = [*self.moves, move][-MEMORY:], [*self.gradient_change, loss][-MEMORY:]
+        softened = (loss * np.einsum("nij,nj->ni", preconditioner, loss)).sum()
+        self.scale = float(np.clip(curvature / softened, 0.05, 4.0))
+        return True
+
+    def step(self, force: np.ndarray, preconditioner: np.ndarray) -> np.ndarray:
+        pairs = list(zip(self.moves, self.gradient_change, strict=True))
+        rest, shares = force.copy(), []
+        for move, loss in reversed(pairs):
+            shares.append((move * rest).sum() / (move * loss).sum())
+            rest -= shares[-1] * loss
+        step = self.scale * np.einsum("nij,nj->ni", preconditioner, rest)
+        for (move, loss), point_range in zip(pairs, reversed(shares), strict=True):
+            step += move * (point_range - (loss * step).sum() / (move * loss).sum())
+        return step
+
+
+def iterate(simulation: YarnSimulation, growth: np.ndarray | None = None) -> np.ndarray:
+    """One iteration; the forces that it stepped by, with ``growth`` added where it is given."""
+    state = simulation.state
+    force = np.zeros(0)
+    for launch in simulation.iterations.launches:
+        launch.launch()
+        if launch.kernel.key == "gather_forces":
+            if growth is not None:
+                state.force.assign(state.force.numpy() + growth)
+            force = state.force.numpy().copy()
+    return force
+
+
+def cut(simulation: YarnSimulation, step: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """A step within the limits of an iteration."""
+    state = simulation.state
+    room = state.budget.numpy() - np.linalg.norm(before - state.listed_points.numpy(), axis=1)
+    limit = np.minimum(simulation.step_fraction, room)
+    return step * np.minimum(1.0, limit / np.linalg.norm(step, axis=1))[:, None]
+
+
+def settled_tube() -> YarnSimulation:
+    """A tube on its way to rest with an empty memory, and so much room that nobody waits for new lists."""
+    simulation = started(tube(3, 6))
+    for _ in range(3):
+        loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
+    simulation.search_contacts()
+    simulation.state.budget.fill_(10.0)
+    simulation.solver.restart(np.ones(1))
+    simulation.solver.begin(np.array([ASSESSMENT_INTERVAL]))
+    return simulation
+
+
+def follow(simulation: YarnSimulation, count: int, bad: int = -1) -> tuple[Textbook, list[float]]:
+    """Compare ``count`` iterations with the textbook's; in one of them forces are made to grow along the last move."""
+    book, left_out = Textbook(), []
+    last_points = last_force = None
+    for turn in range(count):
+        before = simulation.state.points.numpy().copy()
+
+        growth = None
+        if turn == bad:
+            growth = 1e5 * (before - last_points)
+        force = iterate(simulation, growth)
+        preconditioner = blocks(simulation.state.preconditioner.numpy())
+        if last_points is not None and not book.accept(before - last_points, last_force - force, preconditioner):
+            left_out.append(turn)
+        assert record_of(simulation)[PAIRS] == len(book.moves)
+        expected = cut(simulation, book.step(force, preconditioner), before)
+        moved = simulation.state.points.numpy() - before
+        # float64 sums of some thousand products, whose rounding the recursion and close pairs amplify
+        np.testing.assert_allclose(moved, expected, atol=1e-8 * np.abs(expected).max(), err_msg=f"iteration {turn}")
+        last_points, last_force = before, force
+    return book, left_out
+
+
+def test_steps_are_those_of_the_textbook() -> None:
+    book, left_out = follow(settled_tube(), ASSESSMENT_INTERVAL - SMOOTHING)
+    assert len(book.moves) == MEMORY  # more pairs were seen than are kept
+    assert not left_out
+
+
+def test_a_pair_along_which_forces_grow_is_left_out() -> None:
+    simulation = settled_tube()
+    book, left_out = follow(simulation, 5, bad=3)
+    # what the forces gained in one iteration they lose in the next: that pair is sound again
+    assert left_out == [3]
+    assert len(book.moves) == 3
+
+
+def test_the_last_iterations_of_a_period_are_plain_and_leave_the_memory_alone() -> None:
+    simulation = settled_tube()
+    for _ in range(ASSESSMENT_INTERVAL - SMOOTHING):
+        iterate(simulation)
+    kept = None
+    for _ in range(SMOOTHING):
+        before = simulation.state.points.numpy().copy()
+        force = iterate(simulation)
+        now = record_of(simulation)
+        assert now[PLAIN] == 1.0
+        assert kept is None or (now[:2] == kept[:2]).all()
+        kept = now
+        expected = cut(simulation, 1.6 * force / simulation.state.stiffness.numpy()[:, None], before)
+        # float64 rounding of coordinates of a dozen units
+        np.testing.assert_allclose(simulation.state.points.numpy() - before, expected, atol=1e-14 * 20)
+    assert kept is not None and kept[ITERATION] == ASSESSMENT_INTERVAL
+
+
+def test_all_stand_still_when_the_iterations_asked_for_are_done() -> None:
+    simulation = settled_tube()
+    for _ in range(ASSESSMENT_INTERVAL):
+        iterate(simulation)
+    done = simulation.state.points.numpy().copy()
+    for _ in range(3):
+        iterate(simulation)
+    assert np.array_equal(simulation.state.points.numpy(), done)
+    assert record_of(simulation)[ITERATION] == ASSESSMENT_INTERVAL
+    progress = simulation.solver.progress(simulation.inputs, 1)
+    assert not progress.waiting.any() and progress.done == ASSESSMENT_INTERVAL
+
+
+def test_all_wait_when_one_has_used_up_its_budget() -> None:
+    simulation = settled_tube()
+    for _ in range(5):
+        iterate(simulation)
+    state = simulation.state
+    spent, budget = 17, state.budget.numpy().copy()
+    gone = np.linalg.norm(state.points.numpy()[spent] - state.listed_points.numpy()[spent])
+    budget[spent] = gone / 0.75  # more than seven tenths of it
+    state.budget.assign(budget)
+    before, turn, pairs = state.points.numpy().copy(), record_of(simulation)[ITERATION], record_of(simulation)[PAIRS]
+    for _ in range(3):
+        iterate(simulation)
+    assert record_of(simulation)[WAITING] == 1.0
+    assert np.array_equal(state.points.numpy(), before)
+    assert record_of(simulation)[ITERATION] == turn
+    assert simulation.solver.progress(simulation.inputs, 1).waiting.all()
+    simulation.search_contacts()  # new budgets
+    iterate(simulation)
+    assert record_of(simulation)[WAITING] == 0.0
+    assert not np.array_equal(state.points.numpy(), before)
+    # the last move before the wait is a pair like any other; standing still is none
+    assert pairs < record_of(simulation)[PAIRS] <= pairs + 1
+
+
+def energy(simulation: YarnSimulation) -> float:
+    model, state = simulation.model, simulation.state
+    place_contact_samples(model, state, model.launch)
+    return sum(by_term.energies(model, state, simulation.candidates, ()).values())
+
+
+def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
+    """Along a line the energy of stretch is quadratic, with a condition number of about (segments / pi)^2."""
+    segments = 40
+    place = np.arange(segments + 3) * 0.3
+    rest = 0.3 + 0.03 * np.cos(np.arange(segments))
+    yarns = YarnSet.from_curves(
+        [place[:, None] * [1.0, 0.0, 0.0]], closed=[False], radius=0.125, rest_lengths=[rest]
+    )
+    simulation = started(yarns, YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006))
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    speeds = np.zeros((3 * segments, len(place)))
+    for segment in range(segments):
+        speeds[3 * segment : 3 * segment + 3, segment : segment + 4] = basis_derivative((nodes + 1) / 2)
+    point_range = np.sqrt(2000.0 * np.tile(weights / 2, segments))
+    strains = speeds * (point_range / np.repeat(rest, 3))[:, None]
+    least = ((strains @ np.linalg.lstsq(strains, point_range, rcond=None)[0] - point_range) ** 2).sum()
+    start = energy(simulation) - least
+    for _ in range(3):
+        loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
+    # steps along the forces alone leave (1 - 2 / 160)^120 = 0.2 of it; pairs make up for more than eight digits
+    assert -1e-12 * least < energy(simulation) - least < 1e-9 * start
+
+
+def test_steps_lower_the_energy_of_knitting() -> None:
+    simulation = started(flat_patch(3, 3))
+    energies = [energy(simulation)]
+    for _ in range(4):
+        loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
+        energies.append(energy(simulation))
+    assert energies == sorted(energies, reverse=True)
+    assert energies[-1] < energies[0]

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The blocks of the preconditioner bound the curvature of the energy, term by term."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, eigh
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet, basis
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.energies import evaluation
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from tests.yarnrelax.stockinette import flat_patch
+
+MATERIAL = YarnMaterial.named("stitchmesh")
+STIFFNESSES = {"stretch": "k_len", "length": "k_length", "bend": "k_bend", "contact": "k_contact"}
+PATCH = flat_patch(2, 2)
+
+
+def shaken(noise: float) -> YarnSet:
+    """The patch whose points are displaced, which stretches and compresses its segments."""
+    moved = np.random.default_rng(3).normal(scale=noise, size=PATCH.points.shape)
+    return replace(PATCH, points=PATCH.points + moved)
+
+
+STATES = {
+    "at rest": PATCH,
+    "moderately strained": shaken(0.01),  # strains of a few percent
+    "strongly strained": shaken(0.03),
+    "taut": replace(PATCH, rest_length=0.8 * PATCH.rest_length),
+    "slack": replace(PATCH, rest_length=1.2 * PATCH.rest_length),
+    "bent at rest": replace(PATCH, natural_curvature=np.full(len(PATCH.points), 3.0)),
+    "bent far more at rest": replace(PATCH, natural_curvature=np.full(len(PATCH.points), 12.0)),
+}
+
+
+def only(*terms: str) -> YarnMaterial:
+    return replace(MATERIAL, **{name: 0.0 for term, name in STIFFNESSES.items() if term not in terms})
+
+
+def started(yarns: YarnSet, material: YarnMaterial) -> YarnSimulation:
+    quality = replace(PRESETS["draft"], precision="float64")
+    simulation = YarnSimulation.start(yarns, material, quality, device_named("cpu"))
+    force_at(simulation, simulation.state.points.numpy().copy())
+    return simulation
+
+
+def force_at(simulation: YarnSimulation, points: np.ndarray) -> np.ndarray:
+    model, state = simulation.model, simulation.state
+    state.points.assign(points)
+    evaluation.force_launches(model, state, simulation.candidates, (), simulation.point_stiffness, model.launch)
+    return state.force.numpy().copy()
+
+
+def hessian(simulation: YarnSimulation) -> np.ndarray:
+    """Second derivatives by central differences of the forces: truncation 1e-12, rounding 1e-10 of them."""
+    start, step = simulation.state.points.numpy().copy(), 1e-6
+    shifts = step * np.eye(start.size).reshape(-1, *start.shape)
+    columns = [(force_at(simulation, start - s) - force_at(simulation, start + s)).ravel() / (2 * step) for s in shifts]
+    force_at(simulation, start)
+    return (np.array(columns) + np.array(columns).T) / 2
+
+
+def blocks(simulation: YarnSimulation) -> np.ndarray:
+    """The formula of ``preconditioner`` written out, shape (N, 3, 3)."""
+    model, state, solver = simulation.model, simulation.state, simulation.solver
+    assert isinstance(solver, LBFGS)
+    along, across = solver.bounds.along.numpy(), solver.bounds.across.numpy()
+    segment, sample = state.segment_block.numpy(), state.sample_block.numpy()
+    tight = np.maximum(1 - segment[:, 6] ** 0.25, 0.0)
+    rows = np.zeros((model.point_count, 6))
+    for s, points in enumerate(model.yarns.segment_points):
+        inside = np.arange(model.sample_start[s], model.sample_start[s + 1])
+        weights = basis((np.arange(len(inside)) + 0.5) / len(inside))
+        for slot, i in enumerate(points):
+            rows[i] += (1 - tight[s]) * along[s, slot] * segment[s, :6]
+            rows[i, :3] += segment[s, 6] * across[s, slot] + tight[s] * along[s, slot]
+            rows[i] += 2 * weights[:, slot] @ sample[inside]
+    return rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+
+
+def largest_share(curvature: np.ndarray, bound: np.ndarray) -> float:
+    """Largest v.Hv / v.Bv; directions that the blocks leave out are left out by a millionth of their trace."""
+    whole = block_diag(*bound)
+    least = 1e-6 * np.trace(whole) / len(whole) * np.eye(len(whole))
+    return float(eigh(curvature, whole + least, eigvals_only=True)[-1])
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_the_compliance_is_the_inverse_of_the_blocks(state: str) -> None:
+    simulation = started(STATES[state], MATERIAL)
+    launches = [launch for launch in simulation.iterations.launches if launch.kernel.key == "find_preconditioner"]
+    launches[0].launch()
+    rows = simulation.state.preconditioner.numpy()
+    found = rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+    # a condition number of some thousand times float64 rounding
+    np.testing.assert_allclose(found @ blocks(simulation), np.tile(np.eye(3), (len(found), 1, 1)), atol=1e-10)
+
+
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize(
+    ("term", "looseness"),
+    [
+        # the direction of the yarn is a mean over each segment, along which it turns by up to a radian here
+        ("stretch", 1.3),
+        ("length", 1.2),
+        # a row sum counts each pair from both of its sides, and pairs push across as much as they hold
+        ("contact", 1.0),
+    ],
+)
+def test_blocks_bound_the_curvature_of_each_term(state: str, term: str, looseness: float) -> None:
+    simulation = started(STATES[state], only(term))
+    assert 0.1 < largest_share(hessian(simulation), blocks(simulation)) < looseness
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_blocks_bound_the_curvature_of_all_terms_together(state: str) -> None:
+    """Bending too: what its blocks leave out acts along the yarn, where stretch is hundreds of times stiffer."""
+    simulation = started(STATES[state], MATERIAL)
+    assert 0.5 < largest_share(hessian(simulation), blocks(simulation)) < 1.1
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_row_sums_bound_the_curvature_of_all_terms_together(state: str) -> None:
+    simulation = started(STATES[state], MATERIAL)
+    rows = np.einsum("n,ij->nij", simulation.state.stiffness.numpy(), np.eye(3))
+    # plain steps are 1.6 of a force over them, and stable below 2 / 1.6
+    assert 0.3 < largest_share(hessian(simulation), rows) < 1.0
+
+
+def test_blocks_of_bending_bound_a_straight_yarn_and_are_loose_by_the_turn_of_a_segment() -> None:
+    line = np.arange(16)[:, None] * [0.3, 0.0, 0.0]
+    straight = YarnSet.from_curves([line], closed=[False], radius=0.125)
+    shares = []
+    for yarns in (straight, PATCH):
+        simulation = started(yarns, only("bend"))
+        shares.append(largest_share(hessian(simulation), blocks(simulation)))
+    assert shares[0] < 1.0
+    # bending depends on y' too (``preconditioner``), the more the more a segment turns; here it is up to a radian
+    assert 1.0 < shares[1] < 2.0

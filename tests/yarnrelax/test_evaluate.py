@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Forces are minus the gradients of energies, and have the symmetries of free space."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
+from tests.yarnrelax.stockinette import flat_patch, tube
+
+TERMS = {
+    "stretch": YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006),
+    "length": YarnMaterial(0.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006),
+    "bend": YarnMaterial(0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.006),
+    "contact": YarnMaterial(0.0, 0.0, 0.0, 3250.0, 0.0, 0.0, 0.0, 0.006),
+}
+COARSE = {"quadrature_points": 3, "contact_samples": 3}
+
+
+def shaken_patch() -> YarnSet:
+    """A closed and some open rows, out of balance in every term; the seed is fixed."""
+    patch = flat_patch(3, 2)
+    noise = np.random.default_rng(7).normal(scale=0.01, size=patch.points.shape)
+    return replace(patch, points=patch.points + noise, rest_length=patch.rest_length * 0.95)
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_force_is_minus_the_gradient(term: str) -> None:
+    yarns, material = shaken_patch(), TERMS[term]
+    force = yarn_forces(yarns, material, **COARSE)
+    direction = np.random.default_rng(3).normal(size=yarns.points.shape)
+    step = 1e-6  # central differences: truncation 1e-12 and rounding 1e-10 relative to second derivatives of order one
+    ends = [
+        yarn_energies(replace(yarns, points=yarns.points + side * step * direction), material, **COARSE)[term]
+        for side in (1, -1)
+    ]
+    slope = (ends[0] - ends[1]) / (2 * step)
+    assert slope == pytest.approx(-(force * direction).sum(), rel=1e-6)
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_each_component_of_the_force_is_a_difference_quotient(term: str) -> None:
+    yarns, material = shaken_patch(), TERMS[term]
+    force = yarn_forces(yarns, material, **COARSE)
+    step = 1e-6
+    for point, axis in ((0, 0), (1, 2), (13, 1), (30, 0), (47, 2)):
+        moved = [yarns.points.copy(), yarns.points.copy()]
+        moved[0][point, axis] += step
+        moved[1][point, axis] -= step
+        ends = [yarn_energies(replace(yarns, points=p), material, **COARSE)[term] for p in moved]
+        slope = (ends[0] - ends[1]) / (2 * step)
+        # rounding of energies of order 1e3 erg over the step: 1e3 * 1e-16 / 1e-6 = 1e-7 of forces of order one
+        assert slope == pytest.approx(-force[point, axis], rel=1e-6, abs=1e-6 * np.abs(force).max())
+
+
+def test_forces_and_torques_sum_to_zero() -> None:
+    yarns = shaken_patch()
+    force = yarn_forces(yarns, YarnMaterial.named("leaf"))
+    size = np.abs(force).sum()
+    # float64 rounding of about a hundred summands
+    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * size)
+    np.testing.assert_allclose(np.cross(yarns.points, force).sum(axis=0), 0.0, atol=1e-12 * size)
+
+
+def test_a_rigid_motion_changes_no_energy_and_turns_the_forces() -> None:
+    yarns, material = shaken_patch(), YarnMaterial.named("leaf")
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    moved = replace(yarns, points=yarns.points @ turn.T + [3.0, -2.0, 1.0])
+    before, after = yarn_energies(yarns, material), yarn_energies(moved, material)
+    for term, energy in before.items():
+        assert after[term] == pytest.approx(energy, rel=1e-10)  # rounding of coordinates of order one
+    force = yarn_forces(yarns, material)
+    np.testing.assert_allclose(yarn_forces(moved, material), force @ turn.T, atol=1e-9 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("gamma", [1e-3, 8.0, 1e3])
+def test_radius_similarity_keeps_every_energy(gamma: float) -> None:
+    yarns, material = shaken_patch(), YarnMaterial.named("leaf")
+    yarns = replace(yarns, natural_curvature=np.random.default_rng(8).normal(size=len(yarns.points)))
+    scaled = replace(
+        yarns, points=gamma * yarns.points, rest_length=gamma * yarns.rest_length, radius=gamma * yarns.radius,
+        natural_curvature=yarns.natural_curvature / gamma,
+    )  # fmt: skip
+    before, after = yarn_energies(yarns, material), yarn_energies(scaled, material.scaled(gamma))
+    for term, energy in before.items():
+        assert after[term] == pytest.approx(energy, rel=1e-11)  # rounding only: the similarity is exact
+
+
+def test_single_precision_agrees_with_double() -> None:
+    yarns, material = tube(4, 6), YarnMaterial.named("leaf")
+    double = yarn_forces(yarns, material)
+    single = yarn_forces(yarns, material, precision="float32")
+    # a coordinate of 2 cm is known to 1e-7 cm, a strain of a 0.35 cm segment to 5e-7, k_len / l gives 6e-3 dyn;
+    # bending differentiates four times and adds about as much
+    np.testing.assert_allclose(single, double, atol=5e-5 * np.abs(double).max())
+
+
+def test_the_same_input_gives_the_same_bits() -> None:
+    yarns, material = tube(4, 6), YarnMaterial.named("leaf")
+    first, second = (yarn_forces(yarns, material, precision="float32") for _ in range(2))
+    assert np.array_equal(first, second)
+
+
+def test_yarns_of_different_radii_touch_at_the_sum() -> None:
+    place = np.arange(-1.5, 1.55, 0.1)
+    zero = np.zeros_like(place)
+    curves = [np.stack([place, zero, zero], axis=1), np.stack([zero, place, zero + 0.29], axis=1)]
+    material = YarnMaterial.named("leaf")
+    touching, apart = (
+        yarn_energies(YarnSet.from_curves(curves, closed=[False] * 2, radius=[0.1, other]), material)["contact"]
+        for other in (0.2, 0.18)
+    )
+    assert touching > 0.0
+    assert apart == 0.0
+
+
+def test_a_straight_yarn_of_short_segments_does_not_touch_itself() -> None:
+    line = np.stack([np.arange(0.0, 1.0, 0.02), np.zeros(50), np.zeros(50)], axis=1)
+    yarns = YarnSet.from_curves([line], closed=[False], radius=0.125)
+    assert yarn_energies(yarns, YarnMaterial.named("leaf"))["contact"] == 0.0

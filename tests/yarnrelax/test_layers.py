@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Inside the relaxer imports run one way: from the order of operations down to the linking of yarns."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.gallery import ROOT
+
+PACKAGE = ROOT / "stitchmesh" / "yarnrelax"
+FOLDERS = ["linking", "model", "collision", "energies", "constraints", "solvers"]
+"""From the bottom up; each imports those before it only, and the files at the root import all."""
+MOST_FILES = 22
+"""Files of a folder, its ``__init__`` left out."""
+
+
+def files() -> list[Path]:
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def folder_of(module: str) -> str | None:
+    """The folder of a module of the relaxer; None for a file at its root."""
+    parts = module.split(".")
+    return parts[2] if len(parts) > 2 and parts[2] in FOLDERS else None
+
+
+def imported(path: Path) -> list[str]:
+    """Modules of the relaxer that a file imports; what only types need counts too."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return [name for name in names if name.startswith("stitchmesh.yarnrelax.")]
+
+
+@pytest.mark.parametrize("path", files(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_folders_import_only_those_below_them(path: Path) -> None:
+    own = path.relative_to(PACKAGE).parts[0]
+    if own not in FOLDERS:
+        return
+    for name in imported(path):
+        other = folder_of(name)
+        assert other is not None, f"{own} imports {name}, which stands above it"
+        assert FOLDERS.index(other) <= FOLDERS.index(own), f"{own} imports {name}"
+
+
+def test_every_folder_is_known_and_small() -> None:
+    folders = sorted(path for path in PACKAGE.iterdir() if path.is_dir() and list(path.glob("*.py")))
+    assert [path.name for path in folders] == sorted(FOLDERS)
+    for folder in folders:
+        assert len(list(folder.glob("*.py"))) - 1 <= MOST_FILES, folder.name
+
+
+def test_no_two_files_of_the_root_import_each_other() -> None:
+    """A cycle between the files of the root would make their order of reading unclear."""
+    modules = {f"stitchmesh.yarnrelax.{path.stem}": path for path in PACKAGE.glob("*.py") if path.stem != "__init__"}
+    graph = {name: {other for other in imported(path) if other in modules} - {name} for name, path in modules.items()}
+    while graph:
+        free = [name for name, needs in graph.items() if not needs & set(graph)]
+        assert free, f"import cycle among {sorted(graph)}"
+        for name in free:
+            del graph[name]
