@@ -59,4 +59,4 @@ class SwatchOptions:
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
         if self.rest_lengths.loop_length is not None:
-            raise ParameterError("rest lengths: got a loop length among them; give it to the swatch")
+            raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")

@@ -146,8 +146,8 @@ def test_a_term_that_is_off_is_not_imported():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     loaded = {name.removeprefix("stitchmesh.yarnrelax.") for name in done.stdout.split()}
-    assert "gravity" in loaded
-    assert not loaded & {"friction", "twist", "body", "pins"}
+    assert "energies.gravity" in loaded
+    assert not loaded & {"energies.friction", "energies.twist", "energies.body", "constraints.pins"}
 
 
 def test_solver_and_material_are_the_ones_named(made, tmp_path, capsys):
