@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames: what a live swatch looks like at one moment."""
+"""Frames of a live swatch: the swatch at one moment."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ from stitchmesh.yarn.polyline import polylines_of_segments
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A swatch at one moment; nothing of it changes later."""
+    """A swatch at one moment. A frame never changes."""
 
     number: int
-    """Counts the frames of a session from 1."""
+    """Number of the frame in its session, from 1."""
     yarns: YarnSet
-    """One repeat, on its lattice."""
+    """The yarns of one repeat, on its lattice."""
     fabric: StitchMesh | None
-    """The stitches that the yarns were drawn from; None for a weave."""
+    """The stitches from which the yarns were generated; None for a weave."""
     report: Mapping[str, Any]
-    """iteration, since the change; residual and energy [erg], None as drawn; gamma, as far as it has come; at_rest;
-    running, whether more frames follow without another change; seconds since the change was asked for."""
+    """iteration, counted from the last change; residual and energy [erg], None before the first iteration; gamma, the
+    current value; at_rest; running, whether more frames follow without another change; seconds since the change was
+    requested."""
     error: Exception | None = None
-    """Why the last change could not be made; the yarns are the last that were good."""
+    """Why the last change failed; the yarns are then those of the last accepted state. None if nothing failed."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "report", MappingProxyType(dict(self.report)))
 
     @property
     def lattice(self) -> Lattice:
-        """Its periods; ``tiling.instances`` says where to draw the copies."""
+        """The periods of the repeat; ``tiling.instances`` gives the positions of its copies."""
         assert self.yarns.lattice is not None
         return self.yarns.lattice
 
@@ -49,9 +50,9 @@ class Frame:
         return size_of(self.lattice)
 
     def curves(self, per_segment: int = 4) -> list[FloatArray]:
-        """Points along each yarn of the repeat [cm], shape (n, 3) each, as far as where its next copy begins.
+        """Points along each yarn of the repeat [cm], shape (n, 3) each, up to the start of its next copy.
 
         Args:
-            per_segment: points to a segment of the splines.
+            per_segment: number of points on each segment of the splines.
         """
         return polylines_of_segments(self.yarns, np.arange(len(self.yarns.rest_length)), per_segment).points

@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A swatch that takes changes while it relaxes; one change or one burst of iterations at a time, in one thread."""
+"""A swatch that takes changes while it relaxes: one change or one assessment interval at a time, in one thread.
+
+Increments and iterations alternate. An increment brings all lengths nearer to the target (``increments``); the yarns
+then relax for some iterations before the next increment. After the last increment the yarns relax until they have
+converged. If a relaxation fails, the swatch returns to the state before the last increment.
+"""
 
 from __future__ import annotations
 
@@ -8,179 +13,197 @@ import logging
 import time
 from dataclasses import replace
 
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.periodic.continuation import ITERATIONS
 from stitchmesh.periodic.session.frames import Frame
-from stitchmesh.periodic.session.increments import SwatchInProgress, stepped, steps_left
-from stitchmesh.periodic.session.session_descent import SwatchDescent
+from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings
-from stitchmesh.periodic.session.target import Drawing, Target, drawing_of, target_of
+from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
-NO_ROOM = "yarns cannot be parted on the way to these sizes; take thinner or longer yarn, or a larger repeat"
-"""What keeps yarns that were drawn well from a rest."""
+NO_ROOM = "yarns cannot be separated on the path to these sizes; take thinner or longer yarn, or a larger repeat"
+"""Why yarns that were generated correctly cannot reach the target."""
 
 logger = logging.getLogger(__name__)
 
 
 class LiveSwatch:
-    """A swatch that moves to what is wished for; after an error it stays as it lies until wishes change."""
+    """A swatch that moves to the target of its settings.
 
-    drawing: Drawing
-    """What is wished for, as it is drawn."""
+    After an error the swatch keeps its state until the settings change.
+    """
+
+    generated: GeneratedRepeat
+    """The repeat of the settings, as generated."""
     target: Target
-    """And as it is to be."""
-    close: Quality
-    """With contacts as close as its loops ask for."""
-    first: Drawing
-    """From which the yarns began."""
-    moving: SwatchInProgress
-    """The yarns as they lie."""
-    before: SwatchInProgress | None
-    """As they lay before the last step."""
-    descent: SwatchDescent | None
-    """The relaxation that is under way."""
-    settled: int
-    """Iterations since the last step."""
-    doubtful: bool
-    """Whether the yarns lie so because there was no way on."""
-    arrived: bool
-    """Whether there is nothing left to do."""
+    """The target of the settings."""
+    sampled: Quality
+    """The quality, with as many contact samples as the loops of the settings need."""
+    first: GeneratedRepeat
+    """The generated repeat from which the current yarns started."""
+    state: SwatchInProgress
+    """The current state."""
+    previous: SwatchInProgress | None
+    """The state before the last increment."""
+    loop: RelaxationLoop | None
+    """The current relaxation."""
+    iterations_since_increment: int
+    """Iterations since the last increment."""
+    stepped_back: bool
+    """Whether the state is the one before an increment that failed."""
+    finished: bool
+    """Whether the target is reached and the relaxation has ended."""
     frame: Frame
     """The newest frame."""
 
-    def __init__(self, wishes: SwatchSettings, quality: Quality, device: str | None, asked: float) -> None:
-        """As it is drawn; arguments as for ``take``.
+    def __init__(self, settings: SwatchSettings, quality: Quality, device: str | None, requested_at: float) -> None:
+        """Generate the swatch; arguments as for ``take``.
 
         Raises:
-            StitchMeshError: the wishes cannot be drawn.
+            StitchMeshError: the swatch of these settings cannot be generated.
         """
         self.quality, self.device = quality, device
-        self.drawing = drawing_of(wishes, quality)
-        self.target, self.close = target_of(wishes, self.drawing), close_contacts(quality, wishes.options)
+        self.generated = generate_repeat(settings, quality)
+        self.target, self.sampled = make_target(settings, self.generated), close_contacts(quality, settings.options)
         self.error: Exception | None = None
-        self.iteration, self.asked, self.number = 0, asked, 0
-        self._draw_anew()
+        self.iteration, self.requested_at, self.number = 0, requested_at, 0
+        self._start_again()
 
     @property
     def idle(self) -> bool:
-        """Whether there is nothing to do until wishes change."""
-        return self.error is not None or self.arrived
+        """Whether there is nothing to do until the settings change."""
+        return self.error is not None or self.finished
 
-    def take(self, wishes: SwatchSettings, asked: float, *, anew: bool = False) -> None:
-        """Aim at other wishes, from the state as it lies where that is possible.
+    def take(self, settings: SwatchSettings, requested_at: float, *, restart: bool = False) -> None:
+        """Take other settings, and continue from the current state where that is possible.
 
         Args:
-            wishes: what is to be.
-            asked: when that was said (``time.perf_counter``) [s].
-            anew: whether to begin as drawn all the same.
+            settings: the new settings.
+            requested_at: time at which the user asked for them, as ``time.perf_counter`` [s].
+            restart: whether to start from the generated yarns in any case.
 
         Raises:
-            StitchMeshError: the wishes cannot be drawn.
+            StitchMeshError: the swatch of these settings cannot be generated.
         """
-        self.iteration, self.asked = 0, asked
-        drawing = drawing_of(wishes, self.quality)
-        target = target_of(wishes, drawing)
-        goes_on = not anew and drawing.has_yarns_of(self.first)
-        before, larger = self.target, drawing.width / self.drawing.width
-        looks_other = self.error is not None or (goes_on and (target.colour != before.colour).any())
-        self.drawing, self.target, self.error = drawing, target, None
-        self.close = close_contacts(self.quality, wishes.options)
-        if not goes_on:
-            return self._draw_anew()
-        if larger != 1.0:
-            self.moving = self.moving.enlarged(larger)
-            self.descent = self.before = None
+        self.iteration, self.requested_at = 0, requested_at
+        generated = generate_repeat(settings, self.quality)
+        target = make_target(settings, generated)
+        continues = not restart and generated.has_same_yarns(self.first)
+        before, enlargement = self.target, generated.width / self.generated.width
+        needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())
+        self.generated, self.target, self.error = generated, target, None
+        self.sampled = close_contacts(self.quality, settings.options)
+        if not continues:
+            return self._start_again()
+        if enlargement != 1.0:
+            self.state = self.state.enlarged(enlargement)
+            self.loop = self.previous = None
         if (target.material, target.cell) != (before.material, before.cell):
-            self.descent = None
-        self.arrived = self.arrived and self.descent is not None and steps_left(self.moving, target) == 0
-        if looks_other:
-            self.frame = self._framed()
+            self.loop = None
+        self.finished = self.finished and self.loop is not None and increments_left(self.state, target) == 0
+        if needs_frame:
+            self.frame = self._next_frame()
 
     def advance(self) -> None:
-        """A step towards the target if one is due, and one burst of iterations.
+        """Make the next increment if the yarns have relaxed enough, and iterate for one assessment interval.
 
         Raises:
-            SolverError: there is no way on; the yarns lie as they did before the last step.
+            SolverError: the target cannot be reached; the state is the one before the last increment.
         """
-        moving, due = self.moving, self.descent is None
-        if steps_left(moving, self.target) and self._has_settled():
-            self.before, moving, self.settled, due = moving, stepped(moving, self.target), 0, True
+        state, starts = self.state, self.loop is None
+        if increments_left(state, self.target) and self._has_settled():
+            self.previous, state, starts = state, increment(state, self.target), True
+            self.iterations_since_increment = 0
         try:
-            self.descent = self._begun(moving) if due else self.descent
-            assert self.descent is not None
-            self.descent.advance()
+            self.loop = self._start_loop(state) if starts else self.loop
+            assert self.loop is not None
+            self.loop.advance()
         except SolverError as error:
-            return self._go_back(error)
-        self.doubtful = False
-        self.settled += ASSESSMENT_INTERVAL
+            return self._step_back(error)
+        self.stepped_back = False
+        self.iterations_since_increment += ASSESSMENT_INTERVAL
         self.iteration += ASSESSMENT_INTERVAL
-        self.moving = replace(moving, yarns=self.descent.yarns)
-        if not steps_left(self.moving, self.target) and (self.descent.at_rest or self.descent.used_up):
-            self._arrive()
-        self.frame = self._framed()
+        self.state = replace(state, yarns=self.loop.simulation.good_yarns())
+        used_up = self.loop.iteration >= self.sampled.max_iterations
+        if not increments_left(self.state, self.target) and (self._is_at_rest() or used_up):
+            self._finish()
+        self.frame = self._next_frame()
 
     def halt(self, error: Exception) -> None:
-        """Stay as it lies because of an error."""
-        self.error, self.descent, self.arrived = error, None, False
-        self.frame = self._framed()
+        """Keep the current state because of an error."""
+        self.error, self.loop, self.finished = error, None, False
+        self.frame = self._next_frame()
 
-    def _begun(self, moving: SwatchInProgress) -> SwatchDescent:
-        """The relaxation from a state."""
-        target, self.arrived = self.target, False
-        return SwatchDescent(moving.yarns, target.material, self.close, self.device, target.cell)
+    def _start_loop(self, state: SwatchInProgress) -> RelaxationLoop:
+        """Start a relaxation of a state."""
+        self.finished = False
+        simulation = YarnSimulation.start(
+            state.yarns, self.target.material, self.sampled, device_named(self.device), cell=self.target.cell
+        )
+        loop = RelaxationLoop(simulation, self.sampled.tolerance)
+        loop.start()
+        return loop
+
+    def _is_at_rest(self) -> bool:
+        """Whether the current relaxation has converged."""
+        return self.loop is not None and bool(self.loop.at_rest[0])
 
     def _has_settled(self) -> bool:
-        """Whether the yarns have had the time that they need between two steps."""
-        return self.settled >= ITERATIONS or (self.descent is not None and self.descent.at_rest)
+        """Whether the yarns have relaxed for as many iterations as they need between two increments."""
+        return self.iterations_since_increment >= ITERATIONS or self._is_at_rest()
 
-    def _arrive(self) -> None:
-        """Check that no yarn passed through another; a state where one did is drawn anew."""
-        assert self.descent is not None
+    def _finish(self) -> None:
+        """Check that no yarn passed through another; if one did, start again from the generated yarns."""
+        assert self.loop is not None
         try:
-            refuse_pull_through(self.first.yarns, self.moving.yarns, self.device)
+            refuse_pull_through(self.first.yarns, self.state.yarns, self.device)
         except SolverError:
-            self._draw_anew()
+            self._start_again()
             raise
-        self.arrived = True
-        if not self.descent.at_rest:
-            found = f"residual {self.descent.last.residual:.2g} after {self.descent.iterations} iterations"
-            logger.warning("swatch is not at rest: %s; %s", found, self.descent.last.remedy)
+        self.finished = True
+        if not self._is_at_rest():
+            last = self.loop.last[0]
+            found = f"residual {last.residual:.2g} after {self.loop.iteration} iterations"
+            logger.warning("swatch is not at rest: %s; %s", found, last.remedy)
 
-    def _go_back(self, error: SolverError) -> None:
-        """Take the state before the last step again; where that has led nowhere before, go on from the drawing.
+    def _step_back(self, error: SolverError) -> None:
+        """Return to the state before the last increment; if that has failed before, start from the generated yarns.
 
         Raises:
-            SolverError: what it is for, in place of what ends a relaxation from a start that is given.
+            SolverError: the target cannot be reached. The message of the relaxation gives advice for the start of a
+                relaxation, so this error replaces it.
         """
-        if self.doubtful:
-            return self._draw_anew()
-        self.moving, self.settled, self.doubtful = self.before or self.moving, 0, True
-        self.before = self.descent = None
+        if self.stepped_back:
+            return self._start_again()
+        self.state, self.iterations_since_increment, self.stepped_back = self.previous or self.state, 0, True
+        self.previous = self.loop = None
         raise SolverError(f"{str(error).partition(':')[0]}: {NO_ROOM}") from error
 
-    def _draw_anew(self) -> None:
-        """Begin as drawn."""
-        self.first, self.moving = self.drawing, SwatchInProgress.drawn(self.drawing, self.target)
-        self.before = self.descent = None
-        self.settled, self.doubtful, self.arrived = 0, False, False
-        self.frame = self._framed()
+    def _start_again(self) -> None:
+        """Start from the generated yarns."""
+        self.first, self.state = self.generated, SwatchInProgress.start(self.generated, self.target)
+        self.previous = self.loop = None
+        self.iterations_since_increment, self.stepped_back, self.finished = 0, False, False
+        self.frame = self._next_frame()
 
-    def _framed(self) -> Frame:
-        """The next frame."""
+    def _next_frame(self) -> Frame:
+        """Return the frame of the current state."""
         self.number += 1
-        last = None if self.descent is None else self.descent.last
+        last = None if self.loop is None else self.loop.last[0]
         report = {
             "iteration": self.iteration,
             "residual": None if last is None else last.residual,
             "energy": None if last is None else last.energy,
-            "gamma": self.moving.gamma,
-            "at_rest": self.arrived and self.descent is not None and self.descent.at_rest,
+            "gamma": self.state.gamma,
+            "at_rest": self.finished and self._is_at_rest(),
             "running": not self.idle,
-            "seconds": time.perf_counter() - self.asked,
+            "seconds": time.perf_counter() - self.requested_at,
         }
-        yarns = replace(self.moving.in_fabric, colour=self.target.colour)
-        return Frame(self.number, yarns, self.drawing.fabric, report, self.error)
+        yarns = replace(self.state.in_fabric, colour=self.target.colour)
+        return Frame(self.number, yarns, self.generated.fabric, report, self.error)

@@ -18,88 +18,88 @@ import numpy as np
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretch_cell
-from stitchmesh.periodic.session.target import Drawing, Target, lean_of
+from stitchmesh.periodic.session.target import GeneratedRepeat, Target, lean_of
 from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
 
-LEANING = 0.1
-"""Largest change in one step of how far wales lean over their height."""
-ARRIVED = 1e-5
-"""Part of a step that is none; single precision on the device rounds a period by a tenth of that."""
+LARGEST_LEAN_CHANGE = 0.1
+"""Largest change of the lean in one increment (``Target.lean``)."""
+SMALLEST_PART = 1e-5
+"""Part of an increment that counts as zero; single precision on the device rounds a period by a tenth of this part."""
 
 
 @dataclass(frozen=True, eq=False)
 class SwatchInProgress:
-    """A repeat on its way to a target."""
+    """A repeat that moves to a target."""
 
     yarns: YarnSet
-    """As they lie, ``scale`` times as large as in the fabric."""
+    """The yarns in their current state, ``scale`` times as large as in the fabric."""
     scale: float
-    """Comes to gamma; another while the fabric as a whole grows or shrinks."""
+    """Size of the yarns over their size in the fabric; it equals the gamma of the target once the target is reached."""
     gamma: float
-    """Take-up reached."""
+    """Take-up of the current state."""
 
     @classmethod
-    def drawn(cls, drawing: Drawing, target: Target) -> SwatchInProgress:
-        """As drawn, so large that its yarn is as thick as it will be."""
-        yarns = drawing.yarns
-        if drawing.fabric is None:
-            # wefts and warps lie straight enough to begin with as long at rest as they are drawn
+    def start(cls, generated: GeneratedRepeat, target: Target) -> SwatchInProgress:
+        """Return a generated repeat, with the scale at which its yarn has the radius that it has in the fabric."""
+        yarns = generated.yarns
+        if generated.fabric is None:
+            # generated wefts and warps are nearly straight, so their rest lengths can equal their lengths at the start
             yarns = replace(yarns, rest_length=yarns.lengths)
         reached = target.gamma * float(yarns.radius[0] / target.radius[0])
         return cls(yarns, reached, reached)
 
     def enlarged(self, factor: float) -> SwatchInProgress:
-        """The same fabric, worked on so many times as large."""
+        """Return the same fabric at a scale that is larger by a factor."""
         return replace(self, yarns=scale_yarns(self.yarns, factor), scale=self.scale * factor)
 
     @property
     def in_fabric(self) -> YarnSet:
-        """The yarns as large as in the fabric."""
+        """The yarns at their size in the fabric."""
         return scale_yarns(self.yarns, 1.0 / self.scale)
 
 
-def steps_left(moving: SwatchInProgress, target: Target) -> int:
-    """Steps to the target; 0 there."""
-    yarns = moving.yarns
+def increments_left(state: SwatchInProgress, target: Target) -> int:
+    """Number of increments to the target; 0 at the target."""
+    yarns = state.yarns
     assert yarns.lattice is not None
     sides = zip(target.size, size_of(yarns.lattice), strict=True)
-    steps = [
-        _steps(target.radius / yarns.radius, GROWTH),
-        _steps(np.array([target.gamma / moving.scale, target.gamma / moving.gamma]), GROWTH),
-        _steps(np.array([1.0 if wanted is None else wanted / now for wanted, now in sides]), STRETCH),
-        _steps(target.rest_length / yarns.rest_length, LENGTHENING),
-        0.0 if target.lean is None else abs(target.lean - lean_of(yarns)) / LEANING,
+    counts = [
+        _increment_count(target.radius / yarns.radius, GROWTH),
+        _increment_count(np.array([target.gamma / state.scale, target.gamma / state.gamma]), GROWTH),
+        _increment_count(np.array([1.0 if size is None else size / now for size, now in sides]), STRETCH),
+        _increment_count(target.rest_length / yarns.rest_length, LENGTHENING),
+        0.0 if target.lean is None else abs(target.lean - lean_of(yarns)) / LARGEST_LEAN_CHANGE,
     ]
-    return math.ceil(max(steps) - ARRIVED)
+    return math.ceil(max(counts) - SMALLEST_PART)
 
 
-def stepped(moving: SwatchInProgress, target: Target) -> SwatchInProgress:
-    """One step nearer to a target that is not reached."""
-    part = 1.0 / steps_left(moving, target)
-    yarns = moving.yarns
+def increment(state: SwatchInProgress, target: Target) -> SwatchInProgress:
+    """Return the state after one increment towards a target that is not reached yet."""
+    part = 1.0 / increments_left(state, target)
+    yarns = state.yarns
     assert yarns.lattice is not None
     sides = zip(target.size, size_of(yarns.lattice), strict=True)
-    along, across = (1.0 if wanted is None else (wanted / now) ** part for wanted, now in sides)
+    along, across = (1.0 if size is None else (size / now) ** part for size, now in sides)
     yarns = replace(
         stretch_cell(yarns, along, across),
         radius=yarns.radius * (target.radius / yarns.radius) ** part,
         rest_length=yarns.rest_length * (target.rest_length / yarns.rest_length) ** part,
     )
     if target.lean is not None:
-        yarns = _leaning(yarns, part * (target.lean - lean_of(yarns)))
-    scale, gamma = (reached * (target.gamma / reached) ** part for reached in (moving.scale, moving.gamma))
+        yarns = _shear_cell(yarns, part * (target.lean - lean_of(yarns)))
+    scale, gamma = (reached * (target.gamma / reached) ** part for reached in (state.scale, state.gamma))
     return SwatchInProgress(yarns, scale, gamma)
 
 
-def _steps(factors: FloatArray, largest: float) -> float:
-    """How many times the largest factor of a step, or one over it, makes the largest of some."""
+def _increment_count(factors: FloatArray, largest: float) -> float:
+    """Power of the largest factor of one increment, or of its inverse, that equals the most extreme factor."""
     return float(np.abs(np.log(factors)).max()) / math.log(largest)
 
 
-def _leaning(yarns: YarnSet, further: float) -> YarnSet:
-    """Yarns and their lattice sheared along the courses."""
+def _shear_cell(yarns: YarnSet, change: float) -> YarnSet:
+    """Return yarns and their lattice, sheared along the courses."""
     assert yarns.lattice is not None
     first, second, _normal = lattice_frame(yarns.lattice.periods)
-    matrix = np.eye(3) + further * np.outer(second, first)
+    matrix = np.eye(3) + change * np.outer(second, first)
     return replace(yarns, points=yarns.points @ matrix, lattice=Lattice(yarns.lattice.periods @ matrix))

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Live swatches: a session relaxes a swatch in the background, takes changes while it does, and hands out frames.
+"""Live swatches: a session relaxes a swatch in the background, takes changes meanwhile, and provides frames.
 
-Leaf et al. 2018, section 7.2: the user turns dials, and the swatch as it lies moves smoothly to what they say. A change
-that comes before an older one is reached takes its place.
+Leaf et al. 2018, section 7.2: the user changes settings, and the swatch moves smoothly from its current state to the
+new settings. A change that arrives before an earlier change is complete replaces the earlier change.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
 
 class SwatchSession:
-    """A swatch that relaxes in a thread of its own; all methods may be called from any thread.
+    """A swatch that relaxes in its own thread; all methods may be called from any thread.
 
-    It is closed by ``close``, at the end of a ``with`` block, or with the program.
+    A session is closed by ``close``, at the end of a ``with`` block, or at the end of the program.
     """
 
     def __init__(
@@ -44,18 +44,18 @@ class SwatchSession:
         relax_cell: bool | RelaxCell = False,
         **options: Any,
     ) -> None:
-        """Draw the swatch, which is the first frame, and begin to relax it; arguments as ``swatch``.
+        """Generate the swatch, which is the first frame, and start its relaxation; arguments as for ``swatch``.
 
         Raises:
-            StitchMeshError: as for ``swatch``, but for what only a relaxation can tell.
+            StitchMeshError: as for ``swatch``, except for the errors of the relaxation.
         """
-        self._wishes = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options))
-        self._asked = time.perf_counter()
+        self._settings = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options))
+        self._requested_at = time.perf_counter()
         device_named(device)
-        self._swatch = LiveSwatch(self._wishes, quality_named(quality), device, self._asked)
+        self._swatch = LiveSwatch(self._settings, quality_named(quality), device, self._requested_at)
         self._frame = self._swatch.frame
-        self._news = threading.Condition()
-        self._changed = self._anew = self._idle = self._closed = False
+        self._condition = threading.Condition()
+        self._changed = self._restart = self._idle = self._closed = False
         self._worker = threading.Thread(target=self._work, name="swatch session", daemon=True)
         self._worker.start()
         atexit.register(self.close)
@@ -74,10 +74,10 @@ class SwatchSession:
         return self._frame
 
     def set(self, **changes: Any) -> None:
-        """Change what the swatch is to be; returns at once.
+        """Change settings of the swatch; returns at once.
 
-        Wishes that are as they were change nothing. What can only be told where the swatch is drawn or relaxed, such
-        as that a chart cannot be read, is the ``error`` of a frame.
+        Equal settings change nothing. An error that appears only when the swatch is generated or relaxed, such as a
+        chart that cannot be read, is the ``error`` of a frame.
 
         Args:
             changes: arguments of ``swatch``: pattern, material, relax_cell, and the fields of ``SwatchOptions``.
@@ -86,103 +86,105 @@ class SwatchSession:
             ParameterError: there is no such argument, it cannot change, a value is out of bounds, or the session is
                 closed.
         """
-        with self._news:
+        with self._condition:
             self._check_open()
-            wishes = self._wishes.changed(**changes)
-            # a file of the same name may hold another pattern by now
-            if "pattern" not in changes and wishes == self._wishes:
+            settings = self._settings.changed(**changes)
+            # a file of the same name may contain another pattern now
+            if "pattern" not in changes and settings == self._settings:
                 return
-            self._ask(wishes, anew=False)
+            self._request(settings, restart=False)
 
     def restart(self) -> None:
-        """Draw the swatch anew and relax it from there, as ``swatch`` does; returns at once.
+        """Generate the swatch again and relax it from the generated yarns, as ``swatch`` does; returns at once.
 
         Raises:
             ParameterError: the session is closed.
         """
-        with self._news:
+        with self._condition:
             self._check_open()
-            self._ask(self._wishes, anew=True)
+            self._request(self._settings, restart=True)
 
     def wait_for_frame(self, timeout: float | None = None, *, after: int | None = None) -> Frame | None:
-        """The newest frame, once it is newer than another.
+        """Wait for a frame that is newer than a given frame, and return the newest frame.
 
         Args:
-            timeout: longest time to wait [s]; without end where not given.
-            after: number of the other frame; that of the newest where not given.
+            timeout: longest time to wait [s]; None waits without limit.
+            after: number of the given frame; None for the newest frame at the time of the call.
 
         Returns:
-            None if there is none in that time, or the session is closed.
+            The newest frame; None if no newer frame arrives in this time, or if the session is closed.
         """
-        with self._news:
+        with self._condition:
             seen = self._frame.number if after is None else after
-            self._news.wait_for(lambda: self._closed or self._frame.number > seen, timeout)
+            self._condition.wait_for(lambda: self._closed or self._frame.number > seen, timeout)
             return self._frame if self._frame.number > seen else None
 
     def wait_until_rest(self, timeout: float | None = None) -> Frame:
-        """The frame of the swatch at rest, once all changes are made.
+        """Wait until all changes are made and the relaxation has ended, and return the frame of that state.
 
-        Its report says if it is not at rest, for the iterations of its quality are used up.
+        If the iterations of the quality are used up before the swatch has converged, ``at_rest`` in the report of the
+        frame is False.
 
         Args:
-            timeout: longest time to wait [s]; without end where not given.
+            timeout: longest time to wait [s]; None waits without limit.
 
         Raises:
-            SolverError: it does not come to rest in that time, or the session was closed before.
+            SolverError: the relaxation does not end in this time, or the session was closed before.
             Exception: the ``error`` of the frame.
         """
-        with self._news:
-            self._news.wait_for(lambda: self._closed or self._idle, timeout)
+        with self._condition:
+            self._condition.wait_for(lambda: self._closed or self._idle, timeout)
             if not self._idle:
-                why = "it was closed before" if self._closed else f"in {timeout:g} s; wait longer, or take its frames"
+                late = f"not within {timeout} s; wait longer, or use the frames"
+                why = "the session was closed before" if self._closed else late
                 raise SolverError(f"session: the swatch did not come to rest: {why}")
             if self._frame.error is not None:
                 raise self._frame.error
             return self._frame
 
     def close(self) -> None:
-        """End the relaxation, within one burst of iterations; the newest frame stays."""
-        with self._news:
+        """End the relaxation after the current assessment interval; the newest frame stays available."""
+        with self._condition:
             self._closed = True
-            self._news.notify_all()
+            self._condition.notify_all()
         self._worker.join()
         atexit.unregister(self.close)
 
     def _check_open(self) -> None:
         if self._closed:
-            raise ParameterError("session: got a change after it was closed; begin another")
+            raise ParameterError("session: got a change after the session was closed; start another session")
 
-    def _ask(self, wishes: SwatchSettings, anew: bool) -> None:
-        """Leave wishes for the worker, in the place of older ones that it has not taken yet."""
-        self._anew = anew or (self._changed and self._anew)
-        self._wishes, self._asked, self._changed, self._idle = wishes, time.perf_counter(), True, False
-        self._news.notify_all()
+    def _request(self, settings: SwatchSettings, *, restart: bool) -> None:
+        """Give settings to the worker, in place of earlier settings that it has not taken yet."""
+        self._restart = restart or (self._changed and self._restart)
+        self._settings, self._requested_at, self._changed, self._idle = settings, time.perf_counter(), True, False
+        self._condition.notify_all()
 
     def _work(self) -> None:
-        """Take changes and relax until closed; sleep while there is nothing to do."""
+        """Take changes and relax until the session is closed; wait while there is nothing to do."""
         while True:
-            with self._news:
-                self._news.wait_for(lambda: self._closed or not self._idle)
+            with self._condition:
+                self._condition.wait_for(lambda: self._closed or not self._idle)
                 if self._closed:
                     return
-                turn = self._turn()
+                task = self._next_task()
                 self._changed = False
             try:
-                turn()
-            except Exception as error:  # whatever it is, who waits is told
+                task()
+            except Exception as error:  # any error reaches the user as the error of a frame
                 self._swatch.halt(error)
-            with self._news:
+            with self._condition:
                 self._frame = self._swatch.frame
                 self._idle = self._swatch.idle and not self._changed
-                self._news.notify_all()
+                self._condition.notify_all()
 
-    def _turn(self) -> Callable[[], None]:
-        """What to do next: take a change, or one burst."""
+    def _next_task(self) -> Callable[[], None]:
+        """Return the next task: to take a change, or to iterate for one assessment interval."""
         if self._changed:
-            return partial(self._swatch.take, self._wishes, self._asked, anew=self._anew)
+            return partial(self._swatch.take, self._settings, self._requested_at, restart=self._restart)
         return self._advance
 
     def _advance(self) -> None:
-        """One burst, in turn with others."""
+        """Iterate for one assessment interval; other sessions and relaxations wait meanwhile."""
         with alone():
             self._swatch.advance()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the user of a live swatch has asked for."""
+"""The settings of a live swatch: what the user has asked for."""
 
 from __future__ import annotations
 
@@ -16,19 +16,22 @@ from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
 
 @dataclass(frozen=True)
 class SwatchSettings:
-    """The arguments of ``swatch`` that may change while it relaxes."""
+    """The arguments of ``swatch`` that may change while the swatch relaxes."""
 
     pattern: FilePath | Source
-    """A pattern or a weave, its name or the path of its file."""
+    """A pattern or a weave, its name, or the path of its file."""
     material: YarnMaterial | None
-    """Of the yarn; the material ``stitchmesh`` scaled to its radius where None."""
+    """Material of the yarn; None for the default material, scaled to the yarn radius."""
     relax_cell: bool | RelaxCell
-    """Whether the repeat finds its own size; or what it is free to do."""
+    """Whether the periods of the repeat relax too, or which of their changes are free."""
     options: SwatchOptions
-    """All else."""
+    """All other options."""
 
     def changed(self, **changes: Any) -> SwatchSettings:
-        """The same wishes but for some, by the name of the argument of ``swatch``.
+        """Return the settings with some values replaced.
+
+        Args:
+            changes: new values, by the names of the arguments of ``swatch``.
 
         Raises:
             ParameterError: there is no such argument or it cannot change, or a value is out of bounds.
@@ -44,7 +47,7 @@ class SwatchSettings:
 
     @property
     def yarn_material(self) -> YarnMaterial:
-        """What the yarn is made of."""
+        """The material of the yarn, the default material included."""
         if self.material is not None:
             return self.material
         return YarnMaterial.named().scaled(self.options.yarn_radius / REFERENCE_RADIUS)

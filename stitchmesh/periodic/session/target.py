@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a live swatch moves to, and whether it can from where it is.
+"""The target of a live swatch, and whether the swatch can reach it from its current state.
 
-Lengths are those that ``swatch`` relaxes with, gamma times as large as in the fabric. Where a change leaves the yarns
-of the repeat as they are but for their lengths and colours, the state as it lies can move there; a drawing that merely
-looks the same does not tell, but the same pattern does, and so do the same curves.
+All lengths are those with which ``swatch`` relaxes: gamma times the lengths in the fabric. A change of the settings may
+leave the yarns of the repeat as they are except for their lengths and colours. The current state can then move to the
+new target. The yarns are the same if the pattern is the same, or if the generated curves are the same.
 """
 
 from __future__ import annotations
@@ -23,30 +23,30 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
 SAME_PLACE = 1e-9
-"""Distance of control points that are in one place [widths of the repeat]."""
+"""Largest distance of control points that count as the same point [widths of the repeat]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Drawing:
-    """A repeat as it is drawn."""
+class GeneratedRepeat:
+    """A repeat as it is generated, before any relaxation."""
 
     source: Source
-    """What it is a repeat of."""
+    """The pattern or weave of the repeat."""
     tiles: tuple[int, int]
-    """Repeats of the pattern in it, side by side and above one another."""
+    """Number of repeats of the pattern side by side, and above one another."""
     fabric: StitchMesh | None
-    """Its stitches, if it is knitted."""
+    """The stitches of a knit; None for a weave."""
     yarns: YarnSet
-    """Its yarns, no thicker than loops can hold."""
+    """The yarns, with at most the largest radius for which loops are generated."""
 
     @property
     def width(self) -> float:
-        """Of the repeat as drawn [cm]."""
+        """Width of the generated repeat [cm]."""
         assert self.yarns.lattice is not None
         return size_of(self.yarns.lattice)[0]
 
-    def has_yarns_of(self, other: Drawing) -> bool:
-        """Whether its yarns run like those of another but for lengths and colours."""
+    def has_same_yarns(self, other: GeneratedRepeat) -> bool:
+        """Whether the yarns are those of another repeat except for their lengths and colours."""
         for name in ("start", "closed", "lattice_step", "row", "face", "part"):
             if not np.array_equal(getattr(self.yarns, name), getattr(other.yarns, name)):
                 return False
@@ -58,66 +58,66 @@ class Drawing:
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What yarns are to come to, gamma times as large as in the fabric."""
+    """The values that a live swatch moves to; lengths are gamma times the lengths in the fabric."""
 
     radius: FloatArray
-    """[cm], shape (Y,)."""
+    """Radius of each yarn [cm], shape (Y,)."""
     rest_length: FloatArray
-    """[cm], shape (S,)."""
+    """Rest length of each segment [cm], shape (S,)."""
     size: tuple[float | None, float | None]
-    """Width and height of the repeat [cm], None where it is free."""
+    """Width and height of the repeat [cm]; None for a free size."""
     lean: float | None
-    """How far the wales lean along the courses over their height, None where they are free."""
+    """Displacement of the wales along the courses over the height of the repeat; None if it is free."""
     gamma: float
     """Take-up."""
     material: YarnMaterial
-    """Of yarn gamma times as large."""
+    """Material of the yarn, scaled by gamma."""
     cell: RelaxCell | None
-    """What the periods are free to do."""
+    """The free changes of the periods; None for constant periods."""
     colour: IntArray
-    """Of each yarn, shape (Y,)."""
+    """Colour of each yarn, shape (Y,)."""
 
 
-def drawing_of(wishes: SwatchSettings, quality: Quality) -> Drawing:
-    """The repeat that is wished for, as it is drawn.
+def generate_repeat(settings: SwatchSettings, quality: Quality) -> GeneratedRepeat:
+    """Generate the repeat of the settings.
 
     Raises:
         StitchMeshError: as for ``swatch``.
     """
-    source = resolve_pattern(wishes.pattern)
-    fabric, yarns = draw_swatch(source, wishes.options, quality)
-    return Drawing(source, (wishes.options.columns, wishes.options.rows), fabric, yarns)
+    source = resolve_pattern(settings.pattern)
+    fabric, yarns = draw_swatch(source, settings.options, quality)
+    return GeneratedRepeat(source, (settings.options.columns, settings.options.rows), fabric, yarns)
 
 
-def target_of(wishes: SwatchSettings, drawing: Drawing) -> Target:
-    """What the drawing is to come to.
+def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
+    """Return the values that the generated repeat moves to.
 
     Raises:
-        ParameterError: an option asks for what the pattern does not have, or for a size out of all proportion.
+        ParameterError: an option does not apply to the pattern, or a size is out of bounds.
     """
-    options, yarns = wishes.options, drawing.yarns
+    options, yarns = settings.options, generated.yarns
     assert yarns.lattice is not None
-    cell = free_cell(wishes.relax_cell, options)
+    cell = free_cell(settings.relax_cell, options)
     free = np.zeros(3, dtype=bool) if cell is None else cell.free
     size = [
         given if given is not None else None if freed else own
         for given, freed, own in zip(period_to_reach(yarns, options), free[:2], size_of(yarns.lattice), strict=True)
     ]
-    full = 1.0 if drawing.fabric is None else options.yarn_radius / float(yarns.radius[0])
+    full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
     return Target(
         radius=yarns.radius * full * options.gamma,
-        rest_length=take_up_rest_lengths(yarns, drawing.fabric, options),
+        rest_length=take_up_rest_lengths(yarns, generated.fabric, options),
         size=(size[0], size[1]),
         lean=None if free[2] else lean_of(yarns),
         gamma=options.gamma,
-        material=wishes.yarn_material.scaled(options.gamma),
+        material=settings.yarn_material.scaled(options.gamma),
         cell=cell,
         colour=yarns.colour,
     )
 
 
 def lean_of(yarns: YarnSet) -> float:
-    """How far the second period of a lattice reaches along the first, over how far it reaches across it."""
+    """Displacement of the second period along the first period, over the height of the lattice."""
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)
     first, second = yarns.lattice.periods

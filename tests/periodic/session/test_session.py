@@ -41,15 +41,15 @@ def session(pattern="stockinette", **given) -> sm.SwatchSession:
 
 
 def live(pattern="stockinette", *, relax_cell=True, quality="draft", **options) -> LiveSwatch:
-    wishes = SwatchSettings(pattern, None, relax_cell, SwatchOptions(**options))
-    return LiveSwatch(wishes, sm.quality.quality_named(quality), "cpu", 0.0)
+    settings = SwatchSettings(pattern, None, relax_cell, SwatchOptions(**options))
+    return LiveSwatch(settings, sm.quality.quality_named(quality), "cpu", 0.0)
 
 
-def to_rest(swatch: LiveSwatch, wishes: SwatchSettings | None = None, *, most=500) -> list[Frame]:
+def to_rest(swatch: LiveSwatch, settings: SwatchSettings | None = None, *, most=500) -> list[Frame]:
     """Frames on the way to rest, the one before the change first."""
     frames = [swatch.frame]
-    if wishes is not None:
-        swatch.take(wishes, 0.0)
+    if settings is not None:
+        swatch.take(settings, 0.0)
     while not swatch.idle:
         swatch.advance()
         frames.append(swatch.frame)
@@ -136,11 +136,11 @@ def test_no_frame_is_more_than_a_step_from_the_one_before(change, measure, limit
 def test_a_swatch_that_leaned_stands_up_again_where_shear_is_held():
     swatch = live(PLAIN, relax_cell=sm.RelaxCell(), quality=EXACT)
     to_rest(swatch)
-    moved = swatch.moving
+    moved = swatch.state
     sheared = moved.yarns.lattice.periods + np.array([[0, 0, 0], [0.35, 0, 0]])
     points = moved.yarns.points + 0.35 * moved.yarns.points[:, 1:2] / sheared[1, 1] * [1, 0, 0]
     yarns = dataclasses.replace(moved.yarns, points=points, lattice=sm.Lattice(sheared))
-    swatch.moving = dataclasses.replace(moved, yarns=yarns)
+    swatch.state = dataclasses.replace(moved, yarns=yarns)
     frames = to_rest(swatch, SwatchSettings(PLAIN, None, True, SwatchOptions()))
     assert len(frames) > 4
     assert frames[-1].lattice.periods[1, 0] == pytest.approx(0.0, abs=1e-9)
@@ -231,7 +231,7 @@ def test_a_target_without_room_ends_before_the_step_too_far_and_a_later_change_m
     with session("plain", relax_cell=False) as running:
         rest = running.wait_until_rest(SAFETY)
         running.set(period=(0.13, 0.13))
-        with pytest.raises(SolverError, match=r"yarns cannot be parted on the way.*larger repeat"):
+        with pytest.raises(SolverError, match=r"yarns cannot be separated on the path.*larger repeat"):
             running.wait_until_rest(SAFETY)
         assert 0.13 < running.frame.size[0] < rest.size[0]
         running.set(period=(None, None))
@@ -239,18 +239,18 @@ def test_a_target_without_room_ends_before_the_step_too_far_and_a_later_change_m
         assert mended.report["gamma"] == 1.0 and mended.size == pytest.approx(rest.size, rel=1e-6)  # single precision
 
 
-def test_a_state_from_which_no_way_leads_on_is_drawn_anew(monkeypatch):
+def test_a_state_that_cannot_reach_the_target_starts_again_from_generated_yarns(monkeypatch):
     swatch = live("plain")
     rest = to_rest(swatch)[-1]
-    begin = LiveSwatch._begun
-    monkeypatch.setattr(LiveSwatch, "_begun", lambda *_given: solver_error("yarn 3: too close"))
+    begin = LiveSwatch._start_loop
+    monkeypatch.setattr(LiveSwatch, "_start_loop", lambda *_given: solver_error("yarn 3: too close"))
     swatch.take(SwatchSettings("plain", sm.YarnMaterial.named("leaf"), True, SwatchOptions()), 0.0)
-    with pytest.raises(SolverError, match="yarn 3: yarns cannot be parted"):
+    with pytest.raises(SolverError, match="yarn 3: yarns cannot be separated"):
         swatch.advance()
-    assert np.array_equal(swatch.moving.yarns.points, rest.yarns.points)
+    assert np.array_equal(swatch.state.yarns.points, rest.yarns.points)
     swatch.advance()
-    assert np.array_equal(swatch.frame.yarns.points, swatch.drawing.yarns.points)
-    monkeypatch.setattr(LiveSwatch, "_begun", begin)
+    assert np.array_equal(swatch.frame.yarns.points, swatch.generated.yarns.points)
+    monkeypatch.setattr(LiveSwatch, "_start_loop", begin)
     assert to_rest(swatch)[-1].report["at_rest"]
 
 
@@ -280,7 +280,7 @@ def test_values_out_of_bounds_are_refused_at_once_and_change_nothing():
         session(device="abacus")
 
 
-def test_a_restart_is_drawn_anew():
+def test_a_restart_begins_with_generated_yarns():
     with session() as running:
         first = running.wait_until_rest(SAFETY)
         running.set(gamma=1.3)
@@ -310,7 +310,7 @@ def test_closing_midway_ends_the_thread_and_wakes_who_waits():
     assert "swatch session" not in [thread.name for thread in threading.enumerate()]
     assert running.wait_for_frame(SAFETY) is None
     assert np.isfinite(running.frame.yarns.points).all()
-    with pytest.raises(ParameterError, match="after it was closed"):
+    with pytest.raises(ParameterError, match="after the session was closed"):
         running.set(gamma=1.1)
 
 
@@ -377,17 +377,17 @@ def test_linking_is_kept_by_every_change():
     swatch = live("rib1x1")
     for options in ({"gamma": 1.4}, {"gamma": 1.4, "period": (1.2, 0.9)}, {"rest_lengths": sm.RestLengths(factor=1.3)}):
         to_rest(swatch, SwatchSettings("rib1x1", None, True, SwatchOptions(**options)))
-        linking = [doubled_linking(yarns, device="cpu") for yarns in (swatch.first.yarns, swatch.moving.yarns)]
+        linking = [doubled_linking(yarns, device="cpu") for yarns in (swatch.first.yarns, swatch.state.yarns)]
         assert len(changed_pairs(*linking)) == 0
 
 
-def test_yarns_that_passed_through_another_are_drawn_anew(monkeypatch):
+def test_yarns_that_passed_through_each_other_are_generated_again(monkeypatch):
     swatch = live()
     relaxation = "stitchmesh.periodic.session.incremental_relaxation"
     monkeypatch.setattr(f"{relaxation}.refuse_pull_through", lambda *_yarns: solver_error("linking number changed"))
     with pytest.raises(SolverError, match="linking number changed"):
         to_rest(swatch)
-    assert np.array_equal(swatch.moving.yarns.points, swatch.drawing.yarns.points)
+    assert np.array_equal(swatch.state.yarns.points, swatch.generated.yarns.points)
 
 
 def test_curves_of_a_frame_go_on_in_the_next_copy():
