@@ -42,7 +42,7 @@ class PeriodicCell:
 
     @cached_property
     def origin(self) -> NDArray[np.float64]:
-        """Middle of the yarns [cm], the origin of positions on the device, shape (3,)."""
+        """Middle of the yarns [cm], the origin of coordinates on the device, shape (3,)."""
         return (self.yarns.points.min(axis=0) + self.yarns.points.max(axis=0)) / 2
 
     @cached_property
@@ -58,7 +58,7 @@ class Model:
     yarns: YarnSet
     """All yarns as they were given [cm], cell after cell; without lattices if there are several."""
     cells: tuple[PeriodicCell, ...]
-    """The fabrics that are relaxed together."""
+    """The cells that are relaxed together."""
     device: wp.Device
     """Where the kernels run."""
     scalar: Any
@@ -82,7 +82,7 @@ class Model:
 
     @property
     def on_lattice(self) -> bool:
-        """Whether all cells are cells."""
+        """Whether the cells have lattices."""
         return self.cells[0].yarns.lattice is not None
 
     @property
