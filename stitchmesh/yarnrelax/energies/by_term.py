@@ -14,13 +14,15 @@ from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import Sums
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.bend import bend_energy
 from stitchmesh.yarnrelax.energies.contact import contact_energy
 from stitchmesh.yarnrelax.energies.evaluation import contact_launch, gather_launch, segment_launch
 from stitchmesh.yarnrelax.energies.segment_forces import natural_ends
 from stitchmesh.yarnrelax.energies.stretch import length_energy, stretch_energy
 from stitchmesh.yarnrelax.energies.term import Term
-from stitchmesh.yarnrelax.model.constants import CONTACT, Model
+from stitchmesh.yarnrelax.model.cells import CONTACT
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
 from stitchmesh.yarnrelax.model.state import State
@@ -100,6 +102,25 @@ def each_term(
         for launch in own:
             launch.launch()
         yield name
+
+
+def largest_force(
+    model: Model,
+    state: State,
+    candidates: Candidates,
+    terms: Sequence[Term],
+    point_stiffness: wp.array[Any],
+    cell: int,
+) -> str:
+    """The energy with the largest force in a cell, and the place of the force; the samples must be placed."""
+    first, last = model.point_start[cell : cell + 2]
+    largest, energy, point = -1.0, "", 0
+    for term in each_term(model, state, candidates, terms, point_stiffness):
+        force = np.linalg.norm(state.force.numpy()[first:last].astype(np.float64), axis=1)
+        force = np.where(np.isfinite(force), force, np.inf)
+        if force.max() > largest:
+            largest, energy, point = float(force.max()), term, int(first + force.argmax())
+    return f"{energy} energy of {yarn_place(model.yarns, point)}"
 
 
 def term_launches(

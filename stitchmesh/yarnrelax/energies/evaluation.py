@@ -123,9 +123,8 @@ def contact_launch(model: Model, state: State, candidates: Candidates, launcher:
     """The launch that finds the contact force on each sample."""
     kernel = contact_forces(model.scalar, model.entries_at_once, state.cell_relaxes)
     inputs = [model.constants, candidates.count, candidates.lists, state.samples]
-    return launcher(
-        kernel, model.sample_count, inputs, [state.sample_force, state.sample_block, state.sample_virial]
-    )
+    outputs = [state.sample_force, state.sample_block, state.sample_virial]
+    return launcher(kernel, model.sample_count, inputs, outputs)
 
 
 def gather_launch(model: Model, state: State, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:

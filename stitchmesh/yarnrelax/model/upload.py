@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax.model.constants import CONTACT, Model, PeriodicCell, constants_struct, starts_of
+from stitchmesh.yarnrelax.model.cells import CONTACT, PeriodicCell, starts_of
+from stitchmesh.yarnrelax.model.constants import Model, constants_struct
 from stitchmesh.yarnrelax.model.image_table import put_images
 from stitchmesh.yarnrelax.model.lattice_images import Images32, Images64, NoImages
 from stitchmesh.yarnrelax.model.material import YarnMaterial
