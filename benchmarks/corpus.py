@@ -23,6 +23,9 @@ from pathlib import Path
 import numpy as np
 from leaf_convergence import LARGEST_PART, first_converged
 from solvers import NotingSimulation
+from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
@@ -32,9 +35,6 @@ from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.relax_cells import relax_cells
-from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "gallery"
 LEAF: dict[str, tuple[float, float, int]] = {

@@ -14,12 +14,6 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-
-import stitchmesh as sm
-from stitchmesh.compute.device import device_named
-from stitchmesh.io import read_stitches, write_stitches
-from stitchmesh.quality import quality_named
-from stitchmesh.yarnrelax.energies import by_term
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.gravity import Gravity
@@ -28,6 +22,12 @@ from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+
+import stitchmesh as sm
+from stitchmesh.compute.device import device_named
+from stitchmesh.io import read_stitches, write_stitches
+from stitchmesh.quality import quality_named
+from stitchmesh.yarnrelax.energies import by_term
 
 HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 

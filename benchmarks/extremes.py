@@ -22,15 +22,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scenes import stockinette_tube
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 
 from stitchmesh.errors import ParameterError, SolverError, YarnError
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.constraints.pins import Pins
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 
 RADIUS = REFERENCE_RADIUS
 """Yarn radius [cm] of scenes that are not about it."""

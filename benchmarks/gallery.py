@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from corpus import LEAF
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 
 import stitchmesh as sm
 from stitchmesh.mesh import Mesh
@@ -27,7 +28,6 @@ from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn.colours import yarn_colours
 from stitchmesh.yarn.polyline import polylines_of_segments
-from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PICTURES = DOCS / "gallery"

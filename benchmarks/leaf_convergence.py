@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
-
 from stitchmesh.compute.captured import Launcher
-from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import strand_sums, strands_for
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.time_step import FEW_STRANDS
+
+from stitchmesh.compute.kernel import kernel
 
 LARGEST_PART = 0.1
 """Part of the first gradient that may be left."""

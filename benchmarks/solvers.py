@@ -19,12 +19,6 @@ from typing import Any
 
 import numpy as np
 from leaf_convergence import GradientNorms, first_converged
-
-import stitchmesh as sm
-from stitchmesh.compute.device import device_named
-from stitchmesh.mesh import StitchMesh
-from stitchmesh.quality import Quality, quality_named
-from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking
@@ -33,6 +27,12 @@ from stitchmesh.yarnrelax.relax import Relaxation, relax_yarns
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+
+import stitchmesh as sm
+from stitchmesh.compute.device import device_named
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.yarn import YarnSet
 
 YARN_SUFFIXES = (".bcc", ".h5")
 

@@ -22,6 +22,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.relax import relax_yarns
 from tradeoff_measures import Gauge, Places, difference, energy_of, places_of
 from tradeoff_plot import draw, tables
 from tradeoff_scenes import PLAIN, RIB, Scene, cell, garment, tube, yarn_file
@@ -29,8 +31,6 @@ from tradeoff_scenes import PLAIN, RIB, Scene, cell, garment, tube, yarn_file
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.relax import relax_yarns
 
 SWEEPS: dict[str, tuple[Any, ...]] = {
     "precision": ("float32", "float64"),

@@ -19,12 +19,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
+from stitchmesh.yarnrelax.model.material import YarnMaterial
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax.model.material import YarnMaterial
 
 Freedom = Literal["rigid", "shift", "none"]
 """How a scene may move as a whole without any force: turn and shift, shift on its lattice, or not at all."""

@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 import validation_rods
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 from stitchmesh.io.pyp import read_pyp
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 CELLS = ("stockinette", "basket")
 REPEAT = {"stockinette": (2, 2), "basket": (4, 4)}

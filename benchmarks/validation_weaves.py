@@ -18,6 +18,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.weave.library import read_weave
@@ -25,7 +26,6 @@ from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 RADIUS = 0.125
 """Of the yarn [cm]."""

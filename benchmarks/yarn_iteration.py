@@ -15,12 +15,12 @@ from dataclasses import replace
 import numpy as np
 import warp as wp
 from scenes import stockinette_tube
-
-from stitchmesh.compute.device import device_named
-from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.quality import Quality, quality_named
 
 BANDWIDTH = {"cuda": 4.8e12, "cpu": 1.0e10}
 """Memory traffic a second: that of an H200, and of one core of a server."""

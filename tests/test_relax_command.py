@@ -145,7 +145,7 @@ def test_a_term_that_is_off_is_not_imported():
         "commands._terms(cli.parser().parse_args(words)); print(' '.join(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    loaded = {name.removeprefix("stitchmesh.yarnrelax.") for name in done.stdout.split()}
+    loaded = {name.split(".")[-1] for name in done.stdout.split() if name.startswith("stitchmesh.yarnrelax.")}
     assert "gravity" in loaded
     assert not loaded & {"friction", "twist", "body", "pins"}
 

@@ -37,7 +37,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.yarngen import generate_yarns, in_heads
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 YARN_RADIUS = 0.125
 """Default radius of the yarn [cm], that of the published materials."""

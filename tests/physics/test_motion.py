@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.yarnrelax.loops import iterate
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import Quality
@@ -20,7 +21,6 @@ from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
-from tests.yarnrelax.loops import iterate
 
 FALL = -STANDARD[1]
 MOTION = Quality("float64", 5, 3, 12, 0.2, 1e-4, 20_000, "dynamics")

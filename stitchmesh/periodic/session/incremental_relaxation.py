@@ -17,7 +17,7 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import Drawing, Target, drawing_of, target_of
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
-from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 NO_ROOM = "yarns cannot be parted on the way to these sizes; take thinner or longer yarn, or a larger repeat"

@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 from stitchmesh.yarnrelax.solvers.solver import Solver
+
+from stitchmesh.errors import ParameterError
 
 SOLVERS: dict[str, Callable[..., Solver]] = {"quasistatic": LBFGS, "dynamics": Dynamics}
 
