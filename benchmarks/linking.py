@@ -30,7 +30,8 @@ def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
     across = int(np.ceil(np.sqrt(count)))
     places = [size * [k % across, k // across, 0] for k in range(count)]
     starts = [yarns.start[1:] + k * len(yarns.points) for k in range(count)]
-    tiled = {name: np.tile(getattr(yarns, name), count) for name in ("closed", "radius", "rest_length", "row", "face")}
+    names = ("closed", "radius", "rest_length", "row", "face", "colour", "natural_curvature")
+    tiled = {name: np.tile(getattr(yarns, name), count) for name in names}
     return replace(
         yarns,
         points=np.concatenate([yarns.points + place for place in places]),

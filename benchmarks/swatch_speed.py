@@ -111,9 +111,9 @@ def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
     return math.exp(float(np.mean([math.log(first / second) for first, second in pairs])))
 
 
-def advance(simulation: YarnSimulation, rounds: int) -> None:
+def advance(loop: RelaxationLoop, rounds: int) -> None:
     """Iterations and assessments as in a relaxation."""
-    loop, every = RelaxationLoop(simulation, tolerance=0.0), np.ones(simulation.model.cell_count, dtype=bool)
+    simulation, every = loop.simulation, np.ones(loop.simulation.model.cell_count, dtype=bool)
     for _ in range(rounds):
         loop.iterate(ASSESSMENT_INTERVAL)
         simulation.assess()
@@ -150,9 +150,10 @@ def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> 
     """Time the iterations of yarns from where they are drawn; the second of two runs."""
     for _ in range(2 if len(yarns.points) <= LOADED else 1):
         simulation = YarnSimulation.start(yarns, MATERIAL, QUALITY, device, cell=cell)
-        advance(simulation, WARM)
+        loop = RelaxationLoop(simulation, tolerance=0.0)
+        advance(loop, WARM)
         began = time.perf_counter()
-        advance(simulation, ROUNDS)
+        advance(loop, ROUNDS)
         in_run = (time.perf_counter() - began) / (ROUNDS * ASSESSMENT_INTERVAL)
     stand_still(simulation)
     return Timing(len(yarns.points), launch_seconds(simulation), in_run)

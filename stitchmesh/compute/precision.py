@@ -12,7 +12,7 @@ from stitchmesh.errors import ParameterError
 
 
 def scalar_named(precision: str) -> Any:
-    """Warp's scalar type of that precision.
+    """Warp's scalar type of a precision.
 
     Raises:
         ParameterError: the precision is neither float32 nor float64.
@@ -24,5 +24,5 @@ def scalar_named(precision: str) -> Any:
 
 
 def vector(size: int, scalar: Any) -> Any:
-    """Warp's vector type of that size."""
+    """Warp's vector type of a size."""
     return wp.types.vector(length=size, dtype=scalar)

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sums, minima and maxima in a fixed order, so that the same run gives the same bits.
 
-Each of some strands walks through an array with a stride and keeps its own result; the few results are then read back.
-How many strands there are depends on the length of the array alone.
+Each strand, a thread, goes through an array with a stride and keeps its own result. The results of the strands are then
+read back. The number of strands depends on the length of the array only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,13 +22,11 @@ FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 TILE = 256
 """Values that a block of threads sums together."""
 VALUES_PER_STRAND = 32
-"""Values that a strand walks through before there are more strands."""
-PARALLEL_CHUNK, MOST_PARALLEL = 4, 32_768
-"""Values that a strand of a GPU's walk takes, and the most strands it has."""
+"""Values of a strand above which there are more strands."""
 
 
 def strands_for(count: int) -> int:
-    """How many strands an array of ``count`` values gets, a power of two."""
+    """Number of strands for an array of ``count`` values, a power of two."""
     wanted = max(count // VALUES_PER_STRAND, 1)
     return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_STRANDS))
 
@@ -62,7 +59,7 @@ def strand_maxima(
     most = wp.float64(-1.0e300)
     for k in range(strand, values.shape[0], maxima.shape[0]):
         value = sign * wp.float64(values[k])
-        if most == most and not (value <= most):  # once it is not a number it stays so
+        if most == most and not (value <= most):  # a result that is not a number stays
             most = value
     maxima[strand] = most
 
@@ -74,7 +71,7 @@ def row_totals(
     # state out
     totals: wp.array[wp.float64],
 ) -> None:
-    """Sum of each row, whose length is a multiple of 256; a block a row."""
+    """Sum of each row, whose length is a multiple of 256; one block for each row."""
     row, lane = wp.tid()
     whole = wp.tile_zeros(shape=(1, 256), dtype=wp.float64)
     for k in range(parts.shape[1] // 256):
@@ -82,42 +79,6 @@ def row_totals(
     total = wp.tile_sum(whole)
     if lane == 0:
         totals[row] = total[0]
-
-
-@dataclass(frozen=True)
-class Walk:
-    """How the strands of a sum walk over an array: strand s takes s across + k along, for k below chunk."""
-
-    strands: int
-    across: int
-    along: int
-    chunk: int
-
-    @property
-    def numbers(self) -> list[int]:
-        """Arguments of a kernel."""
-        return [self.across, self.along, self.chunk]
-
-    def total(self, parts: wp.array[Any], totals: wp.array[Any], launch: Callable[..., Any]) -> Any:
-        """Sum what the strands have gathered, row by row."""
-        return launch(row_totals, len(totals), [parts], [totals], tile=TILE)
-
-
-def walk_over(count: int, device: wp.Device, strands: int | None = None) -> Walk:
-    """The walk for an array: side by side on a GPU, where neighbours read together; one after the other on a CPU.
-
-    There are as many ``strands`` as asked for, or as suit the length of the array.
-    """
-    if strands is None:
-        strands = _parallel_strands(count) if device.is_cuda else strands_for(count)
-    chunk = -(-count // strands)
-    return Walk(strands, 1, strands, chunk) if device.is_cuda else Walk(strands, chunk, 1, chunk)
-
-
-def _parallel_strands(count: int) -> int:
-    """How many strands an array of ``count`` values gets on a GPU, a power of two."""
-    wanted = max(count // PARALLEL_CHUNK, 1)
-    return int(np.clip(1 << (wanted - 1).bit_length(), FEWEST_STRANDS, MOST_PARALLEL))
 
 
 @kernel
@@ -130,7 +91,7 @@ def range_sums(
     # state out
     sums: wp.array[wp.float64],
 ) -> None:
-    """Sum of a strand's values in its range, in ascending order; so many strands a range."""
+    """Sum of a strand's values in its range, in ascending order; ``strands`` strands for each range."""
     cell = wp.tid() // strands
     strand = wp.tid() - cell * strands
     total = wp.float64(0.0)
@@ -155,7 +116,7 @@ def range_minima(
     least = wp.float64(1.0e300)
     for k in range(start[cell] + strand, start[cell + 1], strands):
         value = wp.float64(values[k])
-        if least == least and not (value >= least):  # once it is not a number it stays so
+        if least == least and not (value >= least):  # a result that is not a number stays
             least = value
     minima[wp.tid()] = least
 
@@ -170,10 +131,10 @@ def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> ND
 
 
 class Sums:
-    """Sums of several arrays over ranges, read back together: each wait for a GPU costs as much as an iteration."""
+    """Sums of several arrays over ranges, read back together: a synchronisation costs a GPU as much as an iteration."""
 
     def __init__(self, count: int, longest: int, ranges: int, device: wp.Device) -> None:
-        """Room for ``count`` sums over so many ranges of at most ``longest`` values."""
+        """Allocate ``count`` sums over ``ranges`` ranges of at most ``longest`` values."""
         self._strands = strands_for(longest)
         self._parts = wp.zeros((count * ranges, self._strands), dtype=wp.float64, device=device)
         self._totals = wp.zeros(count * ranges, dtype=wp.float64, device=device)
@@ -181,22 +142,22 @@ class Sums:
         self._names: list[str] = []
 
     def add(self, name: str, values: wp.array[Any], start: wp.array[Any], run: Callable[..., Any]) -> Any:
-        """Ask for the sums of an array of scalars; range k goes from ``start[k]`` to ``start[k + 1]``."""
+        """The launch that sums an array of scalars over ranges; range k is from ``start[k]`` to ``start[k + 1]``."""
         first = len(self._names) * self._ranges
         part = self._parts[first : first + self._ranges].flatten()
         self._names.append(name)
         return run(range_sums, len(part), [self._strands, start, values], [part])
 
     def total_launch(self, run: Callable[..., Any]) -> Any:
-        """Add up what the strands have."""
+        """The launch that adds up the results of the strands."""
         return run(row_totals, len(self._totals), [self._parts], [self._totals], tile=TILE)
 
     def totals(self) -> dict[str, NDArray[np.float64]]:
-        """The sums over each range as they were added up, in the order in which they were asked for."""
+        """The sums over each range, in the order of ``add``."""
         return dict(zip(self._names, self._totals.numpy().reshape(-1, self._ranges), strict=False))
 
     def read(self) -> dict[str, NDArray[np.float64]]:
-        """Add up and read."""
+        """Add up the results of the strands and read the sums."""
         count = len(self._totals)
         wp.launch_tiled(
             row_totals, dim=count, inputs=[self._parts], outputs=[self._totals], block_dim=TILE,

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that one block of threads does together for one cell: barriers, and sums in a fixed order.
+"""Work that the threads of one block do together: barriers, and sums in a fixed order.
 
 On a CPU a block is one thread. A block of a GPU has a multiple of 32 threads, up to 1,024.
 """
 
-# no postponed annotations: Warp reads the types of native functions as they stand
+# no postponed annotations: Warp evaluates the types of native functions directly
 # ruff: noqa: F811
 # mypy: disable-error-code="no-redef,no-untyped-def,empty-body,valid-type"
 
@@ -30,9 +30,9 @@ _BARRIER = """
 
 
 def _exchanges(room: int) -> str:
-    """Lanes of a warp exchange halves of their numbers until each has the sum of one of them.
+    """Lanes of a warp exchange halves of their values until each lane has the sum of one value.
 
-    Loops have literal bounds: an array whose index is not known when it is compiled does not stay in registers.
+    Loops have literal bounds: an array with an index that is unknown at compile time does not stay in registers.
     """
     steps = [1 << k for k in reversed(range(room.bit_length() - 1))]
     halving = "".join(
@@ -52,7 +52,7 @@ def _exchanges(room: int) -> str:
 
 
 def _sum(count: int) -> str:
-    """Sum of so many numbers: within warps, then each number's over the warps of a block."""
+    """Sums of ``count`` values: first within warps, then over the warps of a block."""
     room = 1 << (count - 1).bit_length()
     return f"""
 #if defined(__CUDA_ARCH__)
@@ -79,23 +79,23 @@ def _sum(count: int) -> str:
 
 @wp.func_native(_BARRIER)
 def wait_for_block():
-    """Go on when all threads of the block have come here and what they wrote can be read."""
+    """Continue when all threads of the block have reached this point and their writes are visible."""
     ...
 
 
 @wp.func_native(_sum(9))
 def sum_over_block(values: VirialSums, totals: wp.array1d(dtype=wp.float64)):
-    """Sum each of a thread's numbers over all threads of the block, always in the same order."""
+    """Sum each component over all threads of the block, always in the same order."""
     ...
 
 
 @wp.func_native(_sum(7))
 def sum_over_block(values: Slots, totals: wp.array1d(dtype=wp.float64)):
-    """Sum each of a thread's numbers over all threads of the block, always in the same order."""
+    """Sum each component over all threads of the block, always in the same order."""
     ...
 
 
 @wp.func_native(_sum(19))
 def sum_over_block(values: Products, totals: wp.array1d(dtype=wp.float64)):
-    """Sum each of a thread's numbers over all threads of the block, always in the same order."""
+    """Sum each component over all threads of the block, always in the same order."""
     ...

@@ -41,7 +41,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.cell_stress import cell_stress
-from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 Direction = Literal["course", "wale"]
 Other = Literal["free", "held"]

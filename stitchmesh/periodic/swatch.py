@@ -39,7 +39,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 LOOP_OVER_WIDTH = 4.07
 """Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""

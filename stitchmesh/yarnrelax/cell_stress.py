@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stress and bending moment of a periodic cell as it lies.
+"""Stress and bending moment of a periodic cell in its current state.
 
-With the frame and the strains of ``cell`` and W its forces on them, the tension of the fabric is -W over the area of
-the cell [dyn/cm]: positive where the cell wants to be shorter than it is. Bent to a curvature k along e1, places move
-by
+With the frame and the strains of ``cell_strain`` and W the forces on them, the tension of the fabric is -W over the
+area of the cell [dyn/cm]: positive where the cell would shrink. When the fabric is bent to a curvature k along e1,
+places move by
 
     u = -k x z e1 + k x^2 / 2 n,    x along e1, z along the normal n
 
@@ -12,11 +12,11 @@ and the energy falls by Q k to first order, where Q sums over the legs of the ya
 
     Q = sum of  -z f_1 d_1 + x (f_3 d_1 - f_1 d_3)
 
-d the leg from control point to control point, or the gap between two samples, f the pull on its end, z and x its
-middle; x counts from the middle of the leg's segment, which makes no difference since no segment exerts a torque.
-Pairs push along their gap and add to the first term alone. Yarns at rest give way to first order at no cost, so the
+with d the leg from control point to control point, or the gap between two samples, f the force on its end, z and x its
+middle. x is relative to the middle of the leg's segment, which makes no difference because no segment exerts a torque.
+Pairs push along their gap and add to the first term only. Yarns at rest deform to first order without energy, so the
 moment Q over the area [dyn] is that of the fabric: where it is positive, a free edge across e1 curls towards the
-normal, the right side. Under tension it depends on the plane from which z counts, here the middle of the yarn.
+normal, the right side. Under tension it depends on the plane in which z is zero, here the middle of the yarn.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Shares = wp.types.vector(length=SUMS, dtype=wp.float64)
 
 @dataclass(frozen=True)
 class CellStress:
-    """What the borders of a cell would have to exert to keep it as it is."""
+    """Forces and moments on the borders of a cell that would keep its shape."""
 
     course: float
     """Tension along the courses, on a cut along the wales [dyn/cm]."""
@@ -63,7 +63,7 @@ class CellStress:
 
 @wp.func
 def with_element(share: Any, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3d, d: wp.vec3d, f: wp.vec3d) -> Any:
-    """Add an element to the five sums; rows of ``frame`` are e1, e2 and n, ``offset`` counts from its segment."""
+    """Add an element to the five sums; rows of ``frame`` are e1, e2, n; ``offset`` is relative to its segment."""
     along, force, out = frame * d, frame * f, frame * offset
     height = (frame * middle)[2]
     first = out[0] * (force[2] * along[0] - force[0] * along[2]) - height * force[0] * along[0]
@@ -82,7 +82,7 @@ def segment_shares(
     # state out
     shares: wp.array2d[wp.float64],
 ) -> None:
-    """What each segment adds to the sums."""
+    """Contribution of each segment to the sums."""
     s = wp.tid()
     q0, q1, q2, q3 = segment_corners(model, points, s)
     half = wp.float64(0.5)
@@ -107,7 +107,7 @@ def contact_shares(
     # state out
     shares: wp.array2d[wp.float64],
 ) -> None:
-    """Half of what each pair in contact adds, at both of its samples."""
+    """Half of the contribution of each pair in contact, at both of its samples."""
     p = wp.tid()
     here = samples[p]
     half = wp.float64(0.5)
@@ -136,12 +136,12 @@ def cell_stress(
     contact_samples: int = 11,
     device: str | None = None,
 ) -> CellStress:
-    """Stress and bending moment of yarns on a lattice as they lie, in double precision.
+    """Stress and bending moment of yarns on a lattice in their current state, in double precision.
 
-    Arguments as for ``yarn_energies``; tell it the sampling with which the yarns came to rest.
+    Arguments as for ``yarn_energies``; use the sampling with which the yarns were relaxed.
 
     Raises:
-        ParameterError: the yarns repeat on no lattice.
+        ParameterError: the yarns have no lattice.
     """
     if yarns.lattice is None:
         raise ParameterError("cell stress: the yarns repeat on no lattice")

@@ -1,27 +1,28 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When a relaxation has come to rest.
+"""The criterion for a state of rest.
 
-The residual compares the force that is left with the forces that balance one another,
+The residual compares the remaining force with the forces that balance one another,
 
     residual = rms over control points of |F| / rms over control points of sum over terms of |F_term|
 
-where F is the net force less what constraints carry, and the terms are stretch, length, bending, contact and those that
-were asked for. It is 0 at balance and at most 1, has no unit and knows nothing of the start. A relaxation has converged
-when the residual is below ``Quality.tolerance``. Where a cell relaxes, ``STRAINS_COUNT`` times the same of the forces
-on its strains (``cell``) must be too: the size of their sum over the sum of the sizes that the terms have. Fabrics
-give way more softly than yarns do: at a tolerance of 0.005 the spacing of garter was wrong by 8 % without that factor.
+where F is the net force less the reactions of constraints, and the terms are stretch, length, bending, contact and the
+requested terms. The residual is 0 at balance and at most 1, has no unit and does not depend on the start. A relaxation
+has converged when the residual is below ``Quality.tolerance``. Where a cell relaxes, ``STRAINS_COUNT`` times the
+residual of the forces on its strains (``cell_strain``) must be below the tolerance too: the magnitude of their sum over
+the sum of the magnitudes for the terms. Fabrics are softer than yarns: at a tolerance of 0.005 the spacing of garter
+was wrong by 8 % without that factor.
 
-Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them so.
-What rounding does is measured: all coordinates are nudged by their last digit, up or down in no order, and
+Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them
+zero. The effect of rounding is measured: all coordinates are changed by their last digit, up or down at random, and
 
-    noise = rms over control points of |F nudged - F| / sqrt(12)
+    noise = rms over control points of |F changed - F| / sqrt(12)
 
-for a nudge of one digit has sqrt(12) times the rms of a rounding error. It is at least what a coordinate of one radius
-would make, for products are rounded too. Yarns whose terms exert no more than a few times the noise have no force that
-could be told from none, and their residual is 0. Where the noise by itself exceeds the tolerance, only more digits
-help. It is measured where a bound, the row sums of stiffness times the size of the coordinates and the precision,
-cannot rule that out.
+because a change by one digit is sqrt(12) times the rms of a rounding error. The noise is at least that of a coordinate
+of one radius, because products are rounded too. Where the forces of the terms are at most a few times the noise, they
+cannot be distinguished from zero, and the residual is 0. Where the noise alone exceeds the tolerance, only a higher
+precision helps. The noise is measured where a bound, the row sums of stiffness times the size of the coordinates and
+the precision, cannot exclude it.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
 ABOVE_NOISE = 4.0
-"""How many times the noise forces must exceed to be forces; the noise of one place varies by about that much."""
+"""Ratio to the noise above which forces are significant; the noise of one place varies by about that factor."""
 
 
 @kernel
@@ -64,7 +65,7 @@ def add_effort(
     effort: wp.array[Any],
     contact_noise: wp.array[Any],
 ) -> None:
-    """Add one term's force to the net force, and its magnitude to the effort; bound what rounding does in contacts."""
+    """Add one term's force to the net force and its magnitude to the effort; bound the rounding in contacts."""
     i = wp.tid()
     net[i] += force[i]
     effort[i] += wp.length(force[i])
@@ -123,14 +124,14 @@ def square_differences(
 
 @dataclass(frozen=True)
 class Assessment:
-    """What is known of a state."""
+    """Residual and energies of a state."""
 
     residual: float
     """Relative force residual."""
     energies: dict[str, float]
     """Energy of each term [erg]."""
     rounding: float = 0.0
-    """Residual that the rounding of coordinates alone makes; 0 where it is surely less than ``residual``."""
+    """Residual that the rounding of coordinates alone causes; 0 where it is certainly less than ``residual``."""
 
     @property
     def energy(self) -> float:
@@ -139,12 +140,12 @@ class Assessment:
 
     @property
     def size(self) -> float:
-        """Sum of the sizes of the energies [erg]."""
+        """Sum of the magnitudes of the energies [erg]."""
         return sum(abs(energy) for energy in self.energies.values())
 
     @property
     def remedy(self) -> str:
-        """What brings yarns to rest that are not: more digits where the rest of the force is noise, else patience."""
+        """What helps yarns that are not at rest: a higher precision where the force is noise, else more iterations."""
         if self.residual <= ABOVE_NOISE * self.rounding:
             return f"rounding of coordinates alone leaves {self.rounding:.2g}: set precision to float64"
         return "raise max_iterations"
@@ -156,7 +157,7 @@ class Assessment:
 
 
 LARGEST_ENERGY_FALL = 0.1
-"""Largest fall of the energy between two assessments of yarns at rest, over itself and the tolerance."""
+"""Largest relative fall of the energy between two assessments of yarns at rest, over the tolerance."""
 
 
 def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool:
@@ -171,14 +172,14 @@ def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bound of the rms force that the rounding of coordinates makes without contacts [erg / unit], shape (C,)."""
+    """Bound of the rms force that the rounding of coordinates causes without contacts [erg / unit], shape (C,)."""
     counts = np.diff(model.point_start)
     mean = np.add.reduceat(stiffness**2, model.point_start[:-1]) / counts
     return np.sqrt(mean) * model.size * _precision(model)
 
 
 class Assessor:
-    """Launches of an assessment, prepared once: some thirty of them, and two looks at the result."""
+    """The captured launches of an assessment, about thirty, whose result is read in two transfers."""
 
     def __init__(
         self,
@@ -192,7 +193,7 @@ class Assessor:
         rounding: NDArray[np.float64],
         strain: CellStrain | None = None,
     ) -> None:
-        """Prepare them for arrays as they are; ``rounding`` is ``rounding_force``."""
+        """Prepare the launches for the current arrays; ``rounding`` is ``rounding_force``."""
         n = model.point_count
         self.model, self.state, self.candidates, self.terms = model, state, candidates, terms
         self.constraints, self.point_stiffness, self.strain = constraints, point_stiffness, strain
@@ -200,15 +201,15 @@ class Assessor:
         self.net, self.effort, self.contact_noise = model.empty(n, 3), model.empty(n), model.empty(n)
         self.sums = Sums(by_term.BASE_TERMS + 3, model.largest_cell, model.cell_count, model.device)
         self.noise = Sums(1, model.largest_cell, model.cell_count, model.device)
-        self.recording = CapturedLaunches(self._launches(model.prepare), model.device)
-        self.nudging: CapturedLaunches | None = None
+        self.launches = CapturedLaunches(self._launches(model.prepare), model.device)
+        self.perturbing: CapturedLaunches | None = None
 
     def assess(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
-        """Residual and energies of each cell as it is; its forces are overwritten.
+        """Residual and energies of each cell in its current state; forces are overwritten.
 
-        Only in ``cells``, or in all, is it measured what rounding does.
+        The effect of rounding is measured only in ``cells``, or in all.
         """
-        self.recording.launch()
+        self.launches.launch()
         found = self.sums.totals()
         counts = np.diff(self.model.point_start)
         left, whole, in_contacts = (np.sqrt(found.pop(name) / counts) for name in ("net", "effort", "contact noise"))
@@ -232,7 +233,7 @@ class Assessor:
         return [Assessment(*each) for each in zip(residual.tolist(), energies, share.tolist(), strict=True)]
 
     def _launches(self, launcher: Launcher) -> list[Any]:
-        """Forces term by term, what they leave and what they exert, and energies."""
+        """Forces term by term, their sums and magnitudes, and energies."""
         model, state = self.model, self.state
         sums = [self.net, self.effort, self.contact_noise]
         launches: list[Any] = [ZeroArray(array) for array in sums]
@@ -256,14 +257,14 @@ class Assessor:
         return [*launches, self.sums.total_launch(launcher)]
 
     def _noise(self) -> NDArray[np.float64]:
-        """Force that the rounding of coordinates makes [erg / unit], root mean square, shape (C,)."""
-        if self.nudging is None:
-            self.nudging = CapturedLaunches(self._noise_launches(self.model.prepare), self.model.device)
-        self.nudging.launch()
+        """Force that the rounding of coordinates causes [erg / unit], root mean square, shape (C,)."""
+        if self.perturbing is None:
+            self.perturbing = CapturedLaunches(self._noise_launches(self.model.prepare), self.model.device)
+        self.perturbing.launch()
         return np.sqrt(self.noise.totals()["noise"] / (12.0 * np.diff(self.model.point_start)))
 
     def _noise_launches(self, launcher: Launcher) -> list[Any]:
-        """What forces change by if coordinates are nudged; the coordinates are as before."""
+        """The change of forces when coordinates change by their last digit; the coordinates are restored."""
         model, state = self.model, self.state
         n = model.point_count
         kept, change2 = wp.clone(state.points), model.empty(n)

@@ -16,7 +16,7 @@ from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
-from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
@@ -24,7 +24,7 @@ from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer, Progress
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -121,7 +121,7 @@ def relax_yarns(
     if not loop.at_rest[0]:
         _warn(loop)
     relaxed = simulation.good_yarns()
-    _refuse_pull_through(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
+    refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
     return Relaxation(relaxed, _report(loop, quality, relaxed, began=observer.began), observer.history)
 
 
@@ -138,17 +138,6 @@ def relax_partly(
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
     RelaxationLoop(simulation, quality.tolerance).run(iterations)
     return simulation.good_yarns()
-
-
-@alone()
-def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = None) -> None:
-    """Check that yarns are linked as they were drawn.
-
-    Raises:
-        SolverError: the linking of two yarns changed; it names them.
-    """
-    changed = changed_pairs(doubled_linking(drawn, device=device), doubled_linking(relaxed, device=device))
-    _refuse_pull_through(drawn, changed)
 
 
 def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
@@ -192,12 +181,3 @@ def _warn(loop: RelaxationLoop) -> None:
     slope = f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"
     where = f"{found}, {slope} after {loop.iteration} iterations"
     logger.warning("yarns are not at rest: %s; %s", where, last.remedy)
-
-
-def _refuse_pull_through(yarns: YarnSet, changed: IntArray) -> None:
-    """Raise where the linking of two closed yarns changed; that of open yarns may, as others pass their ends."""
-    for first, second in changed:
-        if yarns.closed[first] and yarns.closed[second]:
-            faces = [sorted(set(yarns.face[yarns.start[y] : yarns.start[y + 1]].tolist()))[:3] for y in (first, second)]
-            where = f"yarns {first} and {second} (stitch faces {faces[0]} ... and {faces[1]} ...)"
-            raise SolverError(f"{where}: their linking number changed; report this with the yarns, it must not happen")

@@ -27,9 +27,9 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
-from stitchmesh.yarnrelax.collision.step_limit import smallest_distances, yarn_place
+from stitchmesh.yarnrelax.collision.step_limit import smallest_distances
 from stitchmesh.yarnrelax.convergence import Assessment, Assessor, rounding_force
-from stitchmesh.yarnrelax.energies.by_term import each_term
+from stitchmesh.yarnrelax.energies.by_term import largest_force
 from stitchmesh.yarnrelax.energies.evaluation import force_launches
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -105,9 +105,8 @@ class YarnSimulation:
         stiffness = further + stiffness_row_sums(model)
         strains = 0 if cells is None else model.cell_count
         self.solver = solver_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
-        self.state = make_state(
-            model, points, external=bool(self.terms), blocks=self.solver.needs_blocks, strains=strains
-        )
+        blocks = self.solver.needs_blocks
+        self.state = make_state(model, points, external=bool(self.terms), blocks=blocks, strains=strains)
         self.candidates = make_candidates(model, WIDEST_MARGIN)
         self.constraints = [constraint.on(model) for constraint in constraints]
         self.point_stiffness = model.upload(np.maximum(stiffness, np.finfo(np.float32).tiny))
@@ -130,16 +129,12 @@ class YarnSimulation:
     @property
     def inputs(self) -> SolverInputs:
         """What the solver works on."""
-        return SolverInputs(
-            self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain
-        )
+        return SolverInputs(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain)
 
     @property
     def noise(self) -> NDArray[np.float64]:
         """Work of the rounding forces over a radius at every control point of each cell [erg], shape (C,)."""
         return self.rounding * np.diff(self.model.point_start)
-
-    # Launches
 
     def discard_launches(self) -> None:
         """Forget all captured launches: an array that they name was replaced."""
@@ -216,8 +211,6 @@ class YarnSimulation:
         """Residual and energies of each cell now; the effect of rounding is measured only in ``cells``, or in all."""
         return self.assessor.assess(cells)
 
-    # States
-
     def accept(self, cells: NDArray[np.bool_]) -> None:
         """Store the current state of some cells as their last accepted state."""
         self._copy(cells, self.state.points, self.good_points)
@@ -277,15 +270,8 @@ class YarnSimulation:
 
     def largest_force(self, cell: int = 0) -> str:
         """The energy with the largest force in a cell, or in the only piece, and where the force acts."""
-        first, last = self.model.point_start[cell : cell + 2]
-        largest, energy, point = -1.0, "", 0
         place_contact_samples(self.model, self.state, self.model.launch)
-        for term in each_term(self.model, self.state, self.candidates, self.terms, self.point_stiffness):
-            force = np.linalg.norm(self.state.force.numpy()[first:last].astype(np.float64), axis=1)
-            force = np.where(np.isfinite(force), force, np.inf)
-            if force.max() > largest:
-                largest, energy, point = float(force.max()), term, int(first + force.argmax())
-        return f"{energy} energy of {yarn_place(self.model.yarns, point)}"
+        return largest_force(self.model, self.state, self.candidates, self.terms, self.point_stiffness, cell)
 
     def _copy(self, cells: NDArray[np.bool_], source: wp.array[Any], target: wp.array[Any]) -> None:
         """Copy the entries of some cells."""

@@ -26,8 +26,8 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
-from stitchmesh.yarnrelax.linking.certificate import doubled_linking
-from stitchmesh.yarnrelax.relax import refuse_pull_through, relax_partly
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pull_through
+from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.relax_cells import relax_cells
 
 SAFETY = 120.0  # seconds until a test that hangs ends; no test waits so long

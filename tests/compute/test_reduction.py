@@ -21,8 +21,8 @@ from stitchmesh.compute.reduction import (
     minima_over,
     minimum,
     ordered_sum,
+    row_totals,
     strands_for,
-    walk_over,
 )
 
 LENGTHS = [1, 255, 256, 257, 20_000, 300_001]
@@ -113,21 +113,10 @@ def test_the_number_of_strands_depends_on_the_length_alone_and_suits_tiles() -> 
     assert (counts[0], counts[-1]) == (FEWEST_STRANDS, MOST_STRANDS)
 
 
-@pytest.mark.parametrize("count", LENGTHS)
-def test_a_walk_visits_each_value_once(count: int) -> None:
-    walk = walk_over(count, wp.get_device("cpu"))
-    across, along, chunk = walk.numbers
-    places = (np.arange(walk.strands)[:, None] * across + np.arange(chunk) * along).ravel()
-    assert np.array_equal(np.sort(places[places < count]), np.arange(count))
-
-
 def test_rows_of_strands_are_totalled_in_blocks() -> None:
     parts = random(3 * 1024).reshape(3, 1024)
     totals = wp.zeros(3, dtype=wp.float64, device="cpu")
 
-    def launch(kernel: wp.Kernel, count: int, inputs: list, outputs: list, *, tile: int) -> None:
-        wp.launch_tiled(kernel, dim=count, inputs=inputs, outputs=outputs, block_dim=tile, device="cpu")
-
-    walk_over(1, wp.get_device("cpu")).total(array(parts), totals, launch)
+    wp.launch_tiled(row_totals, dim=3, inputs=[array(parts)], outputs=[totals], block_dim=TILE, device="cpu")
     # rounding of a thousand summands of order one, whose sum is of order thirty
     np.testing.assert_allclose(totals.numpy(), parts.sum(axis=1), atol=1e-12)

@@ -95,7 +95,7 @@ def test_a_single_cell_is_the_same_run_to_the_bit() -> None:
 
 
 @pytest.mark.parametrize("free", [None, FREE])
-def test_steps_launched_one_by_one_are_those_of_a_burst(free: RelaxCell | None) -> None:
+def test_steps_launched_one_by_one_are_those_of_the_fused_launch(free: RelaxCell | None) -> None:
     ends = []
     for in_one_launch in (True, False):
         chosen = None if free is None else [free] * 4

@@ -22,7 +22,7 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
-from stitchmesh.yarnrelax.relax import refuse_pull_through
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL

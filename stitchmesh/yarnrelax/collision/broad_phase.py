@@ -40,15 +40,15 @@ CELL = 2.0
 APART = 6.0
 """Distance between the cells of several fabrics in the hash grid, over the width of a cell of the grid."""
 SMALL_GRID, LARGE_GRID, MANY_SEGMENTS = 64, 192, 200_000
-"""Cells along each axis of the hash grid, up to that many segments and beyond; cells wrap around, so this bounds
-memory and not space."""
+"""Cells along each axis of the hash grid for up to ``MANY_SEGMENTS`` segments and for more; the grid is periodic, so
+its size limits memory and not space."""
 MOST_ENTRIES = 2**31
-"""Entries that the lists may have, 8 GB."""
+"""Largest number of entries of all lists, 8 GB."""
 
 
 @wp.func
 def may_collide(model: Any, i: int, j: int, image: int) -> bool:
-    """Whether segment i and segment j of an image are of different strands, or far enough apart along one."""
+    """Whether segment i and segment j of an image are of different strands, or far enough apart along one strand."""
     yarn = model.segment_yarn[i]
     if yarn != model.segment_yarn[j]:
         return True
@@ -57,7 +57,7 @@ def may_collide(model: Any, i: int, j: int, image: int) -> bool:
         return True
     cycle = model.segment_cycle[i]
     ahead = j - i
-    if turns != 0:  # the same strand, some turns farther along
+    if turns != 0:  # the same strand, some turns later
         count = model.yarn_segments[yarn]
         far = wp.int64(ahead) + wp.int64(turns) * wp.int64(count)
         if far < wp.int64(0):
@@ -141,7 +141,7 @@ def place_in_grid(
     # state out
     place: wp.array[Any],
 ) -> None:
-    """Where each ball stands in the hash grid."""
+    """Coordinates of each ball in the hash grid."""
     s = wp.tid()
     place[s] = grid_place(model.images, centre[s], cell_of(model.images, s), pitch)
 
@@ -155,7 +155,7 @@ def bound_cells(
     # state out
     box: wp.array[Any],
 ) -> None:
-    """The box around the middles of each cell's segments; a block of 64 threads a cell."""
+    """The box around the middles of each cell's segments; a block of 64 threads for each cell."""
     cell, lane = wp.tid()
     first, last = cell_segments[cell], cell_segments[cell + 1]
     low = centre[first]
@@ -183,7 +183,7 @@ def measure_drift(
     # state out
     drift: wp.array[Any],
 ) -> None:
-    """How much nearer to others each ball may have come since the lists were made."""
+    """Distance by which each ball may have approached others since the lists were made."""
     s = wp.tid()
     grown = extent[s] - listed_extent[s]
     drift[s] = wp.length(centre[s] - listed_centre[s]) + wp.max(grown, grown - grown)
@@ -194,21 +194,21 @@ class NearSegments:
     """Lists of the segments near each segment."""
 
     count: wp.array[Any]
-    """How many there are, shape (S,)."""
+    """Length of each list, shape (S,)."""
     lists: wp.array[Any]
-    """They, ascending, shape (S, capacity)."""
+    """The segments near each segment, ascending, shape (S, capacity)."""
     centre: wp.array[Any]
     """Middle of each segment's samples, shape (S, 3)."""
     extent: wp.array[Any]
-    """How far their yarn reaches from it, shape (S,)."""
+    """Radius of the ball around the middle that contains the yarn of the segment, shape (S,)."""
     listed_centre: wp.array[Any]
-    """The middles when the lists were made, shape (S, 3)."""
+    """The middles at the time when the lists were made, shape (S, 3)."""
     listed_extent: wp.array[Any]
-    """How far the yarn reached then, shape (S,)."""
+    """The radii at that time, shape (S,)."""
     grid: wp.HashGrid
-    """The grid that finds them."""
+    """The hash grid."""
     grid_place: wp.array[Any]
-    """Where each segment stands in it, shape (S, 3)."""
+    """Coordinates of each segment in the grid, shape (S, 3)."""
     reach: float = 0.0
     """Distance within which balls were listed when the lists were made [units]."""
     complete_within: float = NOTHING_LISTED
@@ -237,7 +237,7 @@ def make_near_segments(model: Model) -> NearSegments:
 
 
 def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
-    """Put the balls, of extents up to ``longest``, into the hash grid; where they lie is where they are listed."""
+    """The launches that sort the balls, of radii up to ``longest``, into the hash grid, and store their places."""
     count, launcher = model.segment_count, model.prepare
     radius = reach + 2.0 * longest
     launches: list[Any] = [CopyArray(near.centre, near.listed_centre), CopyArray(near.extent, near.listed_extent)]
@@ -250,7 +250,7 @@ def grid_launches(model: Model, near: NearSegments, reach: float, longest: float
 
 
 def near_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
-    """List what comes nearer than a reach."""
+    """The launch that lists the balls that are nearer than a reach."""
     radius = reach + 2.0 * longest
     # places in the grid are rounded: a thousandth of a radius covers the farthest cell
     numbers = [model.number(value) for value in (reach, radius + 1e-3, _pitch(radius))]
@@ -265,18 +265,18 @@ def _pitch(radius: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _GridBuild:
-    """Sorts the balls into the hash grid when it is launched."""
+    """A launch that sorts the balls into the hash grid."""
 
     near: NearSegments
     width: float
 
     def launch(self) -> None:
-        """Do it."""
+        """Sort the balls."""
         self.near.grid.build(self.near.grid_place, self.width)
 
 
 def checked_length(model: Model, count: wp.array[Any], needed: int) -> int:
-    """The length ``needed`` of the longest list, if all fit."""
+    """The length ``needed`` of the longest list, if the memory is sufficient."""
     if needed * len(count) > MOST_ENTRIES:
         worst = int(count.numpy().argmax())
         whole = len(count) == model.segment_count
@@ -290,7 +290,7 @@ def checked_length(model: Model, count: wp.array[Any], needed: int) -> int:
 
 
 def allocate_lists(model: Model, count: int, needed: int) -> wp.array[Any]:
-    """Room for ``count`` lists of a quarter more entries than needed."""
+    """Allocate ``count`` lists with a capacity of a quarter more than needed."""
     capacity = int(np.ceil(needed * 1.25 / 8)) * 8 if needed > FIRST_CAPACITY else needed
     if model.device.is_cuda:
         return wp.zeros((capacity, count), dtype=wp.int32, device=model.device).transpose()

@@ -92,7 +92,7 @@ class Candidates:
     lists: wp.array[Any]
     """Samples in each list, ascending, shape (P, capacity)."""
     near: NearSegments
-    """The segments whose samples are compared."""
+    """The near lists of the broad phase."""
 
 
 def make_candidates(model: Model, margin: float) -> Candidates:

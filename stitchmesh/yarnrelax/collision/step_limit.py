@@ -66,7 +66,7 @@ from stitchmesh.yarnrelax.model.spline import LARGEST_REACH, from_entry, segment
 from stitchmesh.yarnrelax.model.state import State
 
 SMALLEST_CLEARANCE = 1e-3
-"""Clearance over the mean yarn radius below which a relaxation gives up."""
+"""Clearance over the mean yarn radius below which a relaxation ends."""
 
 
 @wp.func
@@ -77,7 +77,7 @@ def distance_of_pieces(centre: Any, half1: Any, half2: Any) -> Any:
     a, b, e = wp.dot(half1, half1), wp.dot(half1, half2), wp.dot(half2, half2)
     c, f = wp.dot(half1, centre), wp.dot(half2, centre)
     determinant = a * e - b * b
-    # parallel pieces: any point of the first serves, the clamps below find its partner
+    # parallel pieces: any point of the first one is suitable, and the clamps below find its partner
     s = zero
     if determinant > type(zero)(1.0e-6) * a * e:
         s = wp.clamp((b * f - c * e) / determinant, -one, one)
@@ -127,13 +127,13 @@ def arc_clearances(
     # state out
     clearance: wp.array[Any],
 ) -> None:
-    """Clearance of each sample's arc; exact enough only where it limits a budget."""
+    """Clearance of each sample's arc; exact only where it limits a budget."""
     p = wp.tid()
     here = samples[p]
     reach, sag = slack[p][0], slack[p][1]
     least = type(margin)(2.0) * (here[3] - reach) + margin
     enough = margin / type(margin)(2.0 * SAFETY)
-    for c in range(wp.min(candidate_count[p], candidates.shape[1])):  # as in ``list_samples``
+    for c in range(wp.min(candidate_count[p], candidates.shape[1])):  # a list beyond its capacity is made again
         entry = candidates[p, c]
         q = sample_number(model.images, entry)
         apart4 = from_entry(model.images, samples, p, here, entry)
@@ -288,7 +288,7 @@ def too_close_cells(
 def smallest_distances(model: Model, state: State, candidates: Candidates) -> NDArray[np.float64]:
     """Smallest distance of each cell's yarns over their radius, 2 where none touch, shape (C,).
 
-    As exact as the arcs' sag is small.
+    The error is at most the sag of the arcs.
     """
     half_tangent, _slack = _arcs(model, state)
     nearest = model.empty(model.sample_count)
@@ -320,7 +320,7 @@ def _too_close(model: Model, state: State, candidates: Candidates, sample: int) 
     other = yarn_place(model.yarns, int(model.yarns.segment_points[_segment(model, int(nearest.numpy()[0])), 1]))
     found = f"{float(distance.numpy()[0]):.2g} yarn radii between the axes, and {count} contact samples a segment"
     remedy = "move them apart, change rest lengths in steps of a fifth, or raise k_contact or contact_samples"
-    return f"{place}: too close to {other} for the contact energy to part them, {found}; {remedy}"
+    return f"{place}: too close to {other} for the contact energy to separate them, {found}; {remedy}"
 
 
 def _segment(model: Model, sample: int) -> int:
@@ -329,6 +329,6 @@ def _segment(model: Model, sample: int) -> int:
 
 
 def yarn_place(yarns: YarnSet, point: int) -> str:
-    """How messages name a place on a yarn."""
+    """Name of a place on a yarn for messages."""
     face = f", stitch face {yarns.face[point]}" if yarns.face[point] >= 0 else ""
     return f"yarn {yarns.point_yarn[point]} (control point {point}{face})"

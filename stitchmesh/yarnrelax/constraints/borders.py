@@ -6,9 +6,9 @@ For each loop S_j of the border, a hard constraint:
 
     C_j = sum over i in S_j of q_i  -  sum over i in S_j of q0_i  =  0
 
-The constraint pulls every control point of the loop with one force, so the steps lose that force times the points'
-mobility; the drift that it takes away is measured from the start, so that rounding cannot add up. The steps are then
-shortened by one common factor to the step limits, which leaves the mean where it is.
+The constraint acts on every control point of the loop with the same force, so the steps lose that force times the
+mobility of the point. The drift that is removed is measured from the start, so that rounding errors do not accumulate.
+The steps are then shortened to the step limits by one common factor, which does not change their mean.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def hold_loops(
     # state out
     step: wp.array[Any],
 ) -> None:
-    """Take from the steps of each border loop what would move its mean, then shorten all of them alike."""
+    """Remove the motion of the mean from the steps of each border loop, then shorten all steps by one factor."""
     loop = held[wp.tid()]
     first, last = loop_start[loop], loop_start[loop + 1]
     drift = type(points[0])()
@@ -71,7 +71,7 @@ def centre_forces(
     # state out
     force: wp.array[Any],
 ) -> None:
-    """Take the mean, which the constraint carries, from the forces of each border loop."""
+    """Subtract the mean, which the constraint carries, from the forces of each border loop."""
     loop = held[wp.tid()]
     first, last = loop_start[loop], loop_start[loop + 1]
     mean = type(force[0])()
@@ -87,13 +87,13 @@ class KeepBorders(ConstraintChoice):
     """The loops at the edge of a garment keep their place."""
 
     fabric: StitchMesh
-    """The fabric that the yarns were made from."""
+    """The fabric from which the yarns were generated."""
 
     def on(self, model: Model) -> Borders:
         """Send the loops to the device.
 
         Raises:
-            ParameterError: the yarns were not made from this fabric.
+            ParameterError: the yarns were not generated from this fabric.
         """
         loops = loops_of(model.yarns, self.fabric)
         return Borders(
@@ -106,7 +106,7 @@ class KeepBorders(ConstraintChoice):
 
 @dataclass(frozen=True, eq=False)
 class Borders(Constraint):
-    """Loops whose mean position is kept, on the device."""
+    """Loops with a constant mean position, on the device."""
 
     held: wp.array[Any]
     """The loops."""
@@ -118,10 +118,10 @@ class Borders(Constraint):
     """Control points at the start, shape (N, 3)."""
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Take from forces what the border's constraints carry."""
+        """The launch that subtracts the reactions of the border from forces."""
         return [launcher(centre_forces, len(self.held), [self.held, self.loop_start, self.loop_points], [force])]
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Take from the steps of each border loop what would move its mean."""
+        """The launch that removes the motion of the mean from the steps of each border loop."""
         inputs = [self.held, self.loop_start, self.loop_points, self.home, state.points, state.stiffness, limit]
         return [launcher(hold_loops, len(self.held), inputs, [step])]

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pins: control points that stay where they are.
+"""Pins: control points that do not move.
 
-A pin carries whatever force acts on its control point, and lets it take no step:
+A pin carries the whole force on its control point and allows no step:
 
     F_i <- 0,    step_i <- 0        for every pinned i
 
-Pinning four control points in a row holds the segment between them and its direction.
+Pins on four consecutive control points keep the segment between them and its direction.
 """
 
 from __future__ import annotations
@@ -42,27 +42,27 @@ def hold(
 
 @dataclass(frozen=True, eq=False)
 class Pins(ConstraintChoice):
-    """Hold control points where they are, chosen by number, by stitch face, or both."""
+    """Control points that do not move, selected by number, by stitch face, or both."""
 
     points: Sequence[int] | NDArray[np.integer[Any]] = ()
     """Numbers of control points."""
     faces: Sequence[int] | NDArray[np.integer[Any]] = ()
-    """Stitch faces all of whose loops are held (``YarnSet.face``)."""
+    """Stitch faces, all of whose control points are pinned (``YarnSet.face``)."""
 
     def on(self, model: Model) -> Constraint:
         """The pins on a model's device.
 
         Raises:
-            ParameterError: a control point or a stitch face is not there, or nothing is pinned.
+            ParameterError: a control point or a stitch face does not exist, or nothing is pinned.
         """
         return _Held(model, pinned_points(model.yarns, self))
 
 
 def pinned_points(yarns: YarnSet, pins: Pins) -> NDArray[np.int64]:
-    """Numbers of the control points that are held, ascending, shape (n,).
+    """Numbers of the pinned control points, ascending, shape (n,).
 
     Raises:
-        ParameterError: a control point or a stitch face is not there, or nothing is pinned.
+        ParameterError: a control point or a stitch face does not exist, or nothing is pinned.
     """
     return select_points("pins", yarns, pins.points, pins.faces)
 
@@ -74,9 +74,9 @@ class _Held(Constraint):
         self.pinned = model.integers(points)
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Take all force from pinned control points."""
+        """The launch that sets forces on pinned control points to zero."""
         return [launcher(hold, len(self.pinned), [self.pinned], [force])]
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Let pinned control points stay."""
+        """The launch that sets steps of pinned control points to zero."""
         return [launcher(hold, len(self.pinned), [self.pinned], [step])]

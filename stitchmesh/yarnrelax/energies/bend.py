@@ -1,20 +1,20 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Bending of a yarn that is straight at rest (L eq 7; Kaldor 2008), or of a natural curvature k.
+"""Bending of a yarn that is straight at rest (L eq 7; Kaldor 2008), or has a natural curvature k.
 
 Energy of one segment of rest length l:
 
     E = k_bend l int (kappa - k)^2 ds,   kappa = |c| / |y'|^3,   c = y' x y'',   k >= 0        [erg]
 
-A ring of radius R holds 2 pi R k_bend (1 / R - k)^2; the flexural rigidity EI is 2 k_bend. The yarn turns about its own
-axis at no cost, and so it is curved at rest towards where it is bent: of all turns of a rod with a natural curvature in
-one direction this has the least energy. Gradients are those of a straight yarn, with t = y' and a = y'', times
-1 - k / kappa:
+A ring of radius R has the energy 2 pi R k_bend (1 / R - k)^2; the flexural rigidity EI is 2 k_bend. The yarn rotates
+about its own axis without energy, so its natural curvature points in the direction in which it is bent: of all
+rotations of a rod with a natural curvature in one direction this has the least energy. Gradients are those of a
+straight yarn, with t = y' and a = y'', times 1 - k / kappa:
 
     d kappa^2 / dt = 2 (a x c) / |t|^6 - 6 |c|^2 t / |t|^8,    d kappa^2 / da = 2 (c x t) / |t|^6
 
-Where kappa is 0 that has a kink. So below q k, with q = 1/4, the energy goes on as the parabola in kappa that meets it
-there with the same slope, (1 - q) k^2 - (1/q - 1) kappa^2: a yarn that is held straight costs 3/4 of what it should.
+This energy has a kink at kappa = 0. Below q k, with q = 1/4, it is therefore continued by the parabola in kappa that
+has the same value and slope at q k, (1 - q) k^2 - (1/q - 1) kappa^2. A straight segment has 3/4 of the exact energy.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import Any
 import warp as wp
 
 NEARLY_STRAIGHT = wp.constant(0.25)
-"""Part of the natural curvature below which a yarn is next to straight."""
+"""Part of the natural curvature below which the energy is continued by a parabola."""
 
 
 @wp.func

@@ -1,25 +1,25 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Collision with a body: a surface that yarns rest on.
+"""Collision with a body: a surface that supports yarns.
 
-Each contact sample keeps a distance of its reach R from the surface, the yarn radius plus the thickness of what lies on
-the body:
+Each contact sample keeps a distance R from the surface, its reach: the yarn radius plus the thickness of a layer on the
+body. The energy is
 
     E = k_body sum over samples of  w e        [erg],    w = l / samples of the segment
 
-with e the penalty of ``body_penalty``, over a flat body 1/x^2 + x^2 - 2 with x the distance over R. A yarn that rests
-on it under a load of q per length comes to lie where q = k_body (2/x^3 - 2x) / R.
+with e the penalty of ``body_penalty``; over a flat body e = 1/x^2 + x^2 - 2 with x the distance over R. A yarn under a
+load of q per length is at rest on it where q = k_body (2/x^3 - 2x) / R.
 
 k_body = 2 r k_contact stiffness. Contact of a sample with a piece of parallel yarn one thickness long has the energy
-k_contact w 2r (1/x^2 + x^2 - 2), so a body of stiffness 1 pushes as hard as a yarn that is so near. A whole parallel
-yarn, whose parts lie at different distances, is softer, by less than three while x < 0.9.
+k_contact w 2r (1/x^2 + x^2 - 2), so a body of stiffness 1 pushes as hard as a yarn at the same distance. A whole
+parallel yarn, whose parts are at different distances, is softer, by a factor below three while x < 0.9.
 
-Each sample keeps a distance that it measured and a list of the triangles around. It looks again only after it has moved
-out of that, which changes no bit: a distance changes by no more than the sample moves, the lists hold all triangles
-within reach, and those beyond add nothing.
+Each sample stores a measured distance and a list of near triangles. Both are updated only after the sample has moved
+out of their range, which changes no bit of the result: a distance changes by no more than the motion of the sample, the
+lists contain all triangles within reach, and other triangles add nothing.
 
-A sample deeper than ``DEPTH`` reaches is not found and not pushed. Forces do not bring one there: by then the penalty
-has grown to a thousand. One that starts there in a closed body is an error.
+A sample deeper than ``DEPTH`` reaches is not found and feels no force. Forces do not move a sample there, because the
+penalty would be about a thousand. A sample that starts there in a closed body is an error.
 """
 
 from __future__ import annotations
@@ -47,18 +47,18 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
 DEPTH = wp.constant(4.0)
-"""How many reaches below the surface a sample is still found."""
+"""Depth below the surface, in reaches, down to which a sample is found."""
 MARGIN = wp.constant(0.25)
-"""How many reaches a sample may move before its list is made again."""
+"""Motion of a sample, in reaches, after which its list is made again."""
 LIST = 12
-"""Triangles in a list; where more are near, they are searched for each time."""
+"""Capacity of a list; where more triangles are near, they are searched in each iteration."""
 NOWHERE = 1e15
-"""A place and a distance that no sample has, in units."""
+"""A coordinate and a distance that no sample has [units]."""
 
 
 @wp.func
 def list_triangles(surface: Any, sample: Any, reach: Any, p: int, listed: wp.array2d[wp.int32]) -> int:
-    """List the triangles that a sample may touch before it is asked again; how many, -1 if too many."""
+    """List the triangles that a sample may touch before the next search; their number, -1 if there are too many."""
     count = int(0)
     place = type(surface.corners[0])(sample[0], sample[1], sample[2])
     query = near_triangles(surface, place, reach)
@@ -95,7 +95,7 @@ def body_forces(
     wide = reach * type(reach)(1.0 + MARGIN)
     last = load_vector(measured, p)
     moved = wp.length(type(surface.corners[0])(here[0] - last[0], here[1] - last[1], here[2] - last[2]))
-    # a thousandth of room for rounding
+    # a thousandth allows for rounding
     if (moved + reach) * type(reach)(1.001) < last[3]:
         return
     count = list_count[p]
@@ -155,17 +155,17 @@ def body_gaps(
 
 @dataclass(frozen=True, eq=False)
 class Body(TermChoice):
-    """A surface that yarns cannot enter; its faces look outwards, and it may be open (a floor).
+    """A surface that yarns cannot enter; its faces are oriented outwards, and it may be open (a floor).
 
     Raises:
         ParameterError: a thickness below 0, a stiffness that is not positive, a mesh on a lattice, or a closed mesh
-            whose faces look inwards.
+            whose faces are oriented inwards.
     """
 
     mesh: Mesh
     """The surface [cm]."""
     thickness: float = 0.0
-    """How far from the surface the yarn's own surface starts to be pushed [cm]."""
+    """Distance from the body at which the surface of a yarn begins to feel a force [cm]."""
     stiffness: float = 1.0
     """Stiffness over that of a yarn."""
 
@@ -226,14 +226,14 @@ class _Collision(Term):
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """None at rest: it comes with the forces."""
+        """Zero: the stiffness comes with ``forces``."""
         return np.zeros(self.model.point_count)
 
     def renew(self, state: State, candidates: Candidates) -> None:
-        """Look for samples too deep in a closed body to be found.
+        """Check that no sample is too deep in a closed body to be found.
 
         Raises:
-            SolverError: there is one; it names the yarn and the stitch face.
+            SolverError: a sample is too deep; it names the yarn and the stitch face.
         """
         if not self.closed:
             return
@@ -254,7 +254,7 @@ class _Collision(Term):
 
 
 def _lists(model: Model) -> wp.array[Any]:
-    """Room for the list of each sample; on a GPU neighbours in memory are those of neighbouring samples."""
+    """Allocate the list of each sample; on a GPU the lists of neighbouring samples are interleaved."""
     if model.device.is_cuda:
         return wp.zeros((LIST, model.sample_count), dtype=wp.int32, device=model.device).transpose()
     return wp.zeros((model.sample_count, LIST), dtype=wp.int32, device=model.device)

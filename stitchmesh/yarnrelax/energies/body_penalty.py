@@ -1,21 +1,21 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a surface pushes one contact sample, which has to keep a distance of its reach R.
+"""The force of a surface on one contact sample that has to keep a distance R, its reach.
 
-Outside, every feature of the surface (``mesh_features``) within reach takes part with its share s and its distance d:
+Outside, every feature of the surface (``mesh_features``) within reach contributes with its share s and its distance d:
 
     e = sum over triangles, edges, corners of  s f(d / R)
     f(x) = 1/x^2 + x^2 - 2                                       for 1/2 <= x < 1, else 0 above
     f(x) = f(1/2) + f'(1/2) (x - 1/2) + f''(1/2) (x - 1/2)^2 / 2 for x < 1/2:  2.25, -15, 98
 
-Over a flat or convex part this is f of the distance from it, however it is divided into triangles. In a hollow both
-sides push, as they should, and the force has no jump where the nearest triangle changes, as that of the nearest alone
-has: there yarns would never come to rest, and hollows are where they rest. (A sharp ridge, below 90 degrees, pushes a
-little more than f.) Inside, which forces do not bring a sample to, the nearest feature pulls it out: e = f(d / R) with
-the signed distance.
+Over a flat or convex part this is f of the distance, whatever its division into triangles. In a concave part both sides
+push, and the force is continuous where the nearest triangle changes. The force of the nearest triangle alone would jump
+there, and yarns in a concave part would never come to rest. (A sharp ridge, below 90 degrees, pushes slightly more than
+f.) Inside, where forces do not move a sample, the nearest feature pushes it out: e = f(d / R) with the signed
+distance.
 
-f grows as that of contact does (L eqs 9, 10) while the overlap is small, and is continued with its curvature so that it
-is finite at the surface: twice continuously differentiable at 1/2, once at 1.
+f grows like the contact energy (L eqs 9, 10) while the overlap is small, and is continued with constant curvature so
+that it is finite at the surface: twice continuously differentiable at 1/2, once at 1.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def with_feature(push: Any, energy: Any, apart: Any, reach: Any, share: Any) -> 
 def with_triangle(push: Any, energy: Any, surface: Any, t: int, place: Any, reach: Any) -> tuple[Any, Any]:
     """Push and energy with those of one more triangle, and of the edges and corners whose shares it has."""
     apart = from_triangle(surface, t, place)
-    if wp.dot(apart, apart) < reach * reach:  # its edges and corners are no nearer
+    if wp.dot(apart, apart) < reach * reach:  # its edges and corners are not nearer
         push, energy = with_feature(push, energy, apart, reach, type(reach)(1.0))
         of_edges, of_corners = surface.shares[2 * t], surface.shares[2 * t + 1]
         for k in range(3):
@@ -84,7 +84,7 @@ def with_triangle(push: Any, energy: Any, surface: Any, t: int, place: Any, reac
 
 @wp.func
 def near_triangles(surface: Any, place: Any, reach: Any) -> wp.MeshQueryAABB:
-    """The triangles whose boxes come as near as that, always in the same order."""
+    """The triangles whose boxes are within a reach, always in the same order."""
     # a little wider, for the boxes are single precision
     wide = wp.vec3(1.001 * float(reach), 1.001 * float(reach), 1.001 * float(reach))
     return wp.mesh_query_aabb(surface.tree, single(place) - wide, single(place) + wide)

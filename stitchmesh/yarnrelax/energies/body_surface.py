@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Signed distance from a triangle mesh, on the device.
 
-A search through Warp's tree of boxes, in single precision, says which face, edge or corner is nearest. Distance and
-direction from that one are then computed in the precision of the model, and are as exact as it is. Only where two
-features are equally near to within single precision may the search name the one that is farther, by as little.
+A search through Warp's tree of boxes, in single precision, finds the nearest face, edge or corner. Distance and
+direction from this feature are then computed in the precision of the model. Only where two features have the same
+distance within single precision may the search find the farther one, and the error of the distance is then as small.
 
-The sign comes from the outward direction of the feature (``mesh_features``). Beyond a border all is outside.
+The sign comes from the outward direction of the feature (``mesh_features``). Everything beyond a border is outside.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class BodySurface:
     """A surface on the device, in units from the model's origin."""
 
     tree: wp.Mesh
-    """What is searched; kernels know it by its number alone."""
+    """The tree that is searched; kernels receive its identifier."""
     constants: Any
     """The struct that kernels receive."""
 

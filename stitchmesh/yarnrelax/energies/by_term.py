@@ -14,14 +14,17 @@ from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import Sums
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.bend import bend_energy
-from stitchmesh.yarnrelax.energies.contact import contact_energies
+from stitchmesh.yarnrelax.energies.contact import contact_energy
 from stitchmesh.yarnrelax.energies.evaluation import contact_launch, gather_launch, segment_launch
 from stitchmesh.yarnrelax.energies.segment_forces import natural_ends
 from stitchmesh.yarnrelax.energies.stretch import length_energy, stretch_energy
 from stitchmesh.yarnrelax.energies.term import Term
-from stitchmesh.yarnrelax.model.constants import CONTACT, Model
-from stitchmesh.yarnrelax.model.spline import segment_corners
+from stitchmesh.yarnrelax.model.cells import CONTACT
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
 from stitchmesh.yarnrelax.model.state import State
 
 SEGMENT_TERMS = ("stretch", "length", "bend")
@@ -63,6 +66,33 @@ def segment_energies(
     bend[s] = in_bend
 
 
+@kernel
+def contact_energies(
+    # model
+    model: Any,
+    # state in
+    samples: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    sample_energy: wp.array[Any],
+) -> None:
+    """Half of the energy of each pair [erg], at both of its samples."""
+    p = wp.tid()
+    here = samples[p]
+    weight = model.sample_stiffness[p]
+    energy = weight - weight
+    for c in range(candidate_count[p]):
+        entry = candidates[p, c]
+        apart = from_entry(model.images, samples, p, here, entry)
+        distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
+        reach2 = apart[3] * apart[3]
+        if distance2 < reach2:
+            stiffness = weight * model.sample_weight[sample_number(model.images, entry)]
+            energy += contact_energy(distance2, reach2, stiffness)
+    sample_energy[p] = energy * type(energy)(0.5)
+
+
 def each_term(
     model: Model, state: State, candidates: Candidates, terms: Sequence[Term], point_stiffness: wp.array[Any]
 ) -> Iterator[str]:
@@ -72,6 +102,25 @@ def each_term(
         for launch in own:
             launch.launch()
         yield name
+
+
+def largest_force(
+    model: Model,
+    state: State,
+    candidates: Candidates,
+    terms: Sequence[Term],
+    point_stiffness: wp.array[Any],
+    cell: int,
+) -> str:
+    """The energy with the largest force in a cell, and the place of the force; the samples must be placed."""
+    first, last = model.point_start[cell : cell + 2]
+    largest, energy, point = -1.0, "", 0
+    for term in each_term(model, state, candidates, terms, point_stiffness):
+        force = np.linalg.norm(state.force.numpy()[first:last].astype(np.float64), axis=1)
+        force = np.where(np.isfinite(force), force, np.inf)
+        if force.max() > largest:
+            largest, energy, point = float(force.max()), term, int(first + force.argmax())
+    return f"{energy} energy of {yarn_place(model.yarns, point)}"
 
 
 def term_launches(

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What elements of a cell that relaxes add to the forces on its strains and to their stiffness (``cell``).
+"""Contributions of elements of a relaxing cell to the forces on its strains and to their stiffness (``cell_strain``).
 
-Nine sums: the forces W_11, W_22, W_12, and the block of stiffness (aa, bb, cc, ab, ac, bc) with a, b, c the strains
+Nine sums: the forces W_11, W_22, W_12, and the block of stiffness (aa, bb, cc, ab, ac, bc) with the strains
 m = (t1^2, t2^2, t1 t2) of an element along t.
 """
 
@@ -36,9 +36,10 @@ def add_leg_virial(total: Any, e1: Any, e2: Any, leg: Any, pull: Any, stiffness:
 def add_contact_virial(
     total: Any, images: Any, p: int, gap: Any, size: Any, stiffness: Any, distance2: Any, inverse: Any
 ) -> Any:
-    """Add half of sample ``p``'s pair in contact, whose push is ``size`` times the gap: the other adds the same.
+    """Add half of the virial of a pair in contact; the other sample of the pair adds the other half.
 
-    ``inverse`` is 1 / distance^2, which contact has at hand: a GPU waits for each division.
+    The force is ``size`` times the gap. ``inverse`` is 1 / distance^2, which contact has computed already: a division
+    is slow on a GPU.
     """
     cell = cell_of_sample(images, p)
     e1, e2 = images.frame[2 * cell], images.frame[2 * cell + 1]

@@ -8,12 +8,12 @@ Energy of two segments of rest lengths l_i, l_j, each unordered pair counted onc
     f(d) = 1/d^2 + d^2 - 2  for d < 1, else 0
 
 with r_i + r_j in place of 2r where radii differ. The integrals are midpoint sums over the contact samples, which
-converge fast because the integrand is smooth along yarns that are many samples long. The force on a sample p is
+converge fast because the integrand is smooth along yarns with many samples. The force on a sample p is
 
     F_p = sum over q of  2 k_contact w_p w_q (R^4 / d^4 - 1) / R^2 (y_p - y_q),   R = r_p + r_q,  d = |y_p - y_q|
 
-where w = l / samples per segment. It is computed from p's side and from q's side, so that each sample gathers its own
-force; both sides use the same numbers, so the forces sum to zero up to rounding.
+where w = l / samples of the segment. Each sample of a pair computes its own force. Both use the same numbers, so the
+forces sum to zero up to rounding.
 """
 
 from __future__ import annotations
@@ -67,15 +67,9 @@ def contact_force_function(scalar: Any, entries_at_once: int, cell_relaxes: bool
 
     @wp.func
     def contact_force_at(
-        model: Any,
-        p: int,
-        candidate_count: wp.array[wp.int32],
-        candidates: wp.array2d[wp.int32],
-        samples: wp.array[Any],
-        sample_force: wp.array[Any],
-        sample_block: wp.array[Any],
-        sample_virial: wp.array[Any],
-    ) -> None:
+        model: Any, p: int, candidate_count: wp.array[wp.int32], candidates: wp.array2d[wp.int32],
+        samples: wp.array[Any], sample_force: wp.array[Any], sample_block: wp.array[Any], sample_virial: wp.array[Any]
+    ) -> None:  # fmt: skip
         """Write the force on a sample and the row sum of its stiffness; its block of stiffness where it is read."""
         here = load_vector(samples, p)
         force = type(here)()
@@ -132,30 +126,3 @@ def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.
         )
 
     return contact_forces
-
-
-@kernel
-def contact_energies(
-    # model
-    model: Any,
-    # state in
-    samples: wp.array[Any],
-    candidate_count: wp.array[wp.int32],
-    candidates: wp.array2d[wp.int32],
-    # state out
-    sample_energy: wp.array[Any],
-) -> None:
-    """Half of each pair's energy [erg], at both of its samples."""
-    p = wp.tid()
-    here = samples[p]
-    weight = model.sample_stiffness[p]
-    energy = weight - weight
-    for c in range(candidate_count[p]):
-        entry = candidates[p, c]
-        apart = from_entry(model.images, samples, p, here, entry)
-        distance2 = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]
-        reach2 = apart[3] * apart[3]
-        if distance2 < reach2:
-            stiffness = weight * model.sample_weight[sample_number(model.images, entry)]
-            energy += contact_energy(distance2, reach2, stiffness)
-    sample_energy[p] = energy * type(energy)(0.5)

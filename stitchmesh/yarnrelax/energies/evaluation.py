@@ -50,15 +50,9 @@ def sample_forces_on(model: Any, sample_force: wp.array[Any], s: int, slot: int)
 
 @wp.func
 def gather_at(
-    model: Any,
-    i: int,
-    point_stiffness: wp.array[Any],
-    leg_force: wp.array2d[Any],
-    sample_force: wp.array[Any],
-    external_force: wp.array[Any],
-    force: wp.array[Any],
-    stiffness: wp.array[Any],
-) -> None:
+    model: Any, i: int, point_stiffness: wp.array[Any], leg_force: wp.array2d[Any], sample_force: wp.array[Any],
+    external_force: wp.array[Any], force: wp.array[Any], stiffness: wp.array[Any]
+) -> None:  # fmt: skip
     """Write the force on a control point, and the row sum of stiffness there (``stiffness_bounds``)."""
     slots = model.point_segments[i]
     total = type(leg_force[0, 0])()
@@ -129,9 +123,8 @@ def contact_launch(model: Model, state: State, candidates: Candidates, launcher:
     """The launch that finds the contact force on each sample."""
     kernel = contact_forces(model.scalar, model.entries_at_once, state.cell_relaxes)
     inputs = [model.constants, candidates.count, candidates.lists, state.samples]
-    return launcher(
-        kernel, model.sample_count, inputs, [state.sample_force, state.sample_block, state.sample_virial]
-    )
+    outputs = [state.sample_force, state.sample_block, state.sample_virial]
+    return launcher(kernel, model.sample_count, inputs, outputs)
 
 
 def gather_launch(model: Model, state: State, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:

@@ -2,25 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction between yarns: Coulomb's law, smoothed over a short slip, with a lagged normal force.
 
-Between two renewals (``friction_contacts``) a pair of contact samples holds the energy
+Between two renewals (``friction_contacts``) a pair of contact samples has the energy
 
     E = mu N phi(s),    s^2 = u . A u,    phi(s) = s^2 / e - s^3 / (3 e^2)  for s < e, else s - e / 3        [erg]
 
 (the mollifier f0 of Li et al. 2020, Incremental Potential Contact, less its constant: once differentiable, of slope 1
-beyond the slip length e). u is how far the samples have moved against each other from their anchors, N the force with
-which they were pressed together when the load step began. N and all else but u are constants here, so that the force
-is a gradient:
+beyond the slip length e). u is the relative displacement of the samples from their anchors, N the normal force at the
+beginning of the load step. N and everything except u are constants here, so that the force is a gradient:
 
     F_p = -mu N (phi'(s) / s) A u
 
-The yarns touch across the normal n, the direction of the contact force without its parts along the two yarns: summed
-along a yarn these parts cancel and press nothing. N is what is left of the contact force. With t_p, t_q the tangents
+The normal n of the contact is the direction of the contact force without its components along the two yarns. Along a
+yarn these components cancel in the sum and do not press. N is the remaining contact force. With t_p, t_q the tangents
 of both yarns in the plane across n, and mu the larger coefficient,
 
     A = (mu_across / mu)^2 (1 - n n^T) + ((mu_along / mu)^2 - (mu_across / mu)^2) (t_p t_p^T + t_q t_q^T) / 2
 
-so s is |u_t| where both coefficients are the same. A and N belong to the pair, so what one sample feels the other
-feels with the other sign; slip across one yarn is slip along another that it crosses at a right angle.
+so s is |u_t| where both coefficients are the same. A and N belong to the pair, so the forces on its two samples are
+opposite; slip across one yarn is slip along another yarn that crosses it at a right angle.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ from stitchmesh.yarnrelax.model.state import State
 def slip_of_pair(
     model: Any, law: Any, tangent: Any, samples: Any, p: int, entry: int, anchor: Any, force: Any
 ) -> tuple[Any, Any]:
-    """How far a pair has slipped from its anchor, and the part of it that friction resists, weighted by the law."""
+    """Slip of a pair from its anchor, and the part of it that friction resists, weighted by the law."""
     slip = vector_from(model.images, samples, p, samples[p], entry, force) - anchor
     q = sample_number(model.images, entry)
     return slip, resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
@@ -133,7 +132,7 @@ class Friction(TermChoice):
         return self.mu if isinstance(self.mu, tuple) else (self.mu, self.mu)
 
     def on(self, model: Model) -> Term:
-        """Friction between a model's yarns; nothing presses before the first ``renew``."""
+        """Friction between a model's yarns; normal forces are zero before the first ``renew``."""
         return _Friction(model, self)
 
 
@@ -151,21 +150,21 @@ class _Friction(Term):
         self.contacts = first_contacts(model)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Add the friction to ``state.sample_force``."""
+        """The launch that adds the friction to ``state.sample_force``."""
         return [launcher(friction_forces, self.model.sample_count, self._inputs(state), [state.sample_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy of all pairs [erg]; zero where nothing slipped."""
+        """Energy of all pairs [erg]; zero without slip."""
         energy = self.model.empty(self.model.sample_count)
         self.model.launch(friction_energies, self.model.sample_count, self._inputs(state), [energy])
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Nothing: the samples carry it."""
+        """Zero: the stiffness comes with ``forces``."""
         return np.zeros(self.model.point_count)
 
     def renew(self, state: State, candidates: Candidates) -> None:
-        """Take normal forces from the samples as they lie and drag anchors along; recorded launches become stale."""
+        """Find normal forces for the current samples and move anchors; arrays are replaced."""
         self.contacts = renewed_contacts(self.model, self.law, state, candidates, self.contacts)
 
     def arrays(self) -> dict[str, wp.array[Any]]:
@@ -173,7 +172,7 @@ class _Friction(Term):
         return {field.name: getattr(self.contacts, field.name) for field in fields(Contacts)}
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Take back contacts, of which there may be more or fewer than now."""
+        """Restore contacts, whose number may differ from the present one."""
         kinds = {name: array.dtype for name, array in self.arrays().items()}
         device = self.model.device
         self.contacts = Contacts(

@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What friction remembers of a load step: which samples press each other, how hard, and from where they slip.
+"""The contacts of a load step with friction: which samples press each other, their normal forces and their anchors.
 
-A renewal lists the pairs that press each other as they lie now. A pair that did so before keeps its slip, laid into the
-plane across the new normal and cut off where friction is full, at the slip length e in the measure s of the law:
+A renewal lists the pairs that press each other now. A pair that pressed before keeps its slip, projected into the plane
+across the new normal and limited to the slip at which friction is full, the slip length e in the measure s of the law:
 
     u' = u_t min(1, e / s),    anchor <- (y_p - y_q) - u'
 
-so the anchor is dragged along by a pair that slides and stays where it is under one that sticks (Cundall and Strack
-1979): a load that is held does not creep through renewals. The slip of a pair that is new is how far its samples moved
-against each other since the last renewal, for yarns that slide touch with ever new samples.
+The anchor therefore follows a pair that slides and does not move under a pair that sticks (Cundall and Strack 1979): a
+constant load does not creep through renewals. The slip of a new pair is the relative displacement of its samples since
+the last renewal, because sliding yarns touch with new samples all the time.
 
-Each pair is kept from both sides. The lists are friction's own, so the energy does not change when candidate lists are
-made again, and a pair is found again by its entry.
+Each pair is stored for both samples. The lists belong to friction, so the energy does not change when candidate lists
+are made again, and a pair is found again by its entry.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def count_contacts(
     # state out
     count: wp.array[wp.int32],
 ) -> None:
-    """How many samples press each sample."""
+    """Number of samples that press each sample."""
     p = wp.tid()
     found = int(0)
     for c in range(candidate_count[p]):
@@ -95,7 +95,7 @@ def list_contacts(
     anchor: wp.array2d[Any],
     press: wp.array2d[Any],
 ) -> None:
-    """The pairs that press each other now, with what they keep of their slip."""
+    """The pairs that press each other now, with the part of their slip that they keep."""
     p = wp.tid()
     here = samples[p]
     found = int(0)
@@ -121,16 +121,16 @@ def list_contacts(
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """The pairs that press each other in a load step; no change to them until the next."""
+    """The pairs that press each other in a load step; they are constant until the next load step."""
 
     place: wp.array[Any]
     """The samples when the load step began, shape (P, 4)."""
     tangent: wp.array[Any]
     """Unit tangent of the yarn at each sample, shape (P, 3)."""
     count: wp.array[Any]
-    """How many samples press each sample, shape (P,)."""
+    """Number of samples that press each sample, shape (P,)."""
     entry: wp.array[Any]
-    """They, as candidate lists name them, shape (P, capacity)."""
+    """These samples as entries of candidate lists, shape (P, capacity)."""
     anchor: wp.array[Any]
     """Vector from each of them at which the pair has not slipped, shape (P, capacity, 3)."""
     press: wp.array[Any]
@@ -138,14 +138,14 @@ class Contacts:
 
 
 def first_contacts(model: Model) -> Contacts:
-    """No contacts yet; samples where the given yarns have them."""
+    """No contacts; samples of the given yarns."""
     points, place = model.upload(model.to_device(model.yarns.points), 3), model.empty(model.sample_count, 4)
     model.launch(place_samples, model.segment_count, [model.constants, points], [place])
     return _no_contacts(model, place, 1)
 
 
 def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidates, old: Contacts) -> Contacts:
-    """Contacts for the state as it is, in new arrays; samples and candidate lists are up to date."""
+    """Contacts for the current state, in new arrays; samples and candidate lists are up to date."""
     tangent, count = model.empty(model.sample_count, 3), _integers(model, model.sample_count)
     model.launch(find_tangents, model.segment_count, [model.constants, state.points], [tangent])
     touching = [state.samples, tangent, candidates.count, candidates.lists]
@@ -157,7 +157,7 @@ def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidate
 
 
 def _no_contacts(model: Model, place: wp.array[Any], capacity: int) -> Contacts:
-    """Empty lists with some room."""
+    """Empty lists with a capacity."""
     samples = model.sample_count
     return Contacts(
         place=place,
@@ -170,7 +170,7 @@ def _no_contacts(model: Model, place: wp.array[Any], capacity: int) -> Contacts:
 
 
 def _rows(model: Model, capacity: int, empty: Callable[[tuple[int, int]], wp.array[Any]]) -> wp.array[Any]:
-    """A list for each sample; on a GPU those of neighbouring samples lie interleaved."""
+    """A list for each sample; on a GPU the lists of neighbouring samples are interleaved."""
     if model.device.is_cuda:
         return empty((capacity, model.sample_count)).transpose()
     return empty((model.sample_count, capacity))

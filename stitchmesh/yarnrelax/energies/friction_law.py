@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Coulomb's law for two contact samples: how hard they press, and how they resist slip (``friction``).
+"""Coulomb's law for two contact samples: their normal force and their resistance to slip (``friction``).
 
 A law is four numbers: the larger coefficient mu, (mu_along / mu)^2, (mu_across / mu)^2 and the slip length.
 """
@@ -35,14 +35,14 @@ def across_both(apart: Any, first: Any, second: Any) -> Any:
 
 @wp.func
 def vector_from(images: Any, samples: wp.array[Any], p: int, here: Any, entry: int, zero: Any) -> Any:
-    """Vector from a sample that ``p`` lists, in its image, to ``here``, where p lies."""
+    """Vector from a listed sample, in its image, to ``here``, the place of ``p``."""
     apart = from_entry(images, samples, p, here, entry)
     return type(zero)(apart[0], apart[1], apart[2])
 
 
 @wp.func
 def press_of_pair(model: Any, samples: wp.array[Any], tangent: wp.array[Any], p: int, entry: int) -> Any:
-    """N n of sample p and a listed one [erg / unit]; zero where they do not touch, or where an end meets an end."""
+    """N n of sample p and a listed one [erg / unit]; zero without contact, or where an end meets an end."""
     apart = from_entry(model.images, samples, p, samples[p], entry)
     away = type(tangent[p])(apart[0], apart[1], apart[2])
     distance2 = wp.dot(away, away)
@@ -75,7 +75,7 @@ def resisted_slip(slip: Any, normal: Any, first: Any, second: Any, law: Any) -> 
 
 @wp.func
 def slip_measure(slip: Any, resisted: Any) -> Any:
-    """How far a pair has slipped in the measure of the law, s."""
+    """Slip of a pair in the measure of the law, s."""
     return wp.sqrt(wp.max(wp.dot(slip, resisted), type(slip[0])(0.0)))
 
 

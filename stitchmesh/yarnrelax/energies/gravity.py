@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gravity: the weight of the yarns, a dead load on their control points (L, appendix B).
 
-The weight acts along the curve, and the masses of the control points (``mass``) share it without loss:
+The weight acts along the curve, and the masses of the control points (``material``) contain all of it:
 
     E = - sum over segments of  m l int g . y(s) ds = - sum over control points of  m_j g . q_j        [erg]
 
-Heights count from the middle of the yarns as they were given. The y axis points up, as garments stand.
+Heights are relative to the middle of the given yarns. The y axis points up.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Gravity(TermChoice):
             ParameterError: the material has no mass.
         """
         if model.material.mass_per_length == 0.0:
-            raise ParameterError("gravity: got a material of mass_per_length 0; expected a mass [g/cm] to pull at")
+            raise ParameterError("gravity: got a material of mass_per_length 0; expected a mass [g/cm]")
         return _Weight(model, self.acceleration)
 
 
@@ -99,16 +99,16 @@ class _Weight(Term):
         self.acceleration = vector(3, model.scalar)(*(float(a) * model.unit for a in acceleration))
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Add the weights to ``state.external_force``."""
+        """The launch that adds the weights to ``state.external_force``."""
         return [launcher(add_weights, self.model.point_count, [self.mass, self.acceleration], [state.external_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
-        """Potential energy [erg] above the middle of the yarns as they were given."""
+        """Potential energy [erg] relative to the middle of the given yarns."""
         energy = self.model.empty(self.model.point_count)
         inputs = [self.mass, self.acceleration, state.points]
         self.model.launch(weight_energies, self.model.point_count, inputs, [energy])
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """None: the force is the same everywhere."""
+        """Zero: the force does not depend on the position."""
         return np.zeros(self.model.point_count)

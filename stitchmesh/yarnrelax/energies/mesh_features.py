@@ -1,20 +1,21 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The features of a triangle mesh: which way each looks, and how often it counts.
+"""The features of a triangle mesh: the outward direction of each feature, and its weight in sums.
 
-A triangle has seven features: itself, its edges across from corners 0, 1, 2, and these corners. Out of a face points
-its normal, out of an edge the sum of the normals of its two faces, out of a corner the sum of the normals of the faces
-around it, each weighted by its angle there. The sign of (place - nearest point) . outward then tells inside from
-outside everywhere around a closed surface (Baerentzen and Aanaes 2005, "Signed distance computation using the angle
-weighted pseudonormal", theorem 1). A border has no inside: its edges and corners have no direction.
+A triangle has seven features: itself, its edges opposite to corners 0, 1, 2, and these corners. The outward direction
+of a face is its normal, that of an edge the sum of the normals of its two faces, and that of a corner the sum of the
+normals of the faces around it, each weighted by its angle at the corner. The sign of (place - nearest point) . outward
+then distinguishes inside from outside everywhere around a closed surface (Baerentzen and Aanaes 2005, "Signed distance
+computation using the angle weighted pseudonormal", theorem 1). A border has no inside: its edges and corners have no
+direction.
 
 A sum over triangles of a function of their distances counts a point on an edge twice, and one at a corner once for
 each triangle around it. If edges and corners are added with the shares
 
     edge:  1 - (its triangles),        corner:  1 - (its triangles) - (sum of the shares of its edges)
 
-every point counts once (inclusion and exclusion): -1 and 1, and 0 and 0 at a border. Each edge and corner gives its
-share to one of its triangles.
+every point counts once (inclusion and exclusion): -1 and 1, and 0 and 0 at a border. The share of each edge and corner
+is assigned to one of its triangles.
 
 Polygons are divided into triangles that share their first corner. Vertices at one place count as one.
 """
@@ -30,18 +31,18 @@ from stitchmesh.mesh import FloatArray, IntArray, Mesh
 
 @dataclass(frozen=True, eq=False)
 class MeshFeatures:
-    """Triangles, and what their features are; the edge across from a corner comes before that corner."""
+    """Triangles and their features; the edge opposite to a corner comes before that corner."""
 
     corners: FloatArray
     """Corners of the triangles [cm], shape (T, 3, 3)."""
     outward: FloatArray
-    """Unit vectors out of each triangle's seven features, zero where there are none, shape (T, 7, 3)."""
+    """Unit vectors out of each triangle's seven features, zero where there is no direction, shape (T, 7, 3)."""
     shares: FloatArray
-    """Shares of each triangle's edges and of its corners, zero where another triangle has them, shape (T, 2, 3)."""
+    """Shares of each triangle's edges and of its corners, zero if another triangle has the share, shape (T, 2, 3)."""
 
 
 def mesh_features(mesh: Mesh) -> MeshFeatures:
-    """The triangles that a mesh is divided into, without those of which two corners are at one place."""
+    """The triangles into which a mesh is divided, without degenerate ones with two corners at one place."""
     corners = mesh.vertices[_fan_triangles(mesh)]
     vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
     distinct = (vertex != np.roll(vertex, 1, axis=1)).all(axis=1)

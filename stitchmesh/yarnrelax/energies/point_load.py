@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A pull: a constant force on some of the control points, as by a hand or a weight that hangs there.
+"""Point load: a constant force on some control points, for example from a hand or a suspended weight.
 
 The control points share the force F evenly, and its energy is that of a dead load:
 
     f_i = F / n,    E = - sum over the n control points of  f_i . q_i        [erg]
 
-Places count from the middle of the yarns as they were given.
+Places are relative to the middle of the given yarns.
 """
 
 from __future__ import annotations
@@ -32,82 +32,82 @@ from stitchmesh.yarnrelax.model.state import State
 
 
 @kernel
-def add_pull(
+def add_point_load(
     # model
-    pulled: wp.array[wp.int32],
+    loaded: wp.array[wp.int32],
     share: Any,
     # state out
     external_force: wp.array[Any],
 ) -> None:
-    """Add each pulled control point's share of the force [erg / unit]."""
+    """Add the share of each loaded control point to the force [erg / unit]."""
     k = wp.tid()
-    external_force[pulled[k]] += share
+    external_force[loaded[k]] += share
 
 
 @kernel
-def pull_energies(
+def point_load_energies(
     # model
-    pulled: wp.array[wp.int32],
+    loaded: wp.array[wp.int32],
     share: Any,
     # state in
     points: wp.array[Any],
     # state out
     point_energy: wp.array[Any],
 ) -> None:
-    """Potential energy [erg] of each pulled control point."""
+    """Potential energy [erg] of each loaded control point."""
     k = wp.tid()
-    point_energy[k] = -wp.dot(share, points[pulled[k]])
+    point_energy[k] = -wp.dot(share, points[loaded[k]])
 
 
 @dataclass(frozen=True, eq=False)
 class PointLoad(TermChoice):
-    """A force on control points, chosen by number, by stitch face, or both.
+    """A force on control points that are selected by number, by stitch face, or both.
 
     Raises:
         ParameterError: the force is not three finite numbers.
     """
 
     force: tuple[float, float, float]
-    """All of the force [dyn]."""
+    """The whole force [dyn]."""
     points: Sequence[int] | NDArray[np.integer[Any]] = ()
     """Numbers of control points."""
     faces: Sequence[int] | NDArray[np.integer[Any]] = ()
-    """Stitch faces all of whose loops are pulled (``YarnSet.face``)."""
+    """Stitch faces, all of whose control points are loaded (``YarnSet.face``)."""
 
     def __post_init__(self) -> None:
         if np.shape(self.force) != (3,) or not np.isfinite(self.force).all():
-            raise ParameterError(f"pull: got force {self.force}; expected three finite numbers [dyn]")
+            raise ParameterError(f"point load: got force {self.force}; expected three finite numbers [dyn]")
 
     def on(self, model: Model) -> Term:
-        """The pull on a model's yarns.
+        """The load on a model's yarns.
 
         Raises:
-            ParameterError: a control point or a stitch face is not there, or nothing is pulled.
+            ParameterError: a control point or a stitch face does not exist, or nothing is selected.
         """
-        return _Pulled(model, select_points("pull", model.yarns, self.points, self.faces), self.force)
+        return _PointLoad(model, select_points("point load", model.yarns, self.points, self.faces), self.force)
 
 
-class _Pulled(Term):
-    """A pull on a device."""
+class _PointLoad(Term):
+    """A point load on a device."""
 
-    name = "pull"
+    name = "point load"
 
     def __init__(self, model: Model, points: NDArray[np.int64], force: tuple[float, float, float]) -> None:
         self.model = model
-        self.pulled = model.integers(points)
+        self.loaded = model.integers(points)
         # cm in units: dyn times this is a force [erg / unit]
         self.share = vector(3, model.scalar)(*(float(f) * model.unit / len(points) for f in force))
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Add the shares to ``state.external_force``."""
-        return [launcher(add_pull, len(self.pulled), [self.pulled, self.share], [state.external_force])]
+        """The launch that adds the shares to ``state.external_force``."""
+        return [launcher(add_point_load, len(self.loaded), [self.loaded, self.share], [state.external_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Potential energy [erg]."""
-        energy = self.model.empty(len(self.pulled))
-        self.model.launch(pull_energies, len(self.pulled), [self.pulled, self.share, state.points], [energy])
+        energy = self.model.empty(len(self.loaded))
+        self.model.launch(point_load_energies, len(self.loaded), [self.loaded, self.share, state.points], [energy])
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """None: the force is the same everywhere."""
+        """Zero: the force does not depend on the position."""
         return np.zeros(self.model.point_count)

@@ -67,7 +67,7 @@ def leg_force_function(quadrature_points: int) -> Any:
 
 @wp.func
 def natural_ends(model: Any, s: int) -> Any:
-    """Natural curvature at both ends of a segment [1 / unit]; none is stored where all yarns are straight."""
+    """Natural curvature at both ends of a segment [1 / unit]; the array is empty where all yarns are straight."""
     ends = type(model.segment_natural[0])()
     if model.segment_natural.shape[0] > 0:
         ends = model.segment_natural[s]
@@ -88,8 +88,8 @@ def mean_direction(rest_length: Any, leg0: Any, leg1: Any, leg2: Any, zero: Any)
 
 @wp.func
 def simpson_part(tangent: Any, weight: Any, rest_length: Any, zero: Any) -> Any:
-    """What one point of the rule adds to ``mean_direction``."""
-    # where points coincide the curve stands still, and the mean would not be a number
+    """Contribution of one point of the rule to ``mean_direction``."""
+    # where control points coincide the parameter speed is zero, and the mean would not be a number
     slowest = rest_length * rest_length * type(weight)(1.0e-3)
     inverse = type(weight)(1.0) / wp.max(wp.dot(tangent, tangent), slowest)
     x, y, z = tangent[0], tangent[1], tangent[2]
@@ -110,16 +110,9 @@ def segment_force_function(quadrature_points: int, cell_relaxes: bool) -> Any:
 
     @wp.func
     def segment_forces_at(
-        model: Any,
-        s: int,
-        terms: Any,
-        q0: Any,
-        q1: Any,
-        q2: Any,
-        q3: Any,
-        leg_force: wp.array2d[Any],
-        segment_virial: wp.array[Any],
-    ) -> None:
+        model: Any, s: int, terms: Any, q0: Any, q1: Any, q2: Any, q3: Any, leg_force: wp.array2d[Any],
+        segment_virial: wp.array[Any]
+    ) -> None:  # fmt: skip
         """Write the leg forces of a segment [erg / unit]; ``terms`` is 1 or 0 for stretch, length and bending."""
         rest_length = model.segment_rest_length[s]
         k = wp.cw_mul(model.segment_stiffness[s], terms)

@@ -11,19 +11,19 @@ and a = v_k / W_k the mean displacement, of which a_n is the part along the fabr
 
     E_k = W_k [ kappa_T |a - a_n n_k|^2 + kappa_N a_n^2 + (kappa_S - kappa_N) max(|a_n| - h, 0)^2 ]      [erg]
 
-which is eq 6 with a normal stiffness that rises linearly from kappa_N beyond h, one yarn radius.
+which is eq 6 with a normal stiffness that increases linearly from kappa_N beyond h, one yarn radius.
 
 Patches: a face is a centre unless one within half of RINGS has become one before; a patch reaches RINGS sides far from
 its centre, and w = 1 - sides / (RINGS + 1).
 
-Stiffness: one stitch pulled to a strain of one hundredth, and bent to a loop of four radii, pulls with
+Stiffness: the force of one stitch at a strain of one hundredth, bent to a loop of four radii, is
 
     F = 0.02 k_len / l + 2 k_bend / (4 r)^2        [dyn]
 
-(l the mean rest length of a segment). Displaced by one radius, the patches restore a stitch by TANGENTIAL F along the
-fabric and by NORMAL F across it, and STIFFENED times NORMAL F per radius beyond one radius. The stitches thus settle
-by a fraction of a radius against forces that would move the garment by many. F scales with the radius as all forces of
-the material do, so the similarity of L section 6.2 stays exact.
+(l the mean rest length of a segment). The restoring force of the patches on a stitch that is displaced by one radius is
+TANGENTIAL F along the fabric and NORMAL F across it, and STIFFENED times NORMAL F per radius beyond one radius. The
+stitches thus move by a fraction of a radius under forces that would move the garment by many radii. F scales with the
+radius like all forces of the material, so the similarity of L section 6.2 stays exact.
 """
 
 from __future__ import annotations

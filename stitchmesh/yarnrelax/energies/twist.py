@@ -1,25 +1,26 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Twist: a yarn resists being turned about its own centreline (Bergou 2008, Discrete Elastic Rods).
+"""Twist: the resistance of a yarn to rotation about its own centreline (Bergou 2008, Discrete Elastic Rods).
 
-Twist runs along a yarn faster than anything else happens, so in a state of rest it is spread evenly along each, and one
-angle a yarn says it all (Bergou 2008, section 5.1, quasistatic material frames of an isotropic rod):
+Twist spreads along a yarn faster than any other motion, so in a state of rest it is uniform along each yarn, and one
+angle describes it (Bergou 2008, section 5.1, quasistatic material frames of an isotropic rod):
 
     E = k_twist theta^2 / L        [erg],    theta = imposed - (psi - psi_0)
 
 with L the rest length. The torsional rigidity GJ is 2 k_twist, as the flexural rigidity EI is 2 k_bend. psi is the
-angle by which a frame carried along the centreline without twist comes back turned (``twist_holonomy``), psi_0 that of
-the yarns as they were given, where the twist is the imposed one. A closed yarn keeps its ends joined, so its twist
-changes by what its writhe takes, d theta = -2 pi d writhe; an open one keeps its ends from turning about its end
-tangents as they were given, which are clamped. The force on a chord between knots,
+rotation of a frame that is transported along the centreline without twist (``twist_holonomy``), and psi_0 that of the
+given yarns, whose twist is the imposed one. The ends of a closed yarn stay joined, so its twist changes with its
+writhe, d theta = -2 pi d writhe. The ends of an open yarn do not rotate about the given end tangents, which are
+clamped. The force on a chord between knots,
 
     F = -dE / d chord = -(k_twist theta / L) (k_before + k_after) / |chord|
 
-acts through the three legs of its segment with weights (1, 4, 1) / 6. A straight yarn feels none.
+acts through the three legs of its segment with weights (1, 4, 1) / 6. The force on a straight yarn is zero.
 
-Row sums of stiffness, for yarns that bend to loops of two radii at the most: with the moment M = 2 k_twist times
-(|imposed| / L + 1 / (2 r)), chords of length l and turns of l / (2 r) between them, a chord feels 2 M / l^2 from itself
-and its neighbours and, from theta alone, 2 k_twist / L |d psi / d chord| times the sum of the same along the yarn.
+Row sums of stiffness, for yarns that bend to loops of two radii or larger: with the moment M = 2 k_twist times
+(|imposed| / L + 1 / (2 r)), chords of length l and turns of l / (2 r) between them, the stiffness at a chord is 2 M /
+l^2 from itself and its neighbours and, from theta alone, 2 k_twist / L |d psi / d chord| times the sum of the same
+along the yarn.
 """
 
 from __future__ import annotations
@@ -44,11 +45,11 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
 CHORD_SHARES = np.array([1.0, 3.0, 3.0, 1.0]) / 6.0
-"""How much of a chord's displacement each control point of its segment makes at the most."""
+"""Largest part of each control point of a segment in the displacement of its chord."""
 
 
 @kernel
-def add_twist_pulls(
+def add_twist_forces(
     # model
     model: Any,
     before: wp.array[wp.int32],
@@ -91,7 +92,7 @@ def twist_energies(
 
 @dataclass(frozen=True, eq=False)
 class Twist(TermChoice):
-    """Torsional stiffness, and twist that the yarns have as they are given.
+    """Torsional stiffness, and the twist of the given yarns.
 
     Raises:
         ParameterError: k_twist is not a positive number, or an angle is not finite.
@@ -100,7 +101,7 @@ class Twist(TermChoice):
     k_twist: float
     """Twisting [erg cm]; the torsional rigidity GJ is twice as large."""
     imposed: float | Sequence[float] | NDArray[np.float64] = 0.0
-    """Twist of the yarns as they are given, right-handed, from end to end [rad]: one angle, or one for each yarn."""
+    """Twist of the given yarns, right-handed, from end to end [rad]: one angle, or one for each yarn."""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.k_twist) and self.k_twist > 0.0):
@@ -142,7 +143,7 @@ class _Twist(Term):
         inputs = [self.model.constants, path.before, path.after, self.untwisted, self.softness, self.holonomy,
                   path.chord]  # fmt: skip
         launches = self._follow(state.points, launcher)
-        return [*launches, launcher(add_twist_pulls, self.model.segment_count, inputs, [state.leg_force])]
+        return [*launches, launcher(add_twist_forces, self.model.segment_count, inputs, [state.leg_force])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all yarns [erg]."""
@@ -152,7 +153,7 @@ class _Twist(Term):
         return ordered_sum(energy)
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Row sums for yarns that bend to loops of two radii at the most [erg / unit^2], shape (N,)."""
+        """Row sums for yarns that bend to loops of two radii or larger [erg / unit^2], shape (N,)."""
         model, yarn = self.model, self.model.yarns.segment_yarn
         length, loop = model.rest_length, 2.0 * model.radius
         moment = 2.0 * self.k_twist * (np.abs(self.imposed) / self.length + 1.0 / loop)

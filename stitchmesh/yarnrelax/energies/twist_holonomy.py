@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a frame that is carried along a yarn without twist turns on the way: the holonomy of the centreline.
+"""The rotation of a frame that is transported along a yarn without twist: the holonomy of the centreline.
 
 The yarn is seen as the polyline through its knots, whose chord over a segment with legs d0, d1, d2 is
 (d0 + 4 d1 + d2) / 6. From chord to chord a frame turns by the smallest rotation (Bergou 2008, section 4.2), for unit

@@ -37,6 +37,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from stitchmesh.compute.device import alone, device_named
+from stitchmesh.errors import SolverError
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.crossing_codes import decoded
@@ -117,6 +118,30 @@ def changed_pairs(before: DoubledLinking | csr_array, after: DoubledLinking | cs
     (old_rows, old_sums), (new_rows, new_sums) = _rows(before), _rows(after)
     rows, _ = _summed(np.concatenate([old_rows, new_rows]), np.concatenate([old_sums, -new_sums]))
     return np.unique(rows[:, :2], axis=0)
+
+
+@alone()
+def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = None) -> None:
+    """Check that yarns are linked as they were drawn.
+
+    Raises:
+        SolverError: the linking of two yarns changed; it names them.
+    """
+    changed = changed_pairs(doubled_linking(drawn, device=device), doubled_linking(relaxed, device=device))
+    refuse_changed_linking(drawn, changed)
+
+
+def refuse_changed_linking(yarns: YarnSet, changed: IntArray) -> None:
+    """Refuse pairs of closed yarns with changed linking; that of open yarns may change, as others pass their ends.
+
+    Raises:
+        SolverError: the linking of two closed yarns changed; it names them and their stitch faces.
+    """
+    for first, second in changed:
+        if yarns.closed[first] and yarns.closed[second]:
+            faces = [sorted(set(yarns.face[yarns.start[y] : yarns.start[y + 1]].tolist()))[:3] for y in (first, second)]
+            where = f"yarns {first} and {second} (stitch faces {faces[0]} ... and {faces[1]} ...)"
+            raise SolverError(f"{where}: their linking number changed; report this with the yarns, it must not happen")
 
 
 def _rows(linking: DoubledLinking | csr_array) -> tuple[IntArray, IntArray]:

@@ -10,7 +10,6 @@ per unit. By the similarity of L section 6.2 the material is scaled to match. ``
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,45 +19,16 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.precision import vector
-from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.cells import CellTables
 
 BLOCK = 64
 """Threads of a block on a GPU; small blocks spread a swatch over all of it, and large scenes lose nothing."""
 
 
-CONTACT = 3
-"""Column of contact in ``Model.stiffness``."""
-
-
 @dataclass(frozen=True, eq=False)
-class PeriodicCell:
-    """One cell of the fabrics that are relaxed together: yarns on their lattice, or one piece without a lattice."""
-
-    yarns: YarnSet
-    """The yarns as they were given [cm]."""
-    material: YarnMaterial
-    """Stiffnesses for lengths in units."""
-
-    @cached_property
-    def origin(self) -> NDArray[np.float64]:
-        """Middle of the yarns [cm], the origin of positions on the device, shape (3,)."""
-        return (self.yarns.points.min(axis=0) + self.yarns.points.max(axis=0)) / 2
-
-    @cached_property
-    def unit(self) -> float:
-        """Length unit on the device [cm]: the mean yarn radius."""
-        return float(self.yarns.radius.mean())
-
-
-@dataclass(frozen=True, eq=False)
-class Model:
+class Model(CellTables):
     """Constants on the device, and the host values that launches need."""
 
-    yarns: YarnSet
-    """All yarns as they were given [cm], cell after cell; without lattices if there are several."""
-    cells: tuple[PeriodicCell, ...]
-    """The fabrics that are relaxed together."""
     device: wp.Device
     """Where the kernels run."""
     scalar: Any
@@ -71,54 +41,9 @@ class Model:
     """The struct that kernels receive."""
 
     @property
-    def material(self) -> YarnMaterial:
-        """Stiffnesses of the first cell, for lengths in units."""
-        return self.cells[0].material
-
-    @property
-    def unit(self) -> float:
-        """Length unit of the first cell [cm]."""
-        return self.cells[0].unit
-
-    @property
-    def on_lattice(self) -> bool:
-        """Whether all cells are cells."""
-        return self.cells[0].yarns.lattice is not None
-
-    @property
-    def cell_count(self) -> int:
-        """Number of cells."""
-        return len(self.cells)
-
-    @property
-    def point_count(self) -> int:
-        """Number of control points."""
-        return len(self.yarns.points)
-
-    @property
-    def segment_count(self) -> int:
-        """Number of segments."""
-        return len(self.yarns.rest_length)
-
-    @property
     def sample_count(self) -> int:
         """Number of contact samples."""
         return int(self.sample_start[-1])
-
-    @cached_property
-    def point_start(self) -> NDArray[np.int64]:
-        """Where each cell's control points start, shape (C + 1,)."""
-        return starts_of(len(cell.yarns.points) for cell in self.cells)
-
-    @cached_property
-    def segment_start(self) -> NDArray[np.int64]:
-        """Where each cell's segments start, shape (C + 1,)."""
-        return starts_of(len(cell.yarns.rest_length) for cell in self.cells)
-
-    @cached_property
-    def yarn_start(self) -> NDArray[np.int64]:
-        """Where each cell's yarns start, shape (C + 1,)."""
-        return starts_of(cell.yarns.yarn_count for cell in self.cells)
 
     @cached_property
     def cell_points(self) -> wp.array[Any]:
@@ -139,78 +64,6 @@ class Model:
     def largest_cell(self) -> int:
         """Contact samples of the cell that has the most."""
         return int(np.diff(self.sample_start[self.segment_start]).max())
-
-    @cached_property
-    def stiffness(self) -> NDArray[np.float64]:
-        """k_len, k_length, k_bend and k_contact of each cell, shape (C, 4)."""
-        materials = [cell.material for cell in self.cells]
-        return np.array([[m.k_len, m.k_length, m.k_bend, m.k_contact] for m in materials])
-
-    @cached_property
-    def segment_stiffness(self) -> NDArray[np.float64]:
-        """k_len, k_length and k_bend of each segment, shape (S, 3)."""
-        return np.repeat(self.stiffness[:, :CONTACT], np.diff(self.segment_start), axis=0)
-
-    @cached_property
-    def size(self) -> float:
-        """Largest coordinate of the yarns as given in units, at least one."""
-        return max(float(np.abs(self.to_device(self.yarns.points)).max()), 1.0)
-
-    @cached_property
-    def radius(self) -> NDArray[np.float64]:
-        """Radius of each yarn in units, shape (Y,)."""
-        return np.concatenate([cell.yarns.radius / cell.unit for cell in self.cells])
-
-    @cached_property
-    def rest_length(self) -> NDArray[np.float64]:
-        """Rest length of each segment in units, shape (S,)."""
-        return np.concatenate([cell.yarns.rest_length / cell.unit for cell in self.cells])
-
-    @cached_property
-    def natural_ends(self) -> NDArray[np.float64]:
-        """Natural curvature at both ends of each segment in 1 / units, shape (S, 2), or (0, 2) if all are straight."""
-        ends = np.concatenate([cell.yarns.natural_ends * cell.unit for cell in self.cells])
-        return ends if ends.any() else ends[:0]
-
-    @cached_property
-    def lattice_step(self) -> NDArray[np.int64]:
-        """Image from each yarn's last control point to its first, shape (Y, 2)."""
-        steps = [cell.yarns.lattice_step for cell in self.cells]
-        counts = np.diff(self.yarn_start)
-        return np.concatenate([np.zeros((n, 2), dtype=np.int64) if step is None else step
-                               for step, n in zip(steps, counts, strict=True)])  # fmt: skip
-
-    @cached_property
-    def wrapped(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """Corners that lie in another image: their segments and slots, shape (E,), and their images, shape (E, 2)."""
-        points = self.yarns.segment_points
-        rows = np.flatnonzero(points[:, 3] < points[:, 0])
-        wraps = np.cumsum(np.diff(points[rows], axis=1) < 0, axis=1)
-        image = wraps[:, :, None] * self.lattice_step[self.yarns.segment_yarn[rows]][:, None, :]
-        row, leg = np.nonzero(image.any(axis=2))
-        return rows[row], leg + 1, image[row, leg]
-
-    @cached_property
-    def units(self) -> NDArray[np.float64]:
-        """Unit of length of each cell [cm], shape (C,)."""
-        return np.array([cell.unit for cell in self.cells])
-
-    def to_device(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Positions [cm] of control points in units from the origin of their cell; any points if there is one cell."""
-        origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
-        return (points - origin) / unit
-
-    def from_device(self, points: wp.array[Any]) -> NDArray[np.float64]:
-        """Positions [cm] of the control points on the device, shape (N, 3)."""
-        origin, unit = self._frames if self.cell_count > 1 else (self.cells[0].origin, self.unit)
-        return points.numpy()[: self.point_count].astype(np.float64) * unit + origin
-
-    @cached_property
-    def _frames(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Origin and unit of each control point."""
-        counts = np.diff(self.point_start)
-        origin = np.repeat([cell.origin for cell in self.cells], counts, axis=0)
-        return origin, np.repeat([cell.unit for cell in self.cells], counts)[:, None]
 
     def upload(self, values: NDArray[Any], size: int = 1) -> wp.array[Any]:
         """An array of scalars, or of vectors of ``size``, on the device."""
@@ -287,8 +140,3 @@ def constants_struct(scalar: Any, images: Any) -> Any:
     }
     name = f"YarnConstants_{scalar.__name__}_{images.__name__ if hasattr(images, '__name__') else images.key}"
     return wp.struct(type(name, (), {"__annotations__": annotations}))
-
-
-def starts_of(counts: Iterable[int]) -> NDArray[np.int64]:
-    """Where each of several consecutive groups starts, from their sizes, with the end of the last one."""
-    return np.concatenate([[0], np.cumsum(list(counts))]).astype(np.int64)

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The table of images that a periodic set of yarns needs, on the device.
 
-Image 0 is (0, 0). The corners of a segment need the images that its yarn reaches by going around; contacts need every
-image whose yarns can come near those of the cell: an image (a, b) is far if it shifts the box around all yarns, grown
-by the contact range and by what yarns may spread, clear of itself. Where yarns outgrow that box, or periods have
-shrunk, so that an image is missing, the table is made anew.
+Image 0 is (0, 0). The corners of a segment need the images that its yarn reaches by going around the lattice. Contacts
+need every image whose yarns can come near the yarns of the cell. An image (a, b) is left out if it displaces the box
+around all yarns, enlarged by the contact range and by a reserve for yarns that spread, so far that it is clear of the
+box. Where yarns grow beyond this box, or periods have become too short, the table is made anew.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.constants import Model
 
 CONTACT_RANGE = 3.0
-"""Distance over the largest radius within which pairs may be listed: contact and the widest margin."""
+"""Distance over the largest radius within which pairs may be listed: contact plus the widest margin."""
 SHRINKAGE = 0.75
 """Factor by which periods may shrink before the table is made anew."""
 SPREAD = 10.0
-"""How far yarns may spread beyond the box that they lie in, on each side, over the largest radius."""
+"""Distance by which yarns may spread beyond their box on each side, over the largest radius."""
 
 
 def put_images(model: Model, kind: Any) -> Any:
@@ -48,7 +48,7 @@ def put_images(model: Model, kind: Any) -> Any:
 
 
 def renew_images(model: Model, points: wp.array[Any], *, anyway: bool = False) -> bool:
-    """Make the table anew if it lacks an image of the yarns as they lie now, or anyway; whether it was."""
+    """Make the table anew if an image of the yarns at ``points`` is missing, or ``anyway``; whether it was made."""
     images = model.constants.images
     places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
     corners = corners_of(model, places, periods)
@@ -87,7 +87,7 @@ def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int6
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """How far the corners of each cell's segments reach, for cells of some periods [units]."""
+    """Extents of the corners of each cell's segments, for given periods [units]."""
 
     periods: NDArray[Any]
     """Shape (C, 2, 3)."""

@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Images on a lattice: where the neighbours of an element of a periodic fabric lie.
+"""Images on a lattice: the places of the neighbours of an element in a periodic fabric.
 
-A control point or a contact sample that an element refers to lies at its own place plus a u + b v, with the periods u
+A control point or a contact sample that an element refers to is at its own place plus a u + b v, with the periods u
 and v and a stored integer image (a, b) (design, section 2). Images are numbered in a table. Several fabrics may be
-relaxed together, each a cell with periods of its own; they share the table. A fabric without a lattice has no images:
-its overloads of the functions below read the place and nothing more, so no kernel asks whether a fabric repeats.
+relaxed together, each in a cell with its own periods; all cells share the table. A fabric without a lattice has no
+images: its overloads of the functions below read the place and nothing else, so no kernel asks whether a fabric is
+periodic.
 """
 
-# overloads, which Warp tells apart by the types of their arguments
+# overloads, which Warp distinguishes by the types of their arguments
 # ruff: noqa: F811
 # mypy: disable-error-code="no-redef"
 
@@ -19,12 +20,12 @@ from typing import Any
 import warp as wp
 
 NO_TURNS = 2147483647
-"""No number of turns of a yarn leads to an image."""
+"""Mark of an image that no number of turns of a yarn reaches."""
 
 
 @wp.struct
 class NoImages:
-    """A fabric that does not repeat."""
+    """A fabric without a lattice."""
 
     sample_count: wp.int32
 
@@ -86,55 +87,55 @@ def turns_of(image: wp.vec2i, step: wp.vec2i) -> int:
 
 @wp.func
 def corner_place(images: NoImages, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
-    """Where control point ``slot`` of segment ``s`` lies."""
+    """Place of control point ``slot`` of segment ``s``."""
     return points[point]
 
 
 @wp.func
 def corner_place(images: Images32, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
-    """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
+    """Place of control point ``slot`` of segment ``s``, in the image of the segment."""
     return points[point] + image_shift(images, images.segment_cell[s], images.corner_image[s][slot])
 
 
 @wp.func
 def corner_place(images: Images64, points: wp.array[Any], s: int, slot: int, point: int) -> Any:
-    """Where control point ``slot`` of segment ``s`` lies, in the segment's own image."""
+    """Place of control point ``slot`` of segment ``s``, in the image of the segment."""
     return points[point] + image_shift(images, images.segment_cell[s], images.corner_image[s][slot])
 
 
 @wp.func
 def sample_number(images: NoImages, entry: int) -> int:
-    """The sample that an entry of a candidate list means."""
+    """Sample of an entry of a candidate list."""
     return entry
 
 
 @wp.func
 def sample_number(images: Images32, entry: int) -> int:
-    """The sample that an entry of a candidate list means."""
+    """Sample of an entry of a candidate list."""
     return entry % images.sample_count
 
 
 @wp.func
 def sample_number(images: Images64, entry: int) -> int:
-    """The sample that an entry of a candidate list means."""
+    """Sample of an entry of a candidate list."""
     return entry % images.sample_count
 
 
 @wp.func
 def image_count(images: NoImages) -> int:
-    """How many images there are, the fabric itself included."""
+    """Number of images, including the fabric itself."""
     return 1
 
 
 @wp.func
 def image_count(images: Images32) -> int:
-    """How many images there are, the fabric itself included."""
+    """Number of images, including the fabric itself."""
     return images.image.shape[0]
 
 
 @wp.func
 def image_count(images: Images64) -> int:
-    """How many images there are, the fabric itself included."""
+    """Number of images, including the fabric itself."""
     return images.image.shape[0]
 
 
@@ -158,56 +159,56 @@ def shifted_by(images: Images64, place: Any, cell: int, number: int) -> wp.vec3d
 
 @wp.func
 def turns_to(images: NoImages, yarn_step: wp.vec2i, number: int) -> int:
-    """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
+    """Number of turns of a yarn that lead to an image; ``NO_TURNS`` where there is none."""
     return 0
 
 
 @wp.func
 def turns_to(images: Images32, yarn_step: wp.vec2i, number: int) -> int:
-    """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
+    """Number of turns of a yarn that lead to an image; ``NO_TURNS`` where there is none."""
     return turns_of(images.image[number], yarn_step)
 
 
 @wp.func
 def turns_to(images: Images64, yarn_step: wp.vec2i, number: int) -> int:
-    """How many turns of a yarn lead to an image; ``NO_TURNS`` where none do."""
+    """Number of turns of a yarn that lead to an image; ``NO_TURNS`` where there is none."""
     return turns_of(images.image[number], yarn_step)
 
 
 @wp.func
 def image_of(images: NoImages, entry: int, count: int) -> int:
-    """The image that an entry means which counts images by ``count``."""
+    """Image of a list entry that is image * ``count`` + number."""
     return 0
 
 
 @wp.func
 def image_of(images: Images32, entry: int, count: int) -> int:
-    """The image that an entry means which counts images by ``count``."""
+    """Image of a list entry that is image * ``count`` + number."""
     return entry // count
 
 
 @wp.func
 def image_of(images: Images64, entry: int, count: int) -> int:
-    """The image that an entry means which counts images by ``count``."""
+    """Image of a list entry that is image * ``count`` + number."""
     return entry // count
 
 
 @wp.func
 def entry_shift(images: NoImages, zero: Any, p: int, entry: int) -> Any:
-    """Displacement of the image that an entry of sample ``p``'s list means: none."""
+    """Displacement of the image of an entry of sample ``p``'s list: zero."""
     return zero
 
 
 @wp.func
 def entry_shift(images: Images32, zero: Any, p: int, entry: int) -> wp.vec4f:
-    """Displacement of the image that an entry of sample ``p``'s list means, and 0."""
+    """Displacement of the image of an entry of sample ``p``'s list, and 0."""
     shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4f(shift[0], shift[1], shift[2], zero[3])
 
 
 @wp.func
 def entry_shift(images: Images64, zero: Any, p: int, entry: int) -> wp.vec4d:
-    """Displacement of the image that an entry of sample ``p``'s list means, and 0."""
+    """Displacement of the image of an entry of sample ``p``'s list, and 0."""
     shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4d(shift[0], shift[1], shift[2], zero[3])
 
@@ -276,19 +277,19 @@ def apart_from_cell(images: Images64, place: wp.vec3d, cell: int, reach: wp.floa
 
 @wp.func
 def grid_place(images: NoImages, place: Any, cell: int, pitch: Any) -> Any:
-    """Where a place stands in the hash grid."""
+    """Coordinates of a place in the hash grid."""
     return place
 
 
 @wp.func
 def grid_place(images: Images32, place: wp.vec3f, cell: int, pitch: wp.float32) -> wp.vec3f:
-    """Where a place stands in the hash grid, in which cells lie apart from one another as far as the grid goes."""
+    """Coordinates of a place in the hash grid, where the cells of different fabrics are far from each other."""
     along, up, out = cell % 10, (cell // 10) % 10, cell // 100
     return place + wp.vec3f(wp.float32(along), wp.float32(up), wp.float32(out)) * pitch
 
 
 @wp.func
 def grid_place(images: Images64, place: wp.vec3d, cell: int, pitch: wp.float64) -> wp.vec3d:
-    """Where a place stands in the hash grid, in which cells lie apart from one another as far as the grid goes."""
+    """Coordinates of a place in the hash grid, where the cells of different fabrics are far from each other."""
     along, up, out = cell % 10, (cell // 10) % 10, cell // 100
     return place + wp.vec3d(wp.float64(along), wp.float64(up), wp.float64(out)) * pitch

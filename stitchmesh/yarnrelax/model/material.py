@@ -72,10 +72,10 @@ class YarnMaterial:
         return NAMED[name]
 
     def scaled(self, gamma: float) -> YarnMaterial:
-        """The material that behaves alike when every length is ``gamma`` times as long.
+        """The material with the same behaviour when every length is multiplied by ``gamma``.
 
-        An exact similarity (L section 6.2, eq 4): all energies stay what they were. The mass of a yarn stays too,
-        so its mass per length is divided by gamma.
+        This similarity is exact (L section 6.2, eq 4): all energies keep their values. The mass of a yarn stays the
+        same too, so the mass per length is divided by gamma.
 
         Raises:
             ParameterError: gamma is not a positive finite number.
@@ -102,8 +102,8 @@ NAMED: dict[str, YarnMaterial] = {
     "leaf": YarnMaterial(2000.0, 1000.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006),
     "stitchmesh": YarnMaterial(2000.0, 10_000.0, 5.0, 3250.0, 1.5, 0.003, 0.03, 0.006),
 }
-"""Materials by name: three published ones, and ours, which is L's with the stiffest length penalty that L reports to
-cost no step size (L section 3.1); it keeps the strain of a garment's yarn at a few percent."""
+"""Materials by name: three published ones and ``stitchmesh``, which is L's material with the stiffest length penalty
+for which L reports no smaller steps (L section 3.1). It limits the strain of a garment's yarn to a few percent."""
 
 SHARES = np.array([1.0, 11.0, 11.0, 1.0]) / 24.0
 """Integrals of the four basis functions over a segment."""

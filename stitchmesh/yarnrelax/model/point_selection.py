@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Control points that a caller names, by number or by the stitch face that they came from."""
+"""Control points that a caller selects by number or by the stitch face from which they came."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ Numbers = Sequence[int] | NDArray[np.integer[Any]]
 
 
 def select_points(what: str, yarns: YarnSet, points: Numbers, faces: Numbers) -> NDArray[np.int64]:
-    """Numbers of the named control points, ascending, shape (n,).
+    """Numbers of the selected control points, ascending, shape (n,).
 
     Args:
-        what: what they are named for, for messages.
+        what: the purpose of the selection, for messages.
         yarns: the yarns.
         points: numbers of control points.
-        faces: stitch faces all of whose control points are meant (``YarnSet.face``).
+        faces: stitch faces, all of whose control points are selected (``YarnSet.face``).
 
     Raises:
-        ParameterError: a control point or a stitch face is not there, or nothing is named.
+        ParameterError: a control point or a stitch face does not exist, or nothing is selected.
     """
     points, faces = _numbers(what, "points", points), _numbers(what, "faces", faces)
     bad = points[(points < 0) | (points >= len(yarns.points))]
@@ -35,10 +35,10 @@ def select_points(what: str, yarns: YarnSet, points: Numbers, faces: Numbers) ->
     bad = faces[~np.isin(faces, yarns.face[yarns.face >= 0])]
     if len(bad):
         raise ParameterError(f"{what}: got stitch face {first_few(bad)}; no control point came from it")
-    named = np.union1d(points, np.flatnonzero(np.isin(yarns.face, faces)))
-    if len(named) == 0:
+    selected = np.union1d(points, np.flatnonzero(np.isin(yarns.face, faces)))
+    if len(selected) == 0:
         raise ParameterError(f"{what}: got neither control points nor stitch faces; expected at least one")
-    return named
+    return selected
 
 
 def _numbers(what: str, name: str, values: Numbers) -> NDArray[np.int64]:

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which segments of one yarn do not collide because they follow each other.
+"""Which segments of one yarn do not collide because they are neighbours along the yarn.
 
-The model exempts the next segment only (physics of Kaldor 2008), which is sound while a segment is as long as the yarn
-is thick: two segments collide once the rest length between them is at least a diameter. Finer segments are exempt until
-it is, or a straight yarn would push itself apart.
+The model exempts the next segment only (physics of Kaldor 2008), which is correct while a segment is as long as the
+yarn is thick: two segments collide if the rest length between them is at least a diameter. Shorter segments are exempt
+up to that rest length, because otherwise a straight yarn would push itself apart.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from stitchmesh.yarn import YarnSet
 
 UNENDING = 1 << 30
-"""Cycle of the segments of a yarn that never returns to its first: an open one, or one that leaves the cell."""
+"""Cycle of the segments of a yarn that does not return to its first segment: an open yarn, or one that leaves the
+cell."""
 
 
 def neighbour_reach(yarns: YarnSet) -> NDArray[np.int64]:
-    """How many of the segments that follow each segment do not collide with it, shape (S,)."""
+    """Number of following segments that do not collide with each segment, shape (S,)."""
     reach = np.ones(len(yarns.rest_length), dtype=np.int64)
     diameter = 2.0 * yarns.radius
     shortest = np.minimum.reduceat(yarns.rest_length, yarns.segment_start[:-1])
@@ -33,6 +34,6 @@ def _reach(lengths: NDArray[np.float64], diameter: float, *, closed: bool) -> ND
     count = len(lengths)
     turns = int(np.ceil(diameter / lengths.sum())) + 1 if closed else 0
     ends = np.cumsum(np.tile(lengths, turns + 1))
-    # the rest length between segments i and i + m + 1 is ends[i + m] - ends[i]; the factor forgives rounding
+    # the rest length between segments i and i + m + 1 is ends[i + m] - ends[i]; the factor allows for rounding
     wanted = ends[:count] + diameter * (1 - 1e-9)
     return np.maximum(np.searchsorted(ends, wanted) - np.arange(count), 1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What changes during a relaxation, on the device; lengths in units (``model``), forces in erg per unit."""
+"""The arrays that change during a relaxation; lengths in units (``constants``), forces in erg per unit."""
 
 from __future__ import annotations
 
@@ -22,38 +22,39 @@ class State:
     """Arrays that the kernels of an iteration read and write."""
 
     points: wp.array[Any]
-    """Control points; after them the strains of a cell that relaxes, so far (``cell``), shape (E, 3)."""
+    """Control points; after them the strains of relaxing cells since the start (``cell_strain``), shape (E, 3)."""
     listed_points: wp.array[Any]
-    """The same when the candidate lists were made, shape (E, 3)."""
+    """The same at the time when the candidate lists were made, shape (E, 3)."""
     budget: wp.array[Any]
-    """How far each may go from where it was listed (``step_limit``), shape (E,)."""
+    """How far each entry may move from its listed place (``budget``), shape (E,)."""
     samples: wp.array[Any]
     """Contact samples: place and yarn radius, shape (P, 4)."""
     sample_force: wp.array[Any]
     """Force on each sample, and the row sum of its stiffness [erg / unit^2], shape (P, 4)."""
     sample_block: wp.array[Any]
-    """Stiffness of contact at each sample as (xx, yy, zz, xy, xz, yz), shape (P, 6); empty where no solver needs it."""
+    """Stiffness of contact at each sample as (xx, yy, zz, xy, xz, yz), shape (P, 6); empty where no solver reads it."""
     segment_block: wp.array[Any]
-    """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, shape (S, 7); empty likewise."""
+    """Means of t t^T and of (l / |y'|)^4 over each segment, t its unit tangent, shape (S, 7); empty like the blocks."""
     leg_force: wp.array[Any]
     """Force on the end of each of a segment's three legs, shape (3, S, 3)."""
     sample_virial: wp.array[Any]
-    """Each sample's share of the forces on the strains of its cell and of their stiffness (``strain_share``), shape
+    """Part of each sample in the virial of its cell and in its stiffness (``cell_virial``), shape
     (P, 9); empty where no cell relaxes."""
     segment_virial: wp.array[Any]
-    """Each segment's, shape (S, 9); empty likewise."""
+    """Part of each segment in the same, shape (S, 9); empty where no cell relaxes."""
     external_force: wp.array[Any]
-    """Force of terms that act on control points, shape (N, 3); empty where a relaxation has none."""
+    """Force of terms that act on control points, shape (N, 3); empty where there is no such term."""
     force: wp.array[Any]
-    """Sum of all forces on each control point; on the strains of a cell, shape (E, 3)."""
+    """Sum of all forces on each control point, and forces on the strains of cells, shape (E, 3)."""
     stiffness: wp.array[Any]
-    """Row sum of stiffness at each [erg / unit^2], shape (E,)."""
+    """Row sum of stiffness at each entry [erg / unit^2], shape (E,)."""
     preconditioner: wp.array[Any]
-    """How each gives way (``preconditioner``) [unit^2 / erg], shape (E, 6); empty where no solver needs it."""
+    """Inverse block of stiffness of each entry (``preconditioner``) [unit^2 / erg], shape (E, 6); empty where no solver
+    reads it."""
 
     @cached_property
     def arrays(self) -> Any:
-        """All of it in a struct for kernels."""
+        """All arrays in a struct for the fused kernel."""
         struct = _struct(self.budget.dtype)()
         for field in fields(self):
             setattr(struct, field.name, getattr(self, field.name))
@@ -92,9 +93,9 @@ def _struct(scalar: Any) -> Any:
 def make_state(
     model: Model, start: FloatArray | None = None, *, external: bool = False, blocks: bool = False, strains: int = 0
 ) -> State:
-    """A state at ``start`` [cm], or where the yarns were given.
+    """A state at ``start`` [cm], or at the control points of the given yarns.
 
-    There is room for outer forces, for blocks of stiffness, and for the strains of so many cells if asked for.
+    Arrays of external forces, of blocks of stiffness, and of the strains of ``strains`` cells are empty by default.
     """
     places = model.to_device(model.yarns.points if start is None else start)
     points = model.upload(np.concatenate([places, np.zeros((strains, 3))]), 3)

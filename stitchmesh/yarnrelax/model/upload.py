@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarnrelax.model.constants import CONTACT, Model, PeriodicCell, constants_struct, starts_of
+from stitchmesh.yarnrelax.model.cells import CONTACT, PeriodicCell, starts_of
+from stitchmesh.yarnrelax.model.constants import Model, constants_struct
 from stitchmesh.yarnrelax.model.image_table import put_images
 from stitchmesh.yarnrelax.model.lattice_images import Images32, Images64, NoImages
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -36,7 +37,7 @@ def put_model(
         yarns: the yarns, on a lattice or not.
         material: stiffnesses, CGS.
         quadrature_points: Gauss points a segment.
-        contact_samples: contact samples a segment; a long segment gets as many as leave no gap (``sampling``).
+        contact_samples: contact samples a segment; a long segment gets enough samples to leave no gap (``spline``).
         scalar: Warp's floating-point type.
         device: where the kernels run.
 
@@ -55,7 +56,7 @@ def put_cells(
     scalar: Any,
     device: wp.Device,
 ) -> Model:
-    """Likewise for several cells that know nothing of one another; arguments and errors as for ``put_model``."""
+    """Send the yarns of several independent cells to the device; arguments and errors as for ``put_model``."""
     for name, count in (("quadrature_points", quadrature_points), ("contact_samples", contact_samples)):
         if count < 1:
             raise ParameterError(f"{name}: got {count}; expected at least 1")
@@ -81,7 +82,7 @@ def put_cells(
 
 
 def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
-    """Yarns of several sets one after the other, their lattices left out."""
+    """The yarns of several sets in one set, without lattices."""
     names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature")
     joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
     return YarnSet(**joined, start=starts_of(np.concatenate([np.diff(yarns.start) for yarns in sets]).tolist()))

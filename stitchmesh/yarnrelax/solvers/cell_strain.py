@@ -7,26 +7,26 @@ cell is deformed by
 
     F = I + a e1 e1^T + c e1 e2^T + b e2 e2^T
 
-a stretches it along the courses, b along the wales, c shears it; the first period keeps its direction, so that the
-cell cannot turn. Every place and both periods are multiplied by F, images keep their numbers. An element with places
-x_k and forces f_k that sum to zero gives the energy a slope of minus its virial, sum of f_k x_k^T, so that the forces
-on the strains are
+Here a stretches the cell along the courses, b along the wales, and c shears it. The first period keeps its direction,
+so that the cell cannot rotate. Every place and both periods are multiplied by F, and images keep their numbers. An
+element with places x_k and forces f_k that sum to zero contributes minus its virial, sum of f_k x_k^T, to the slope of
+the energy, so that the forces on the strains are
 
-    W_11, W_22, W_12       W = sum over legs of pull leg^T + sum over pairs in contact of f_pq (y_p - y_q)^T     [erg]
+    W_11, W_22, W_12       W = sum over legs of force leg^T + sum over pairs in contact of f_pq (y_p - y_q)^T    [erg]
 
-and none of it depends on which images the yarns are written in. A pull P1 along the courses and P2 along the wales
-[dyn] on the borders of the cell are dead loads of energy - P1 |u| - P2 h, u the first period and h what the second
-reaches across the courses. At rest W = -P |u|, and W over the area of the cell is its stress.
+None of them depends on the images in which the yarns are written. A load P1 along the courses and P2 along the wales
+[dyn] on the borders of the cell is a dead load of energy - P1 |u| - P2 h, with u the first period and h the extent of
+the second period across the courses. At rest W = -P |u|, and W over the area of the cell is its stress.
 
-The strains of an iteration count from the cell as it lies: the cell is deformed by each move of theirs, and the control
-points, with the places where they were listed, with it. They stand as one more entry after the control points,
-(a, b, c) times ``STRAIN_UNIT``. Their stiffness is that of yarns which follow F, in which a segment that points along
-t, or a pair in contact along t, is strained by m = (t1^2, t2^2, t1 t2):
+The strains of an iteration are relative to the current cell: each move of the strains deforms the cell, the control
+points and their listed places. The strains are one more entry after the control points, (a, b, c) times
+``STRAIN_UNIT``. Their stiffness is that of yarns that follow F, in which a segment that points along t, or a pair in
+contact along t, has the strain m = (t1^2, t2^2, t1 t2):
 
     K = sum over segments of 2 (k_len + k_length) m m^T + sum over pairs of E'' d^2 m m^T
 
-which only scales moves. While candidate lists last, two arcs D apart come nearer by the size of F - I times D beside
-what their control points move; ``step_limit`` parts the clearance between the two.
+K only scales moves. While candidate lists last, two arcs at the distance D approach by the size of F - I times D in
+addition to the moves of their control points; ``step_limit`` divides the clearance between both.
 """
 
 from __future__ import annotations
@@ -64,23 +64,23 @@ Block = wp.types.vector(length=6, dtype=wp.float64)
 
 @dataclass(frozen=True)
 class RelaxCell:
-    """What the periods of a cell are free to do.
+    """Which changes the periods of a cell are free to make, and the loads on its borders.
 
     Raises:
-        ParameterError: a pull is not finite.
+        ParameterError: a load is not finite.
     """
 
     course: float | None = 0.0
-    """Pull along the courses on the whole cell [dyn]; None holds the first period."""
+    """Load along the courses on the whole cell [dyn]; None keeps the length of the first period."""
     wale: float | None = 0.0
-    """Pull along the wales on the whole cell [dyn]; None holds how far the second period reaches across the courses."""
+    """Load along the wales on the whole cell [dyn]; None keeps the extent of the second period across the courses."""
     shear: bool = True
-    """Whether the wales may lean against the courses."""
+    """Whether the angle between wales and courses may change."""
 
     def __post_init__(self) -> None:
-        for name, pull in (("course", self.course), ("wale", self.wale)):
-            if pull is not None and not np.isfinite(pull):
-                raise ParameterError(f"relax cell: got a pull of {pull} dyn along the {name}s; expected a number")
+        for name, load in (("course", self.course), ("wale", self.wale)):
+            if load is not None and not np.isfinite(load):
+                raise ParameterError(f"relax cell: got a load of {load} dyn along the {name}s; expected a number")
 
     @property
     def free(self) -> NDArray[np.bool_]:
@@ -90,16 +90,10 @@ class RelaxCell:
 
 @wp.func
 def add_cell_virial(
-    total: Any,
-    model: Any,
-    first: int,
-    last: int,
-    lane: int,
-    threads: int,
-    segment_virial: wp.array[Any],
-    sample_virial: wp.array[Any],
-) -> Any:
-    """Add what every so many-th of a cell's segments and of their samples exert on its strains."""
+    total: Any, model: Any, first: int, last: int, lane: int, threads: int, segment_virial: wp.array[Any],
+    sample_virial: wp.array[Any]
+) -> Any:  # fmt: skip
+    """Add the virial of every ``threads``-th segment and sample of a cell."""
     for s in range(first + lane, last, threads):
         for k in range(9):
             total[k] += wp.float64(segment_virial[s][k])
@@ -121,7 +115,7 @@ def gather_strain_forces(
     # state out
     parts: wp.array3d[wp.float64],
 ) -> None:
-    """A block's share of the forces on a cell's strains and of their stiffness; so many blocks a cell."""
+    """Partial sums of the forces on a cell's strains and of their stiffness; ``blocks`` blocks for each cell."""
     number, lane = wp.tid()
     threads = wp.block_dim()
     cell = number // blocks
@@ -136,7 +130,7 @@ def gather_strain_forces(
 
 @wp.func
 def sum_of_blocks(parts: wp.array2d[wp.float64], lane: int, threads: int, totals: wp.array[wp.float64]) -> None:
-    """Sum what blocks have gathered for one cell; all threads of a block take part."""
+    """Sum the partial sums of one cell; all threads of a block take part."""
     total = VirialSums()
     for block in range(lane, parts.shape[0], threads):
         for k in range(9):
@@ -146,28 +140,23 @@ def sum_of_blocks(parts: wp.array2d[wp.float64], lane: int, threads: int, totals
 
 @wp.func
 def put_strain_force(
-    cell: int,
-    entry: int,
-    strains: Any,
-    force: wp.array[Any],
-    stiffness: wp.array[Any],
-    preconditioner: wp.array[Any],
+    cell: int, entry: int, strains: Any, force: wp.array[Any], stiffness: wp.array[Any], preconditioner: wp.array[Any]
 ) -> None:
-    """Force on the strains of a cell and how they give way, from ``strains.totals``."""
+    """Write the force on the strains of a cell and their preconditioner, from ``strains.totals``."""
     one = wp.float64(1.0)
     e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
     may, totals = strains.free[cell], strains.totals[cell]
-    first = totals[0] + strains.pulls[cell, 0] * wp.float64(wp.dot(strains.periods[2 * cell], e1))
-    second = totals[1] + strains.pulls[cell, 1] * wp.float64(wp.dot(strains.periods[2 * cell + 1], e2))
+    first = totals[0] + strains.loads[cell, 0] * wp.float64(wp.dot(strains.periods[2 * cell], e1))
+    second = totals[1] + strains.loads[cell, 1] * wp.float64(wp.dot(strains.periods[2 * cell + 1], e2))
     per_unit = wp.float64(strains.per_unit)
     force[entry] = type(e1)(
         type(e1[0])(first * may[0] * per_unit),
         type(e1[0])(second * may[1] * per_unit),
         type(e1[0])(totals[2] * may[2] * per_unit),
     )
-    stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are the control points' alone
+    stiffness[entry] = type(e1[0])(1.0e30)  # plain moves are for control points only
     square = per_unit * per_unit
-    # yarns that do not touch and run along one direction do not hold the others
+    # parallel yarns that do not touch have no stiffness in the other directions
     spare = (totals[3] + totals[4] + totals[5]) * wp.float64(1.0e-3) + wp.float64(1.0e-30)
     held = (wp.vec3d(one, one, one) - may) * HELD + wp.vec3d(spare, spare, spare)
     block = inverse_block(Block(
@@ -183,7 +172,7 @@ def put_strain_force(
 
 @wp.func
 def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
-    """A place in a cell that is strained further by (a, b, c)."""
+    """A place after a further strain (a, b, c) of its cell."""
     first, second = wp.dot(place, e1), wp.dot(place, e2)
     return place + e1 * (strain[0] * first + strain[2] * second) + e2 * (strain[1] * second)
 
@@ -198,7 +187,7 @@ def add_strain_effort(
     net: wp.array[wp.vec3d],
     effort: wp.array[wp.float64],
 ) -> None:
-    """Add a term's force on the strains of each cell that are free, and its size."""
+    """Add a term's force on the free strains of each cell, and its magnitude."""
     cell = wp.tid()
     force = wp.cw_mul(wp.vec3d(totals[cell, 0], totals[cell, 1], totals[cell, 2]), free[cell])
     net[cell] += force
@@ -212,20 +201,20 @@ def sum_parts(
     # state out
     totals: wp.array2d[wp.float64],
 ) -> None:
-    """Sum what the blocks of each cell gathered; a block a cell."""
+    """Sum the partial sums of each cell; one block for each cell."""
     cell, lane = wp.tid()
     sum_of_blocks(parts[cell], lane, wp.block_dim(), totals[cell])
 
 
 @functools.cache
 def strains_struct(scalar: Any) -> Any:
-    """What kernels need to know of the strains of cells, in one precision; ``count`` is 0 where none relax."""
+    """The struct of the strains of cells in one precision; ``count`` is 0 where no cell relaxes."""
     threes, doubles = wp.array(dtype=vector(3, scalar)), wp.float64
     annotations = {
         "count": wp.int32,
         "per_unit": scalar,
         "frame": threes,
-        "pulls": wp.array2d(dtype=doubles),
+        "loads": wp.array2d(dtype=doubles),
         "free": wp.array(dtype=wp.vec3d),
         "periods": threes,
         "listed_centre": threes,
@@ -239,7 +228,7 @@ class CellStrain:
     """The strains of a model's cells, on its device."""
 
     def __init__(self, model: Model, choices: Sequence[RelaxCell]) -> None:
-        """At rest relative to the cells as they lie; one choice for each.
+        """Zero strains of the current cells; one choice for each cell.
 
         Raises:
             ParameterError: the yarns have no lattice.
@@ -251,8 +240,8 @@ class CellStrain:
         self.host_frame = lattice_frame(periods)[:, :2]
         self.host_free = np.array([choice.free for choice in choices], dtype=np.float64)
         self.free = wp.array(self.host_free, dtype=wp.vec3d, device=model.device)
-        self.host_pulls = np.array([[choice.course or 0.0, choice.wale or 0.0] for choice in choices])
-        self.pulls = wp.array(self.host_pulls * model.units[:, None], dtype=wp.float64, device=model.device)
+        self.host_loads = np.array([[choice.course or 0.0, choice.wale or 0.0] for choice in choices])
+        self.loads = wp.array(self.host_loads * model.units[:, None], dtype=wp.float64, device=model.device)
         self.threads = THREADS if model.device.is_cuda else 1
         self.blocks = self._blocks()
         self.parts = wp.zeros((model.cell_count, self.blocks, PARTS), dtype=wp.float64, device=model.device)
@@ -261,14 +250,14 @@ class CellStrain:
         self.effort = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
 
     def _blocks(self) -> int:
-        """Blocks of threads that gather from each cell: one on a CPU, as many as suit the largest cell on a GPU."""
+        """Blocks of threads that sum over each cell: one on a CPU; on a GPU the number that suits the largest cell."""
         if not self.model.device.is_cuda:
             return 1
         return int(np.clip(self.model.largest_cell // (SAMPLES_PER_THREAD * THREADS), 1, MOST_BLOCKS))
 
     @property
     def periods(self) -> wp.array[Any]:
-        """The periods as they are [units], shape (2 C, 3)."""
+        """The current periods [units], shape (2 C, 3)."""
         return self.model.constants.images.periods
 
     @property
@@ -277,16 +266,16 @@ class CellStrain:
         return self.model.constants.images.frame
 
     def struct(self, candidates: Candidates) -> Any:
-        """What kernels need to know."""
+        """The struct that kernels receive."""
         struct = strains_struct(self.model.scalar)()
         struct.count, struct.per_unit = self.model.cell_count, self.model.number(1.0 / STRAIN_UNIT)
         struct.listed_centre = candidates.near.listed_centre
-        for name in ("frame", "pulls", "free", "periods", "parts", "totals"):
+        for name in ("frame", "loads", "free", "periods", "parts", "totals"):
             setattr(struct, name, getattr(self, name))
         return struct
 
     def gather_launch(self, state: State, launcher: Launcher) -> Any:
-        """Gather the forces on the strains block by block."""
+        """The launch that sums the forces on the strains, block by block."""
         inputs = [self.model.constants, self.blocks, self.model.cell_segments, state.segment_virial,
                   state.sample_virial]  # fmt: skip
         return launcher(
@@ -294,11 +283,11 @@ class CellStrain:
         )
 
     def clear_launches(self) -> list[Any]:
-        """Forget what terms exert."""
+        """The launches that set the sums over terms to zero."""
         return [ZeroArray(self.net), ZeroArray(self.effort)]
 
     def add_launches(self, state: State, launcher: Launcher) -> list[Any]:
-        """Add what one term exerts on the strains, whose shares are fresh."""
+        """The launches that add the forces of one term on the strains; the virials are those of this term."""
         cells = self.model.cell_count
         return [
             self.gather_launch(state, launcher),
@@ -307,21 +296,21 @@ class CellStrain:
         ]
 
     def residuals(self) -> NDArray[np.float64]:
-        """Size of the sum of all forces on the strains, pulls included, over the sum of their sizes, shape (C,)."""
-        pulls = self._on_borders() * self.host_free
-        left = np.linalg.norm(self.net.numpy() + pulls, axis=1)
-        whole = self.effort.numpy() + np.linalg.norm(pulls, axis=1)
+        """Magnitude of the sum of all forces on the strains, loads included, over the sum of magnitudes, shape (C,)."""
+        loads = self._on_borders() * self.host_free
+        left = np.linalg.norm(self.net.numpy() + loads, axis=1)
+        whole = self.effort.numpy() + np.linalg.norm(loads, axis=1)
         return np.where(whole > 0.0, left / np.where(whole > 0.0, whole, 1.0), 0.0)
 
     def tension_energies(self) -> NDArray[np.float64]:
-        """Potential energy of the pulls on each cell [erg], shape (C,)."""
+        """Potential energy of the loads on each cell [erg], shape (C,)."""
         return -self._on_borders().sum(axis=1)
 
     def _on_borders(self) -> NDArray[np.float64]:
-        """Forces of the pulls on the strains [erg], shape (C, 3)."""
+        """Forces of the loads on the strains [erg], shape (C, 3)."""
         periods = self.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * self.model.units[:, None, None]
         sizes = np.einsum("ckd,ckd->ck", periods, self.host_frame)
-        return np.column_stack([self.host_pulls * sizes, np.zeros(len(sizes))])
+        return np.column_stack([self.host_loads * sizes, np.zeros(len(sizes))])
 
 
 def strains_of(model: Model, strain: CellStrain | None, candidates: Candidates) -> Any:

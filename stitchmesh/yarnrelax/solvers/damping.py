@@ -1,24 +1,24 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Damping: what yarns lose as they move (Kaldor 2008; L eqs 11 and 12).
+"""Damping: the dissipation of moving yarns (Kaldor 2008; L eqs 11 and 12).
 
 Dissipation of segments with velocities v(s), each unordered pair in contact counted once:
 
     D_global  = k_global int v . v ds                                                           [erg / s]
     D_contact = l_i l_j int int [k_dt |dv|^2 - (k_dt - k_dn) (n . dv)^2] ds ds'
 
-with dv the velocity of one relative to the other and n the direction between them. As in L's Algorithm 1 a damping
-force is minus the derivative of D by the velocity, so yarns lose the power 2 D (D is no Rayleigh function, which would
-be half of it). On control points and contact samples:
+with dv the relative velocity of the pair and n the direction between its samples. As in L's Algorithm 1 a damping force
+is minus the derivative of D by the velocity, so yarns lose the power 2 D (D is not a Rayleigh function, which would be
+half of D). On control points and contact samples:
 
     F_j = - 2 k_global sum over segments and their slots k of  int B_j B_k ds  v_k
     F_p = - sum over q of  2 w_p w_q [k_dt dv - (k_dt - k_dn) (n . dv) n],   dv = v_p - v_q
 
 where w = l / samples per segment. On the device k_global |v|^2 and w^2 k_dt |dv|^2 keep their values, for the material
-is scaled with the lengths (``model``).
+is scaled with the lengths (``constants``).
 
 Pairs are in contact where their contact energy is not zero. Both samples of a pair compute its force from the same
-numbers, so contact damping keeps momentum. Row sums of the damping go with it, for the time step (``time_step``).
+numbers, so contact damping conserves momentum. The kernels also find row sums of the damping, for ``time_step``.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def contact_damping(
     # state out
     sample_damping: wp.array[Any],
 ) -> None:
-    """Contact damping on each sample [erg / unit], and the row sum of its coefficients, the others' share left out."""
+    """Contact damping on each sample [erg / unit], and the row sum of its own coefficients."""
     p = wp.tid()
     here, moving = load_vector(samples, p), load_vector(sample_velocity, p)
     loss = type(here)()
@@ -104,10 +104,10 @@ def contact_damping(
 
 
 class ContactDamping:
-    """Damping of contacts on a device; a material that has none costs nothing."""
+    """Damping of contacts on a device; a material without contact damping costs nothing."""
 
     def __init__(self, model: Model) -> None:
-        """Make room on a model's device."""
+        """Allocate the arrays on a model's device."""
         count = model.sample_count if max(model.material.k_dt, model.material.k_dn) > 0.0 else 0
         self.model = model
         self.velocity = model.empty(count, 4)
@@ -115,7 +115,7 @@ class ContactDamping:
         """Damping on each sample and the row sum of its coefficients [erg s / unit^2], shape (P, 4) or empty."""
 
     def launches(self, state: State, candidates: Candidates, velocity: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Leave the damping for velocities of the control points in ``force``; the samples must be placed."""
+        """The launches that leave the damping for given velocities in ``force``; the samples must be placed."""
         if len(self.force) == 0:
             return []
         model = self.model

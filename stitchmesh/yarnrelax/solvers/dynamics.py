@@ -5,9 +5,9 @@
     v <- v + dt M^-1 (F - dD/dv),     x <- x + dt v
 
 F are the forces of all energies, D is the dissipation (``damping``), dt one time step for all (``time_step``) and M the
-mass, each segment's m l shared (1, 11, 11, 1) / 24 among its control points (``mass``). What constraints take from a
-step, they take from the velocity too. Time is in seconds and lengths are in units (``model``), so a mass m [g] weighs
-m unit^2 in erg s^2 / unit^2.
+mass, each segment's m l shared (1, 11, 11, 1) / 24 among its control points (``material``). Constraints
+reduce the velocity together with the step. Time is in seconds and lengths are in units (``constants``), so a mass m [g]
+is m unit^2 in erg s^2 / unit^2.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ def accelerate(
     limit: wp.array[Any],
     longest: wp.array[Any],
 ) -> None:
-    """Acceleration of each control point, how far it may go, and the longest time step that suits it.
+    """Acceleration of each control point, its largest move, and its longest time step.
 
-    The row sum of stiffness gives way to the mass, which is what constraints have to move here.
+    The mass replaces the row sum of stiffness, because constraints distribute their reactions by the mass here.
     """
     i = wp.tid()
     slots = model.point_segments[i]
@@ -86,7 +86,7 @@ def propose_moves(
     velocity: wp.array[Any],
     step: wp.array[Any],
 ) -> None:
-    """New velocities, and the moves they make; the limit cuts no more than rounding."""
+    """New velocities and the moves that follow; the limit removes no more than rounding."""
     i = wp.tid()
     time_step = type(limit[i])(clock[0])
     velocity[i] = velocity[i] + acceleration[i] * time_step
@@ -102,7 +102,7 @@ def apply_moves(
     points: wp.array[Any],
     velocity: wp.array[Any],
 ) -> None:
-    """Move, and take the velocity from the move that constraints left."""
+    """Move, and find the velocity from the move after the constraints."""
     i = wp.tid()
     points[i] = points[i] + step[i]
     time_step = type(step[i][0])(clock[0])
@@ -125,7 +125,7 @@ def kinetic_energies(
 
 
 class Dynamics(Solver):
-    """Yarns with mass, in time.
+    """Motion of yarns with mass.
 
     Raises:
         ParameterError: the material has no mass, or a cell is to relax.
@@ -135,7 +135,7 @@ class Dynamics(Solver):
     allowed_rise = 0.05
 
     def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:
-        """Yarns at rest, on a model's device; the stiffness of further terms comes with ``state.stiffness``."""
+        """Yarns with zero velocity; the stiffness of further terms is part of ``state.stiffness``."""
         if model.cell_count > 1:
             raise ParameterError("dynamics: cells move in one time; relax them one by one, or quasistatically")
         if strains:
@@ -168,12 +168,12 @@ class Dynamics(Solver):
         return launches
 
     def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
-        """Stand still, and take time steps ``step_scale`` times as long as they may be."""
+        """Set velocities to zero, and scale time steps by ``step_scale``."""
         self.velocity.zero_()
         self.set_step_scale(step_scale)
 
     def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
-        """Take time steps ``step_scale`` times as long as they may be."""
+        """Scale time steps by ``step_scale``."""
         self.clock.step_scale.fill_(float(step_scale[0]))
 
     def begin(self, wanted: NDArray[np.int64]) -> None:

@@ -280,29 +280,27 @@ class LBFGS(Solver):
         model, state, memory, cells, blocks = inputs.model, inputs.state, self.memory, self.cells, self.blocks
         strains = strains_of(model, inputs.strain, inputs.candidates)
         step_limit = model.number(inputs.step_fraction)
+        count, cell_count = len(blocks.cell), model.cell_count
         ball, give = [state.points, state.listed_points, state.budget], [state.force, state.preconditioner]
 
-        def of_blocks(kernel: wp.Kernel, *arguments: Any) -> Any:
-            return launcher(kernel, len(blocks.cell), list(arguments), [], tile=self.threads)
-
-        def of_cells(kernel: wp.Kernel, *arguments: Any) -> Any:
-            return launcher(kernel, model.cell_count, list(arguments), [], tile=self.threads)
+        def tiled(kernel: wp.Kernel, count: int, *arguments: Any) -> Any:
+            return launcher(kernel, count, list(arguments), [], tile=self.threads)
 
         launches = [preconditioner_launch(model, self.bounds, state, launcher)]
         if inputs.strain is not None:
             launches.append(inputs.strain.gather_launch(state, launcher))
         launches += [
-            of_blocks(compare_forces, blocks, *ball, *give, memory, self.sums),
-            of_cells(update_memories, cells, blocks, self.sums, *ball, strains, memory, state.force, state.stiffness,
-                     state.preconditioner),
-            of_blocks(apply_preconditioner, blocks, *give, state.stiffness, memory, self.sums),
-            of_cells(update_directions, cells, blocks, step_limit, self.sums, strains, *ball[1:], *give,
-                     state.stiffness, memory, state.points),
-            of_blocks(propose_moves, blocks, step_limit, *ball, memory),
+            tiled(compare_forces, count, blocks, *ball, *give, memory, self.sums),
+            tiled(update_memories, cell_count, cells, blocks, self.sums, *ball, strains, memory, state.force,
+                  state.stiffness, state.preconditioner),
+            tiled(apply_preconditioner, count, blocks, *give, state.stiffness, memory, self.sums),
+            tiled(update_directions, cell_count, cells, blocks, step_limit, self.sums, strains, *ball[1:], *give,
+                  state.stiffness, memory, state.points),
+            tiled(propose_moves, count, blocks, step_limit, *ball, memory),
         ]  # fmt: skip
         for constraint in inputs.constraints:
             launches += constraint.filter_steps(state, memory.step, memory.limit, launcher)
-        return [*launches, of_blocks(apply_moves, cells, blocks, strains, memory, *ball[:2])]
+        return [*launches, tiled(apply_moves, count, cells, blocks, strains, memory, *ball[:2])]
 
     def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
         """A launch of all iterations of an assessment interval, of cells for which there is one."""

@@ -95,16 +95,9 @@ def trial_slot(record: wp.array[wp.float64]) -> int:
 
 @wp.func
 def add_force_products(
-    total: Any,
-    i: int,
-    trial: int,
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
-    memory: Any,
-) -> Any:
+    total: Any, i: int, trial: int, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
+    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
+) -> Any:  # fmt: skip
     """Store the change of the gradient of an entry over the last move, and add the entry to all products."""
     now = force[i]
     change = memory.last_force[i] - now
@@ -126,14 +119,9 @@ def add_force_products(
 
 @wp.func
 def force_products(
-    point_range: PointRange,
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
-    memory: Any,
-) -> Products:
+    point_range: PointRange, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
+    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
+) -> Products:  # fmt: skip
     """Products over the control points of a thread."""
     total = Products()
     trial = trial_slot(memory.record[point_range.cell])
@@ -144,16 +132,9 @@ def force_products(
 
 @wp.func
 def add_strain_products(
-    total: Any,
-    entry: int,
-    trial: int,
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
-    memory: Any,
-) -> Any:
+    total: Any, entry: int, trial: int, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
+    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
+) -> Any:  # fmt: skip
     """Add the strains of a cell; the gradient of L eq 5 does not contain them."""
     square = total[FORCE_FORCE]
     whole = add_force_products(total, entry, trial, points, listed_points, budget, force, preconditioner, memory)
@@ -188,11 +169,9 @@ def curvature_by_age(curvature: wp.array2d[wp.float64], newest: int, count: int)
 
 @wp.func
 def accept_pair(
-    product: wp.array[wp.float64],
-    record: wp.array[wp.float64],
-    curvature: wp.array2d[wp.float64],
-    alpha: wp.array[wp.float64],
-) -> None:
+    product: wp.array[wp.float64], record: wp.array[wp.float64], curvature: wp.array2d[wp.float64],
+    alpha: wp.array[wp.float64]
+) -> None:  # fmt: skip
     """Take a cell's newest pair into the memory if it is sound, and find the numbers a_j."""
     zero = wp.float64(0.0)
     trial = trial_slot(record)
@@ -244,15 +223,9 @@ def note_gradient(square: wp.float64, record: wp.array[wp.float64]) -> None:
 
 @wp.func
 def add_direction_products(
-    total: Any,
-    i: int,
-    record: wp.array[wp.float64],
-    alpha: Any,
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
-    stiffness: wp.array[Any],
-    memory: Any,
-) -> Any:
+    total: Any, i: int, record: wp.array[wp.float64], alpha: Any, force: wp.array[Any], preconditioner: wp.array[Any],
+    stiffness: wp.array[Any], memory: Any
+) -> Any:  # fmt: skip
     """Leave z of an entry in the memory's ``step``, and add the entry to the products of z with the memory."""
     rest = force[i]
     plain = record[PLAIN] != wp.float64(0.0)
@@ -270,12 +243,9 @@ def add_direction_products(
 
 @wp.func
 def direction_products(
-    point_range: PointRange,
-    force: wp.array[Any],
-    preconditioner: wp.array[Any],
-    stiffness: wp.array[Any],
-    memory: Any,
-) -> Slots:
+    point_range: PointRange, force: wp.array[Any], preconditioner: wp.array[Any], stiffness: wp.array[Any],
+    memory: Any
+) -> Slots:  # fmt: skip
     """Z of the control points of a thread, and its products."""
     total = Slots()
     record, alpha = memory.record[point_range.cell], memory.alpha[point_range.cell]
@@ -293,12 +263,9 @@ def update_coefficients(cell: int, memory: Any) -> None:
 
 @wp.func
 def find_coefficients(
-    product: wp.array[wp.float64],
-    record: wp.array[wp.float64],
-    curvature: wp.array2d[wp.float64],
-    alpha: wp.array[wp.float64],
-    alpha_minus_beta: wp.array[wp.float64],
-) -> None:
+    product: wp.array[wp.float64], record: wp.array[wp.float64], curvature: wp.array2d[wp.float64],
+    alpha: wp.array[wp.float64], alpha_minus_beta: wp.array[wp.float64]
+) -> None:  # fmt: skip
     """Find a cell's numbers a_j - b_j."""
     zero = wp.float64(0.0)
     newest, count = int(record[NEWEST_SLOT]), wp.where(record[PLAIN] != zero, 0, int(record[PAIRS]))
@@ -320,15 +287,9 @@ def find_coefficients(
 
 @wp.func
 def propose_move(
-    i: int,
-    step_limit: Any,
-    record: wp.array[wp.float64],
-    coefficient: wp.array[wp.float64],
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    memory: Any,
-) -> None:
+    i: int, step_limit: Any, record: wp.array[wp.float64], coefficient: wp.array[wp.float64], points: wp.array[Any],
+    listed_points: wp.array[Any], budget: wp.array[Any], memory: Any
+) -> None:  # fmt: skip
     """Leave the next move of an entry in the memory's ``step``, no longer than its limit, which is stored too."""
     allowed = wp.min(step_limit, room_left(points, listed_points, budget, i))
     wish = memory.step[i]
@@ -349,13 +310,9 @@ def apply_move(i: int, trial: int, points: wp.array[Any], memory: Any) -> None:
 
 @wp.func
 def propose_point_moves(
-    point_range: PointRange,
-    step_limit: Any,
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    budget: wp.array[Any],
-    memory: Any,
-) -> None:
+    point_range: PointRange, step_limit: Any, points: wp.array[Any], listed_points: wp.array[Any],
+    budget: wp.array[Any], memory: Any
+) -> None:  # fmt: skip
     """Propose moves of the control points of a thread."""
     record, coefficient = memory.record[point_range.cell], memory.alpha_minus_beta[point_range.cell]
     for i in range(point_range.first, point_range.last, point_range.threads):
@@ -364,13 +321,9 @@ def propose_point_moves(
 
 @wp.func
 def apply_point_moves(
-    point_range: PointRange,
-    cells: CellRanges,
-    strains: Any,
-    points: wp.array[Any],
-    listed_points: wp.array[Any],
-    memory: Any,
-) -> None:
+    point_range: PointRange, cells: CellRanges, strains: Any, points: wp.array[Any], listed_points: wp.array[Any],
+    memory: Any
+) -> None:  # fmt: skip
     """Move the control points of a thread, and deform them and the listed places as the strains of the cell changed."""
     cell = point_range.cell
     trial = trial_slot(memory.record[cell])

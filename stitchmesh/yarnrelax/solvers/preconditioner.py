@@ -85,13 +85,9 @@ def put_bounds(
 
 @wp.func
 def preconditioner_at(
-    model: Any,
-    i: int,
-    bounds: Any,
-    segment_block: wp.array[Any],
-    sample_block: wp.array[Any],
-    preconditioner: wp.array[Any],
-) -> None:
+    model: Any, i: int, bounds: Any, segment_block: wp.array[Any], sample_block: wp.array[Any],
+    preconditioner: wp.array[Any]
+) -> None:  # fmt: skip
     """Write the preconditioner of a control point [unit^2 / erg]."""
     slots = model.point_segments[i]
     block = type(preconditioner[0])()

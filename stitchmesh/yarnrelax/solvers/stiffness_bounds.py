@@ -1,17 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How stiff each control point is held: the mass scaling of the relaxation.
+"""Upper bounds of the stiffness at each control point: row sums of the Hessian.
 
-Only the state of rest matters, so each control point is given the mass at which it is as fast as stability allows. For
-an energy with Hessian H, the row sums D_i = sum_j |H_ij| bound H by the diagonal D (Gershgorin): steps F_i / D_i lower
-the energy. Per segment, with B' and B'' the derivatives of the four basis functions at the rest shape:
+Only the state of rest matters, so each control point moves as if it had the smallest mass that is stable. For an
+energy with Hessian H, the row sums D_i = sum_j |H_ij| bound H by the diagonal D (Gershgorin): steps F_i / D_i lower the
+energy. For each segment, with B' and B'' the derivatives of the four basis functions at the rest shape:
 
     stretch, length   2 (k_len + k_length) / l^2  int |B'_i| sum_j |B'_j|      along the yarn
     bending           2 k_bend / l^3              int |B''_i| sum_j |B''_j|    across the yarn
 
-Sums of both hold in all directions, bending's dependence on y' included, while stretch is much the stiffer
-(``preconditioner``).
-Contact adds its own row sums as they change (``contact``).
+The sums of both hold in all directions, including the dependence of bending on y', because stretch is much stiffer
+(``preconditioner``). Contact adds its own row sums, which change (``contact``).
 """
 
 from __future__ import annotations
@@ -44,9 +43,9 @@ def bend_row_sums(model: Model) -> NDArray[np.float64]:
 def _swept_rows(order: int) -> NDArray[np.float64]:
     """Integrals of |B_i| sum_j |B_j| with the basis functions' first or second derivatives, shape (4,).
 
-    The magnitudes stand inside the integral, for the yarn's direction turns along a segment.
+    The magnitudes are inside the integral, because the direction of the yarn turns along a segment.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(8)  # the kinks of magnitudes leave a part in a thousand
+    nodes, weights = np.polynomial.legendre.leggauss(8)  # the kinks of the magnitudes leave an error of 0.1 %
     s = (nodes + 1) / 2
     second = np.stack([1 - s, 3 * s - 2, 1 - 3 * s, s], axis=1)
     size = np.abs(basis_derivative(s) if order == 1 else second)

@@ -1,26 +1,26 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The time step of all yarns together: as long as it is stable and as no control point goes too far.
+"""The common time step of all yarns: the longest one that is stable and moves no control point too far.
 
 Stability. Semi-implicit Euler with mass M, stiffness K and damping C is, in every mode,
 
     x_(n+1) - 2 x_n + x_(n-1) = - dt^2 M^-1 K x_n - dt M^-1 C (x_n - x_(n-1))
 
-and stays bounded while dt^2 K + 2 dt C < 4 M. Row sums bound a matrix by its diagonal (Gershgorin), so it is enough
+and stays bounded while dt^2 K + 2 dt C < 4 M. Row sums bound a matrix by its diagonal (Gershgorin), so it is sufficient
 that at each control point, with w^2 = (row sum of K) / m and g = (row sum of C) / m,
 
     dt^2 w^2 + 2 dt g <= 4     or     dt <= 4 / (g + sqrt(g^2 + 4 w^2)),
 
-which is 2 / w without damping. Stiffness is that of the state before the step, and contacts stiffen within it; so only
-a part of this is taken.
+which is 2 / w without damping. The stiffness is that of the state before the step, and contacts become stiffer during
+the step, so only a part of this time step is used.
 
-Reach. A control point of velocity v and acceleration a that may go no farther than e takes a step of at most
+Distance. A control point of velocity v and acceleration a that may move at most by e takes a step of at most
 
     dt = [- |v| + sqrt(|v|^2 + 4 e |a|)] / (2 |a|)  =  2 e / (|v| + sqrt(|v|^2 + 4 e |a|))
 
 which is L's eq (2), derived in its appendix A, with control points in place of samples: the weights of the spline are
-not negative and sum to one, so that no sample goes farther than its control points do. e is the least of the part of a
-radius that an iteration may use and what the control point has left of its budget (``step_limit``).
+not negative and sum to one, so that no sample moves farther than its control points. e is the smaller of the largest
+move of an iteration and the remaining budget of the control point (``budget``).
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import strand_maxima, strands_for
 
 LONGEST_TIME_STEP = 4e-4
-"""Time step [s] where nothing asks for a shorter one (L section 3.1)."""
+"""Longest time step [s] (L section 3.1)."""
 STABLE_PART = wp.constant(0.8)
-"""Part of the longest stable time step that is taken. Measured on knitting without damping: at 0.8 and below its energy
-stays within a few percent, at 1 it doubles."""
+"""Part of the longest stable time step that is used. Measured on knitting without damping: at 0.8 and below the energy
+stays within a few percent, at 1 the energy doubles."""
 FEW_STRANDS = 32
-"""Results that are left for the last thread of a reduction."""
+"""Partial results that the last thread of a reduction combines."""
 
 
 @wp.func
 def stable_time(stiffness: Any, damping: Any) -> Any:
-    """The time step that stability allows for row sums of stiffness and damping over mass."""
+    """Longest stable time step for row sums of stiffness and damping over mass."""
     size = damping + wp.sqrt(damping * damping + type(damping)(4.0) * stiffness)
     return type(damping)(4.0 * STABLE_PART) / wp.max(size, type(damping)(1.0e-30))
 
@@ -66,10 +66,10 @@ def set_time_step(
     # state out
     clock: wp.array[wp.float64],
 ) -> None:
-    """Take the shortest of all time steps and let time pass; one thread. ``maxima`` are of minus the time steps."""
+    """Set the shortest time step and advance the time; one thread. ``maxima`` are those of minus the time steps."""
     shortest = longest
     for k in range(maxima.shape[0]):
-        if -maxima[k] < shortest:  # what is not a number makes no time step; the forces tell of it
+        if -maxima[k] < shortest:  # a value that is not a number is ignored here; the forces show it
             shortest = -maxima[k]
     clock[0] = shortest * step_scale[0]
     clock[1] = clock[1] + clock[0]

@@ -63,7 +63,7 @@ def test_forces_without_terms_take_three_kernels() -> None:
     [
         ([Gravity()], ["add_weights"]),
         ([Body(FLOOR)], ["body_forces"]),
-        ([PointLoad((0.0, 1.0, 0.0), [3])], ["add_pull"]),
+        ([PointLoad((0.0, 1.0, 0.0), [3])], ["add_point_load"]),
         ([Gravity(), Body(FLOOR)], ["add_weights", "body_forces"]),
     ],
 )
@@ -123,7 +123,7 @@ CHOICES = {
         {"pins"},
         {"pins"},
     ),
-    "pull": (
+    "point load": (
         "from stitchmesh.yarnrelax.energies.point_load import PointLoad; constraints = []; "
         "terms = [PointLoad((1.0, 0.0, 0.0), [0])]",
         {"point_load"},
@@ -149,7 +149,7 @@ def test_a_relaxation_compiles_only_what_it_asks_for(name: str) -> None:
     assert {file for file in loaded if file.startswith(OPTIONAL)} == files
     # shape and borders are there for ``keep_shape``, which nobody asked for
     assert {file for file in with_overloads if file.startswith((*OPTIONAL, "shape", "borders"))} == compiled
-    assert {"segment_forces", "contact", "gather"} & set(with_overloads)  # the count sees what was compiled
+    assert {"segment_forces", "contact", "evaluation"} & set(with_overloads)  # the count sees what was compiled
 
 
 def test_terms_bring_their_energies_and_no_others() -> None:

@@ -181,7 +181,7 @@ def test_what_cannot_go_with_a_cell_is_refused() -> None:
         relax_yarns(replace(yarns, lattice=None, lattice_step=None), cell=RelaxCell(), device="cpu")
     with pytest.raises(ParameterError, match="no mass to relax with"):
         relax_yarns(yarns, cell=RelaxCell(), quality=replace(EXACT, solver="dynamics"), device="cpu")
-    with pytest.raises(ParameterError, match="got a pull of nan dyn along the courses"):
+    with pytest.raises(ParameterError, match="got a load of nan dyn along the courses"):
         RelaxCell(course=float("nan"))
 
 

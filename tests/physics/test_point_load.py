@@ -90,18 +90,18 @@ def test_a_yarn_stretches_as_its_stiffness_says(tension: float) -> None:
 
 @pytest.mark.parametrize("force", [(0.0, 1.0), (0.0, np.nan, 0.0), 3.0])
 def test_a_force_is_three_finite_numbers(force: object) -> None:
-    with pytest.raises(ParameterError, match=r"pull: got force .* expected three finite numbers"):
+    with pytest.raises(ParameterError, match=r"point load: got force .* expected three finite numbers"):
         PointLoad(force)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("pull", "message"),
     [
-        (PointLoad((1.0, 0.0, 0.0), [0, 33]), "pull: got control point 33; expected 0 to 32"),
-        (PointLoad((1.0, 0.0, 0.0), faces=[2]), "pull: got stitch face 2; no control point came from it"),
-        (PointLoad((1.0, 0.0, 0.0)), "pull: got neither control points nor stitch faces"),
+        (PointLoad((1.0, 0.0, 0.0), [0, 33]), "point load: got control point 33; expected 0 to 32"),
+        (PointLoad((1.0, 0.0, 0.0), faces=[2]), "point load: got stitch face 2; no control point came from it"),
+        (PointLoad((1.0, 0.0, 0.0)), "point load: got neither control points nor stitch faces"),
     ],
 )
-def test_bad_pulls_are_refused(pull: PointLoad, message: str) -> None:
+def test_bad_point_loads_are_refused(pull: PointLoad, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         relax_yarns(straight_yarn(), device="cpu", terms=[pull])
