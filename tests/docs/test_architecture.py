@@ -11,6 +11,7 @@ from itertools import pairwise
 import pytest
 
 from tests.docs.pages import DOCS
+from tests.gallery import ROOT
 
 sys.path.insert(0, str(DOCS / "tools"))
 
@@ -55,6 +56,14 @@ def test_the_picture_has_every_box_apart_and_every_arrow_downwards(package):
     arrows = ENDS.findall(picture)
     assert len(arrows) == source.count("-->")
     assert all(float(bottom) > float(top) for _, top, _, bottom in arrows)
+
+
+def test_the_walk_of_one_iteration_is_short():
+    page = PAGE.read_text()
+    walk = page[page.index("<!-- walk of one iteration -->") : page.index("<!-- end of walk -->")]
+    files = re.findall(r"^\| *\d+ \| `(.*?)` \|", walk, flags=re.MULTILINE)
+    assert 0 < len(files) <= 15  # a reader opens so many files, and reads so many lines, in one sitting
+    assert sum(len((ROOT / file).read_text().splitlines()) for file in files) <= 2500
 
 
 def test_a_line_that_is_no_node_and_no_arrow_is_refused():
