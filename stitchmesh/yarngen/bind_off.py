@@ -18,7 +18,7 @@ from stitchmesh.mesh.stitch import Stitch
 
 DRAWN_HEIGHT = 0.8
 """Height of a bind-off face over the mean height of the stitches below it; the drawn yarn needs no more."""
-FEW_LOOPS = 16
+SMALL_RING_LOOPS = 16
 """Loops of a border ring up to which a chain has no room: knitters break the yarn and draw it through them."""
 
 
@@ -43,7 +43,9 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
     count = len(sides)
     plain = np.zeros(4 * count, dtype=np.int64)
     whole = StitchMesh(
-        vertices=np.concatenate([fabric.vertices, _raised(fabric, border_vertices, place.reshape(2, -1), height)]),
+        vertices=np.concatenate(
+            [fabric.vertices, _raised_vertices(fabric, border_vertices, place.reshape(2, -1), height)]
+        ),
         face_start=np.concatenate([fabric.face_start, fabric.face_start[-1] + 4 * np.arange(1, count + 1)]),
         face_vertex=np.concatenate([fabric.face_vertex, quads.ravel()]),
         twin=twin,
@@ -56,10 +58,10 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
         cable_shift=np.concatenate([fabric.cable_shift, plain]),
         cable_layer=np.concatenate([fabric.cable_layer, plain]),
     )
-    return whole if (fabric.yarn == fabric.yarn[0]).all() else _bound_off_in_one_yarn(whole, fabric.face_count)
+    return whole if (fabric.yarn == fabric.yarn[0]).all() else _with_one_yarn_per_bind_off(whole, fabric.face_count)
 
 
-def _bound_off_in_one_yarn(whole: StitchMesh, first: int) -> StitchMesh:
+def _with_one_yarn_per_bind_off(whole: StitchMesh, first: int) -> StitchMesh:
     """Each bind-off row, from face ``first`` on, in the yarn that most of it stands on; the lower one if in doubt."""
     yarn = whole.yarn.copy()
     for course in find_courses(whole):
@@ -72,7 +74,7 @@ def _bound_off_in_one_yarn(whole: StitchMesh, first: int) -> StitchMesh:
 def small_rings(fabric: StitchMesh) -> list[IntArray]:
     """Top sides of each border ring of so few loops that they are always drawn together, as a crown or a fingertip."""
     loops = fabric.boundary_loops
-    return [loop for loop in loops if len(loop) <= FEW_LOOPS and (fabric.side_role[loop] == TOP).all()]
+    return [loop for loop in loops if len(loop) <= SMALL_RING_LOOPS and (fabric.side_role[loop] == TOP).all()]
 
 
 def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: IntArray) -> None:
@@ -84,13 +86,13 @@ def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: Int
             twin[side + 1], twin[neighbour + 3] = neighbour + 3, side + 1
 
 
-def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: float) -> FloatArray:
+def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: float) -> FloatArray:
     """Border vertices moved on along the wales that end there [cm], ``sides`` by their places, shape (2, S).
 
     Where the border is a small ring, a crown say, wales run together; there the row stands up along the normal.
     """
-    few = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
-    shares = np.where(np.isin(vertices, np.concatenate(few)) if few else False, DRAWN_HEIGHT, share)
+    rings = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
+    shares = np.where(np.isin(vertices, np.concatenate(rings)) if rings else False, DRAWN_HEIGHT, share)
     base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
     raised = base + vertex_step(up, border_lean(base, up, sides), fabric.vertex_normal[vertices])
     for foot, head in _steps(fabric):
@@ -120,9 +122,11 @@ def _mean_wale(fabric: StitchMesh) -> FloatArray:
     total, count = np.zeros_like(fabric.vertices), np.zeros(len(fabric.vertices))
     np.add.at(total, fabric.face_vertex[ends[wales]], up)
     np.add.at(count, fabric.face_vertex[ends[wales]], 1.0)
-    within = np.flatnonzero(count[fabric.face_vertex] == 0)  # corners between loops of one face: its own wales count
+    corners_inside = np.flatnonzero(
+        count[fabric.face_vertex] == 0
+    )  # corners between loops of one face: its own wales count
     rise = np.zeros((fabric.face_count, 3))
     np.add.at(rise, fabric.side_face[wales], up)
-    np.add.at(total, fabric.face_vertex[within], rise[fabric.side_face[within]])
-    np.add.at(count, fabric.face_vertex[within], 2.0)
+    np.add.at(total, fabric.face_vertex[corners_inside], rise[fabric.side_face[corners_inside]])
+    np.add.at(count, fabric.face_vertex[corners_inside], 2.0)
     return total / np.maximum(count, 1.0)[:, None]

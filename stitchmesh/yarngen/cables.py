@@ -19,39 +19,39 @@ from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray, IntArray, StitchMes
 from stitchmesh.mesh.cable_groups import CableGroup
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.embedding import FEWEST_POINTS
-from stitchmesh.yarngen.templates.template import DENSE
+from stitchmesh.yarngen.templates.template import CURVE_POINTS
 
 OPENING = 0.42
 """How far corners move, over the height of their face."""
-OPENING_TWICE = 0.27
+OPENING_ON_BOTH_SIDES = 0.27
 """The same where the face opens below and above: about half its height is left for its own yarn."""
 LAYER_GAP = 2.5
 """Height between two layers, in yarn radii; touching yarns are 2 apart, and some cross just before they are there."""
-STEP = 1.3
+LEG_GAP = 1.3
 """Height between legs of one layer that run side by side, in yarn radii."""
-RISE = 0.55
+LEVEL_WIDTH = 0.55
 """Stitch widths that a leg moves sideways while it comes to its layer, on a straight way, and while it leaves it."""
-BEND = 1.8
+SLOPE_EXPONENT = 1.8
 """How much more steeply legs leave a row than they cross: 1 would be a straight way, 2 about a smooth step."""
-EASE, EASE_BEYOND = 0.55, 0.12
+REST_LENGTH_RATIO, REST_LENGTH_RATIO_STEP = 0.55, 0.12
 """Rest length of crossing legs over the length that is drawn: a crossing loop holds little more yarn than others, and
 so it draws the stitches on both sides together. For each loop beyond two that one moves there is more, or wide
 crossings would start so strained that their yarns collide."""
 
 
-def opened_corners(fabric: StitchMesh, groups: list[CableGroup]) -> FloatArray:
+def open_corners(fabric: StitchMesh, groups: list[CableGroup]) -> FloatArray:
     """Corner positions with room for the crossings [cm], shape (C, 3)."""
     if not groups:
         return fabric.corner_position
     below = [side for group in groups for side in group.sides[:-1].tolist()]
     corners = np.unique([corner for side in below for corner in _corners_right_of(fabric, side)])
     position = fabric.corner_position.copy()
-    position[corners] += _opening(fabric, corners)[:, None] * _across_face(fabric, corners)
+    position[corners] += _opening(fabric, corners)[:, None] * _to_opposite_course(fabric, corners)
     return position
 
 
 def cross_loops(
-    fabric: StitchMesh, groups: list[CableGroup], corner_position: FloatArray, radius: float, density: float,
+    fabric: StitchMesh, groups: list[CableGroup], corner_position: FloatArray, radius: float, points_per_width: float,
     bridges: Bridges,
 ) -> None:  # fmt: skip
     """Lead the legs of each group's loops to their places in the row above.
@@ -67,21 +67,27 @@ def cross_loops(
     for group in groups:
         gap = _gap(fabric, group, corner_position)
         legs = _legs(group, gap, radius)
-        points_per_length = density / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
-        ease = ease_of(group)
+        points_per_length = points_per_width / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
+        rest_length_ratio = crossing_rest_length_ratio(group)
         below, above = group.sides.tolist(), fabric.twin[group.sides][group.destination].tolist()
-        ways = (_images_above(fabric, group)[group.destination] - group.image).tolist()
+        images_to_above = (_images_above(fabric, group)[group.destination] - group.image).tolist()
         for loop, leg in np.ndindex(legs.shape[:2]):
             # along its top side a loop's right leg comes first, along the bottom side above the left one
             start, end = crossing_number(below[loop], 1 - leg), crossing_number(above[loop], leg)
-            points = _evenly(legs[loop, leg], points_per_length) - fabric.shift(group.image[loop])
-            bridges.join(start, end, points, ease=ease, image=(ways[loop][0], ways[loop][1]))
+            points = _resample(legs[loop, leg], points_per_length) - fabric.shift(group.image[loop])
+            bridges.join(
+                start,
+                end,
+                points,
+                rest_length_ratio=rest_length_ratio,
+                image=(images_to_above[loop][0], images_to_above[loop][1]),
+            )
 
 
-def ease_of(group: CableGroup) -> float:
+def crossing_rest_length_ratio(group: CableGroup) -> float:
     """Rest length of a group's crossing legs over the length that is drawn."""
     farthest = int(np.abs(group.destination - np.arange(len(group.destination))).max())
-    return min(EASE + EASE_BEYOND * max(farthest - 2, 0), 1.0)
+    return min(REST_LENGTH_RATIO + REST_LENGTH_RATIO_STEP * max(farthest - 2, 0), 1.0)
 
 
 def _corners_right_of(fabric: StitchMesh, side: int) -> list[int]:
@@ -100,14 +106,14 @@ def _corners_right_of(fabric: StitchMesh, side: int) -> list[int]:
 def _opening(fabric: StitchMesh, corners: IntArray) -> FloatArray:
     """How far corners move, over the height of their face; alike where faces of one row meet, shape (n,)."""
     face, is_top = fabric.side_face[corners], fabric.side_place[corners] > fabric.n_bottom[fabric.side_face[corners]]
-    twice = np.isin(face, face[is_top]) & np.isin(face, face[~is_top])
+    opens_on_both_sides = np.isin(face, face[is_top]) & np.isin(face, face[~is_top])
     meeting, place = np.unique(2 * fabric.face_vertex[corners] + is_top, return_inverse=True)
     opening = np.full(len(meeting), OPENING)
-    opening[place[twice]] = OPENING_TWICE
+    opening[place[opens_on_both_sides]] = OPENING_ON_BOTH_SIDES
     return opening[place]
 
 
-def _across_face(fabric: StitchMesh, corners: IntArray) -> FloatArray:
+def _to_opposite_course(fabric: StitchMesh, corners: IntArray) -> FloatArray:
     """From corners of a top course down to the bottom course of their face, and the other way [cm], shape (n, 3)."""
     face = fabric.side_face[corners]
     position, place = fabric.corner_position, fabric.side_place[corners]
@@ -118,8 +124,8 @@ def _across_face(fabric: StitchMesh, corners: IntArray) -> FloatArray:
     from_left = np.where(is_top, n_bottom + n_top + 1 - place, place)
     share = np.where(sides > 0, from_left / np.maximum(sides, 1), 0.5)[:, None]
     up = share * (position[right + 1] - position[right]) + (1.0 - share) * (position[left] - position[first])
-    across: FloatArray = np.where(is_top, -1.0, 1.0)[:, None] * up
-    return across
+    vectors: FloatArray = np.where(is_top, -1.0, 1.0)[:, None] * up
+    return vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,10 +158,10 @@ def _images_above(fabric: StitchMesh, group: CableGroup) -> IntArray:
 def _gap(fabric: StitchMesh, group: CableGroup, corner_position: FloatArray) -> _Gap:
     below, above = group.sides, fabric.twin[group.sides]
     left_to_right = np.stack([fabric.side_next[below], below], axis=1)
-    away, across = fabric.shift(group.image), fabric.shift(_images_above(fabric, group))
+    shift_below, shift_above = fabric.shift(group.image), fabric.shift(_images_above(fabric, group))
     return _Gap(
-        below=corner_position[left_to_right] + away[:, None],
-        above=corner_position[np.stack([above, fabric.side_next[above]], axis=1)] + across[:, None],
+        below=corner_position[left_to_right] + shift_below[:, None],
+        above=corner_position[np.stack([above, fabric.side_next[above]], axis=1)] + shift_above[:, None],
         normal=fabric.vertex_normal[fabric.face_vertex[left_to_right]],
     )
 
@@ -172,8 +178,8 @@ def _leg_heights(group: CableGroup) -> FloatArray:
         loops = np.flatnonzero(group.layer == layer)
         farthest = int(np.abs(group.destination - np.arange(len(group.sides)))[loops].max())
         levels = 1 + farthest // 2
-        heights[loops] = floor + STEP * (np.arange(2 * len(loops)) % levels).reshape(-1, 2)
-        floor += STEP * (levels - 1) + LAYER_GAP
+        heights[loops] = floor + LEG_GAP * (np.arange(2 * len(loops)) % levels).reshape(-1, 2)
+        floor += LEG_GAP * (levels - 1) + LAYER_GAP
     return heights - 0.5 * (floor - LAYER_GAP)
 
 
@@ -181,17 +187,17 @@ def _legs(group: CableGroup, gap: _Gap, radius: float) -> FloatArray:
     """Dense courses of each loop's left and right leg [cm], shape (n, 2, DENSE, 3)."""
     moved = (group.destination - np.arange(len(group.sides)))[:, None, None]
     first = np.arange(len(group.sides))[:, None, None] + np.array([[0.25], [0.75]])
-    share = np.linspace(0.0, 1.0, DENSE)
-    leaving, coming = share**BEND, (1.0 - share) ** BEND
-    course = first + moved * leaving / (leaving + coming)
-    risen = np.clip(np.minimum(share, 1.0 - share) * np.maximum(np.abs(moved), 1) / RISE, 0.0, 1.0)
-    height = radius * _leg_heights(group)[:, :, None] * np.sin(0.5 * np.pi * risen)
+    share = np.linspace(0.0, 1.0, CURVE_POINTS)
+    start_distance, end_distance = share**SLOPE_EXPONENT, (1.0 - share) ** SLOPE_EXPONENT
+    course = first + moved * start_distance / (start_distance + end_distance)
+    level_share = np.clip(np.minimum(share, 1.0 - share) * np.maximum(np.abs(moved), 1) / LEVEL_WIDTH, 0.0, 1.0)
+    height = radius * _leg_heights(group)[:, :, None] * np.sin(0.5 * np.pi * level_share)
     shares = np.broadcast_to(share, course.shape)
     points: FloatArray = gap.points(course.ravel(), shares.ravel(), height.ravel()).reshape(*course.shape, 3)
     return points
 
 
-def _evenly(curve: FloatArray, points_per_length: float) -> FloatArray:
+def _resample(curve: FloatArray, points_per_length: float) -> FloatArray:
     """Points of a curve at even distances, half a step from its ends [cm], shape (n, 3)."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
     count = max(FEWEST_POINTS, round(points_per_length * arc[-1]))

@@ -15,7 +15,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.templates.edge_templates import Edge
 
 
-def edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
+def choose_edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
     """How each face is drawn (``Edge``), shape (F,).
 
     Args:
@@ -27,11 +27,11 @@ def edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
     if finish.cast_on == "open":
         edge[whole.stitch == Stitch.CAST_ON] = Edge.YARN_OVERS
     if finish.bind_off == "chain":
-        _draw_chains(whole, bridges, edge)
+        _choose_chains(whole, bridges, edge)
     return edge
 
 
-def _draw_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
+def _choose_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
     bound = whole.stitch == Stitch.BIND_OFF
     edge[bound] = Edge.CHAIN
     for ring in small_rings(whole):
@@ -40,12 +40,12 @@ def _draw_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
         row = list(course_through(whole, face, climbing=True).faces)
         if len(row) == 1:
             edge[face] = Edge.CHAIN_ALONE
-        elif _starts_right(bridges, int(whole.left_wale[face]), int(whole.right_wale[row[-1]])):
+        elif _yarn_arrives_right(bridges, int(whole.left_wale[face]), int(whole.right_wale[row[-1]])):
             edge[row] = [Edge.LEFTWARD_LAST, *[Edge.LEFTWARD_CHAIN] * (len(row) - 2), Edge.LEFTWARD_FIRST]
         else:
             edge[row] = [Edge.CHAIN_FIRST, *[Edge.CHAIN] * (len(row) - 2), Edge.CHAIN_LAST]
 
 
-def _starts_right(bridges: Bridges, left: int, right: int) -> bool:
+def _yarn_arrives_right(bridges: Bridges, left: int, right: int) -> bool:
     """Whether yarn reaches a row at its right end alone."""
-    return crossing_number(right) in bridges.ways and crossing_number(left) not in bridges.ways
+    return crossing_number(right) in bridges.paths and crossing_number(left) not in bridges.paths

@@ -71,12 +71,14 @@ def place_parts(
     position = fabric.corner_position if corner_position is None else corner_position
     density = points_per_width(points_per_stitch)
     groups = []
-    for number, (drawn, stitch, n_bottom, n_top, *twists) in enumerate(unique.tolist()):
+    for number, (edge_kind, stitch, n_bottom, n_top, *twists) in enumerate(unique.tolist()):
         faces = np.flatnonzero(kind == number)
         sides = n_bottom, n_top, tuple(twists[:n_top])
-        shape = template(Stitch(stitch), *sides) if drawn == Edge.BY_STITCH else edge_template(Edge(drawn), *sides)
-        groups += _place(fabric, faces, shape, position, radius, density)
-    return _joined(groups)
+        shape = (
+            template(Stitch(stitch), *sides) if edge_kind == Edge.BY_STITCH else edge_template(Edge(edge_kind), *sides)
+        )
+        groups += _place_template(fabric, faces, shape, position, radius, density)
+    return _concatenated(groups)
 
 
 def _twists(fabric: StitchMesh) -> IntArray:
@@ -86,7 +88,7 @@ def _twists(fabric: StitchMesh) -> IntArray:
     return np.where(loop < fabric.n_top[:, None], fabric.twist[side], 0)
 
 
-def _place(
+def _place_template(
     fabric: StitchMesh, faces: IntArray, shape: Template, corner_position: FloatArray, radius: float, density: float
 ) -> list[PlacedParts]:
     """The parts of all faces of one kind, one group for each part of the template."""
@@ -95,7 +97,7 @@ def _place(
     position, normal = corner_position[corners], fabric.vertex_normal[fabric.face_vertex[corners]]
     groups = []
     for index, part in enumerate(shape.parts):
-        flat = part.evenly(max(FEWEST_POINTS, round(density * part.length)))
+        flat = part.resampled(max(FEWEST_POINTS, round(density * part.length)))
         weights = mean_value_weights(shape.polygon, flat[:, :2])
         out = np.einsum("pc,fcd->fpd", weights, normal)
         out /= np.maximum(np.linalg.norm(out, axis=2, keepdims=True), 1e-12)
@@ -131,15 +133,15 @@ def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:
 def _slipped_from(fabric: StitchMesh) -> IntArray:
     """For the top side of each slipped loop the bottom side that it comes from, else -1, shape (C,)."""
     result = np.full(fabric.side_count, -1)
-    for stitch, making in VOCABULARY.items():
-        for loop, made in enumerate(making.made):
+    for stitch, definition in VOCABULARY.items():
+        for loop, made in enumerate(definition.made):
             if made == "s":  # such a stitch has one bottom side, its face's first
                 first = fabric.face_start[:-1][fabric.stitch == stitch]
-                result[first + making.n_bottom + making.n_top - loop] = first
+                result[first + definition.n_bottom + definition.n_top - loop] = first
     return result
 
 
-def _joined(groups: list[PlacedParts]) -> PlacedParts:
+def _concatenated(groups: list[PlacedParts]) -> PlacedParts:
     counts = np.concatenate([np.diff(group.start) for group in groups])
     return PlacedParts(
         points=np.concatenate([group.points for group in groups]),

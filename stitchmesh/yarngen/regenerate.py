@@ -28,7 +28,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
 
-SAME_PLACE = 0.02
+SAME_POINT_DISTANCE = 0.02
 """Distance over the yarn radius within which a control point is the one that lay there before."""
 NEIGHBOURS = 64
 """Untouched control points by which a touched one is carried along."""
@@ -37,7 +37,7 @@ RIDGE = 1e-3
 
 
 def regenerate_yarns(
-    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **how: Any
+    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **options: Any
 ) -> tuple[YarnSet, YarnSet]:
     """Yarns of an edited fabric, as generated, and in the place where to start relaxing them again.
 
@@ -59,26 +59,26 @@ def regenerate_yarns(
         YarnError: as for ``generate_yarns``.
     """
     radius = float(relaxed.radius[0])  # a mean would round
-    old = generate_yarns(before, yarn_radius=radius, quality=quality, **how)
+    old = generate_yarns(before, yarn_radius=radius, quality=quality, **options)
     if not np.array_equal(old.start, relaxed.start):
         raise ParameterError(
             f"relaxed yarns: got {len(relaxed.points)} control points; this fabric and quality make {len(old.points)}, "
             "give those that the yarns were generated with"
         )
-    new = generate_yarns(after, yarn_radius=radius, quality=quality, **how)
-    own = untouched_points(old, new, SAME_PLACE * radius)
-    known = np.flatnonzero(own >= 0)
+    new = generate_yarns(after, yarn_radius=radius, quality=quality, **options)
+    old_number = untouched_points(old, new, SAME_POINT_DISTANCE * radius)
+    known = np.flatnonzero(old_number >= 0)
     if len(known) < NEIGHBOURS:
         raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
     points = np.empty_like(new.points)
-    points[known] = relaxed.points[own[known]]
-    touched = np.flatnonzero(own < 0)
-    shift = relaxed.points[own[known]] - new.points[known]
-    points[touched] = new.points[touched] + _carried(
-        new.points[known], shift, new.points[touched], mean_stitch_width(after)
+    points[known] = relaxed.points[old_number[known]]
+    new_points = np.flatnonzero(old_number < 0)
+    shift = relaxed.points[old_number[known]] - new.points[known]
+    points[new_points] = new.points[new_points] + _interpolated(
+        new.points[known], shift, new.points[new_points], mean_stitch_width(after)
     )
-    natural = np.where(own >= 0, relaxed.natural_curvature[own], 0.0)  # yarn is drawn straight at rest
-    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, own), natural_curvature=natural)
+    natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)  # yarn is drawn straight at rest
+    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)
     return new, replace(new, points=points)
 
 
@@ -88,27 +88,27 @@ def untouched_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
     return np.where(np.isfinite(distance), nearest, -1)
 
 
-def _carried(known: FloatArray, shift: FloatArray, points: FloatArray, width: float) -> FloatArray:
+def _interpolated(known: FloatArray, shift: FloatArray, points: FloatArray, width: float) -> FloatArray:
     """Displacement [cm] of points by moving least squares of the known ones, shape (n, 3)."""
     if len(points) == 0:
         return np.zeros((0, 3))
     nearest = cKDTree(known).query(points, k=NEIGHBOURS)[1]
     offset = (known[nearest] - points[:, None, :]) / width
-    square = np.sum(offset**2, axis=2)
-    square -= square.min(axis=1, keepdims=True)  # far from all, the nearest still count
-    weight = np.exp(-square) / (square + 1e-2)
+    squares = np.sum(offset**2, axis=2)
+    squares -= squares.min(axis=1, keepdims=True)  # far from all, the nearest still count
+    weight = np.exp(-squares) / (squares + 1e-2)
     weight /= weight.sum(axis=1, keepdims=True)
-    basis = np.concatenate([np.ones((*square.shape, 1)), offset], axis=2)
+    basis = np.concatenate([np.ones((*squares.shape, 1)), offset], axis=2)
     normal = np.einsum("pk,pki,pkj->pij", weight, basis, basis)
     normal[:, [1, 2, 3], [1, 2, 3]] += RIDGE
     right = np.einsum("pk,pki,pkd->pid", weight, basis, shift[nearest])
     return np.linalg.solve(normal, right)[:, 0]
 
 
-def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, own: IntArray) -> FloatArray:
+def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, old_number: IntArray) -> FloatArray:
     """Rest lengths [cm]: of an untouched segment its own, of others as generated times what all were changed by."""
     factor = relaxed.rest_length / old.rest_length
     segment_of = np.full(len(old.points), -1)
     segment_of[old.segment_points[:, 1]] = np.arange(len(factor))
-    before = np.where(own[new.segment_points[:, 1]] >= 0, segment_of[own[new.segment_points[:, 1]]], -1)
+    before = np.where(old_number[new.segment_points[:, 1]] >= 0, segment_of[old_number[new.segment_points[:, 1]]], -1)
     return new.rest_length * np.where(before >= 0, factor[before], np.median(factor))

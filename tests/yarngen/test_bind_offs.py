@@ -15,11 +15,11 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
-from stitchmesh.yarngen.bind_off import FEW_LOOPS
+from stitchmesh.yarngen.bind_off import SMALL_RING_LOOPS
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.finish import YarnFinish
-from stitchmesh.yarngen.generate import yarn_course
-from stitchmesh.yarngen.templates.edge_templates import BEHIND, IN_FRONT, Edge, chain, edge_template, yarn_overs
+from stitchmesh.yarngen.generate import trace_yarn_routes
+from stitchmesh.yarngen.templates.edge_templates import BACK_SLOT, FRONT_SLOT, Edge, chain, edge_template, yarn_overs
 from stitchmesh.yarngen.templates.edges import cast_on
 from stitchmesh.yarngen.templates.template import Crossing, Part
 from tests.gallery import grid, tube
@@ -53,19 +53,19 @@ def test_a_flat_piece_bound_off_in_a_chain_is_one_yarn_with_two_ends(courses):
 
 @pytest.mark.parametrize(("courses", "first"), [(4, "left"), (5, "right")])
 def test_a_chain_is_worked_away_from_the_end_that_its_yarn_comes_from(courses, first):
-    course = yarn_course(flat(courses), 0.06, 12, CHAIN)
-    bound = np.flatnonzero(course.whole.stitch == Stitch.BIND_OFF)
-    parts = np.bincount(course.parts.face, minlength=course.whole.face_count)[bound]
+    routes = trace_yarn_routes(flat(courses), 0.06, 12, CHAIN)
+    bound = np.flatnonzero(routes.whole.stitch == Stitch.BIND_OFF)
+    parts = np.bincount(routes.parts.face, minlength=routes.whole.face_count)[bound]
     # the first has no loop taken over it, in the last one part leads through and on to the row's end
     assert sorted(parts.tolist()) == [3, 3, *[4] * (len(bound) - 2)]
-    over = course.parts.end_side[(course.parts.end_slot == [IN_FRONT, BEHIND]).all(axis=1), 0]
-    assert set(course.whole.side_role[over]) == {3 if first == "left" else 1}
+    over = routes.parts.end_side[(routes.parts.end_slot == [FRONT_SLOT, BACK_SLOT]).all(axis=1), 0]
+    assert set(routes.whole.side_role[over]) == {3 if first == "left" else 1}
 
 
 def test_three_strands_cross_between_the_stitches_of_a_chain():
-    course = yarn_course(round_piece(), 0.07, 12, CHAIN)
-    whole = course.whole
-    count = np.bincount(course.parts.end_side.ravel(), minlength=whole.side_count)
+    routes = trace_yarn_routes(round_piece(), 0.07, 12, CHAIN)
+    whole = routes.whole
+    count = np.bincount(routes.parts.end_side.ravel(), minlength=whole.side_count)
     of_chain = whole.stitch[whole.side_face] == Stitch.BIND_OFF
     assert (count[whole.is_wale & of_chain] == 3).all()
     assert (count[whole.is_wale & ~of_chain] == 1).all()
@@ -78,8 +78,8 @@ def test_a_bound_off_loop_comes_through_the_loop_below_and_the_one_before():
         assert sorted(heights(leg, head)) == [-1, 1]
         # between the two legs of the loop taken over: one lies in front, one behind
         assert sorted(heights(over, leg)) == [-1, 1]
-    assert over.start == Crossing(3, IN_FRONT) and over.end == Crossing(3, BEHIND)
-    assert rising.end == Crossing(1, IN_FRONT) and falling.start == Crossing(1, BEHIND)
+    assert over.start == Crossing(3, FRONT_SLOT) and over.end == Crossing(3, BACK_SLOT)
+    assert rising.end == Crossing(1, FRONT_SLOT) and falling.start == Crossing(1, BACK_SLOT)
 
 
 def test_a_bound_off_loop_goes_on_in_the_next_face():
@@ -117,7 +117,7 @@ def test_a_chain_starts_at_least_three_quarters_of_a_radius_apart(piece, quality
 
 def test_the_last_loops_of_a_small_ring_are_always_drawn_together():
     fabric = tessellate(label(tube(8, 2, radius=1.0, height=0.8)), stitch_width=0.6)
-    assert (fabric.row == fabric.row.max()).sum() <= FEW_LOOPS
+    assert (fabric.row == fabric.row.max()).sum() <= SMALL_RING_LOOPS
     drawn, chained = (generate_yarns(fabric, quality="draft", bind_off=kind) for kind in ("drawn", "chain"))
     np.testing.assert_array_equal(drawn.points, chained.points)
 

@@ -20,9 +20,9 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import crossing_number
-from stitchmesh.yarngen.cables import EASE, opened_corners
+from stitchmesh.yarngen.cables import REST_LENGTH_RATIO, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.generate import yarn_course
+from stitchmesh.yarngen.generate import trace_yarn_routes
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial, relax_yarns
 from tests.gallery import tube
 from tests.yarngen.samplers import sampler
@@ -99,9 +99,11 @@ def test_of_loops_that_cross_the_one_of_the_higher_layer_lies_in_front(crossing)
     """By nearly a diameter wherever legs cross, also where they have not quite come to their layers."""
     destination, layer = crossing
     fabric = crossed(plain(10, 4), 2, 1, crossing)
-    bridges = yarn_course(fabric, RADIUS, 400).bridges  # so dense that legs are as good as straight between points
+    bridges = trace_yarn_routes(
+        fabric, RADIUS, 400
+    ).bridges  # so dense that legs are as good as straight between points
     sides = line_of(fabric, 2)[1 : 1 + len(layer)]
-    legs = [[bridges.ways[crossing_number(side, slot)].points for slot in (0, 1)] for side in sides]
+    legs = [[bridges.paths[crossing_number(side, slot)].points for slot in (0, 1)] for side in sides]
     for one in range(len(layer)):
         for other in range(one + 1, len(layer)):
             if destination[one] < destination[other]:
@@ -146,7 +148,7 @@ def test_loops_that_stay_are_no_cable():
     layers[line_of(fabric, 1)] = np.arange(6)
     still = replace(fabric, cable_layer=layers)
     assert cable_groups(still) == []
-    assert opened_corners(still, []) is still.corner_position
+    assert open_corners(still, []) is still.corner_position
     np.testing.assert_array_equal(generate_yarns(still).points, generate_yarns(fabric).points)
 
 
@@ -206,7 +208,7 @@ def test_groups_are_the_smallest_stretches_that_no_loop_leaves():
 def test_rows_move_apart_within_a_group_alone():
     """The group's end vertices stay, and faces that meet within it move alike."""
     fabric = crossed(plain(8, 4), 2, 2, turned(2, 2))
-    moved = (opened_corners(fabric, cable_groups(fabric)) - fabric.corner_position)[:, 1]
+    moved = (open_corners(fabric, cable_groups(fabric)) - fabric.corner_position)[:, 1]
     line = line_of(fabric, 2)[2:6]
     inner = set(fabric.face_vertex[line[:-1]].tolist())
     assert set(fabric.face_vertex[np.flatnonzero(moved)].tolist()) == inner
@@ -229,7 +231,7 @@ def test_crossing_legs_hold_less_yarn_than_is_drawn_and_belong_to_their_loops():
     fabric = crossed(plain(8, 4), 2, 2, turned(2, 2))
     yarns = generate_yarns(fabric, yarn_radius=RADIUS)
     share = yarns.rest_length / yarns.lengths
-    assert share.min() == pytest.approx(EASE) and share.max() == pytest.approx(1.0)
+    assert share.min() == pytest.approx(REST_LENGTH_RATIO) and share.max() == pytest.approx(1.0)
     legs = yarns.segment_points[share < 1.0 - 1e-6, 1:3]
     loops = fabric.side_face[line_of(fabric, 2)[2:6]]
     # a segment counts in half where it leaves the leg

@@ -18,7 +18,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.generate import NEAREST
+from stitchmesh.yarngen.generate import SMALLEST_DISTANCE_OVER_RADIUS
 from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
 from stitchmesh.yarnrelax import Relaxation
 from stitchmesh.yarnrelax.descent import CHECK
@@ -69,7 +69,7 @@ def test_untouched_stitches_stay_as_relaxed_and_touched_ones_join_them(stitch):
     assert face in yarns.face[own < 0]
     steps = np.linalg.norm(np.diff(start.points[: start.start[1]], axis=0), axis=1)
     assert steps.max() < 2 * np.median(steps)  # no jump where the two meet
-    assert smallest_distance(start, 2 * yarns.radius[0])[0] >= NEAREST * yarns.radius[0]
+    assert smallest_distance(start, 2 * yarns.radius[0])[0] >= SMALLEST_DISTANCE_OVER_RADIUS * yarns.radius[0]
 
 
 def test_relaxing_again_takes_a_fifth_of_the_iterations():

@@ -21,8 +21,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.floats_and_tails import LANES
-from stitchmesh.yarngen.generate import YarnCourse, yarn_course
+from stitchmesh.yarngen.floats_and_tails import LANE_SHARES
+from stitchmesh.yarngen.generate import YarnRoutes, trace_yarn_routes
 from stitchmesh.yarnrelax.linking import linking_certificate
 from tests.gallery import grid, tube
 
@@ -123,10 +123,10 @@ def test_stranded_rows_to_and_fro_are_one_yarn_each():
         assert sorted(yarns.colour) == list(range(count))
 
 
-def floats_within(course: YarnCourse) -> list[tuple[int, FloatArray]]:
+def floats_within(routes: YarnRoutes) -> list[tuple[int, FloatArray]]:
     """The stitch that each float within a row comes from, to the right, and its points behind others [cm]."""
-    whole, found = course.whole, []
-    for crossing, way in course.bridges.ways.items():
+    whole, found = routes.whole, []
+    for crossing, way in routes.bridges.paths.items():
         sides = np.array([crossing, way.to]) // SLOTS
         rows = whole.row[whole.side_face[sides]]
         if whole.side_role[sides[0]] == 1 and rows[0] == rows[1] and (whole.twin[sides] != BORDER).all():
@@ -138,23 +138,23 @@ def floats_within(course: YarnCourse) -> list[tuple[int, FloatArray]]:
 
 def test_floats_lie_behind_every_stitch_that_they_pass():
     radius = 0.06
-    course = yarn_course(FABRICS["pairs to and fro"], radius, 24)
-    knit = np.repeat(course.whole.stitch[course.parts.face] == Stitch.KNIT, np.diff(course.parts.start))
-    deepest = course.parts.points[knit, 2].min()
-    for face, points in floats_within(course):
-        if course.whole.stitch[face] != Stitch.KNIT:
+    routes = trace_yarn_routes(FABRICS["pairs to and fro"], radius, 24)
+    knit = np.repeat(routes.whole.stitch[routes.parts.face] == Stitch.KNIT, np.diff(routes.parts.start))
+    deepest = routes.parts.points[knit, 2].min()
+    for face, points in floats_within(routes):
+        if routes.whole.stitch[face] != Stitch.KNIT:
             continue  # cast-on loops are less deep
         # 2.2 radii behind the yarn's deepest point, which evenly spread points miss by a little
         assert -2.3 * radius < points[:, 2].max() - deepest < -2.0 * radius
 
 
 def test_the_yarn_of_the_lower_number_floats_in_the_lower_lane():
-    course = yarn_course(dyed(FLAT, lambda row, place: place // 2 % 2), 0.06, 12)
-    whole = course.whole
+    routes = trace_yarn_routes(dyed(FLAT, lambda row, place: place // 2 % 2), 0.06, 12)
+    whole = routes.whole
     base = whole.vertices[whole.face_vertex[whole.face_start[:-1]], 1]
-    for face, points in floats_within(course):
+    for face, points in floats_within(routes):
         lane = (points[:, 1] - base[face]) / whole.side_length[whole.right_wale[face]]
-        np.testing.assert_allclose(lane, LANES[whole.yarn[face]], atol=1e-9)  # rounding
+        np.testing.assert_allclose(lane, LANE_SHARES[whole.yarn[face]], atol=1e-9)  # rounding
 
 
 def test_a_yarn_is_cut_where_it_would_float_too_far():
@@ -168,8 +168,8 @@ def test_a_yarn_is_cut_where_it_would_float_too_far():
 
 
 def test_no_floats_are_laid_where_none_are_allowed():
-    course = yarn_course(FABRICS["pairs around"], 0.07, 12)
-    assert course.bridges.ways
+    routes = trace_yarn_routes(FABRICS["pairs around"], 0.07, 12)
+    assert routes.bridges.paths
     yarns = generate_yarns(FABRICS["pairs around"], quality="draft", longest_float=0)
     changes = (FABRICS["pairs around"].yarn != 0).sum() // 2
     # every pair of stitches is a yarn of its own, and the bind-off is a ring
@@ -185,8 +185,8 @@ def test_a_single_stitch_of_its_own_yarn_floats_around_the_tube_or_is_cut():
 
 
 def test_a_bind_off_row_is_of_one_yarn():
-    course = yarn_course(FABRICS["pairs around"], 0.07, 12)
-    assert len(set(course.whole.yarn[ROUND.face_count :])) == 1
+    routes = trace_yarn_routes(FABRICS["pairs around"], 0.07, 12)
+    assert len(set(routes.whole.yarn[ROUND.face_count :])) == 1
 
 
 def test_fabric_of_one_yarn_is_as_it_was():

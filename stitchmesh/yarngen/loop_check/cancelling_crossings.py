@@ -22,21 +22,21 @@ from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath, YarnCrossing
-from stitchmesh.yarngen.loop_check.strands import Ends, Strands
+from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines
 
-ROUND = 1e-6
+BOUND_OFFSET = 1e-6
 """Added to round numbers, so that lengths of regular yarns, which may be round, do not lie at a bound."""
-LONGEST_RING = 48.0 + ROUND
+LONGEST_RING = 48.0 + BOUND_OFFSET
 """In yarn radii: one and a half loops of ordinary tightness."""
-ALWAYS_EMPTY = 4.0 + ROUND
+ALWAYS_EMPTY = 4.0 + BOUND_OFFSET
 """Length of a ring in yarn radii through which no yarn goes: a ring around one is pi times as long."""
-BESIDE = 2
+EXEMPT_POINTS = 2
 """Sampled points beside a ring that may touch its surface, being of the same yarn."""
-MOMENTS_BETWEEN = (0.5, 0.25, 0.75)
+TESTED_FRACTIONS = (0.5, 0.25, 0.75)
 """When a ring is looked at, from the one pass to the other: empty once, it can be opened then."""
-NEVER, FREE = 1e6, 1e-6
+FORBIDDEN, FREE = 1e6, 1e-6
 """Cost of a pass that nothing undoes, and of nothing, in yarn radii."""
-TIE = 1e-6
+TIE_BREAK = 1e-6
 """Largest random number that is added to a cost, in yarn radii: of rings of one length always the same is taken."""
 
 
@@ -59,152 +59,161 @@ class _Stretch:
         return np.arange(self.first, self.last, -1)
 
 
-def uncancelled(journey: SampledPath) -> list[YarnCrossing]:
+def uncancelled(path: SampledPath) -> list[YarnCrossing]:
     """Passes that no others undo, in the order of time."""
-    passes = journey.passes
-    if not passes:
+    crossings = path.crossings
+    if not crossings:
         return []
-    rings = _Rings(journey)
-    right, left = ([k for k, found in enumerate(passes) if found.sign == sign] for sign in (1, -1))
-    alone = [rings.curl_cost(found) for found in passes]
+    rings = _Rings(path)
+    right, left = ([k for k, crossing in enumerate(crossings) if crossing.sign == sign] for sign in (1, -1))
+    curl_costs = [rings.curl_cost(crossing) for crossing in crossings]
     pairs = {
-        (row, column): rings.pair_cost(passes[right[row]], passes[left[column]])
+        (row, column): rings.pair_cost(crossings[right[row]], crossings[left[column]])
         for row, column in near_crossings(
-            journey.strands, [passes[k] for k in right], [passes[k] for k in left], LONGEST_RING * rings.radius
+            path.polylines, [crossings[k] for k in right], [crossings[k] for k in left], LONGEST_RING * rings.radius
         )
     }
-    pairs = {which: cost for which, cost in pairs.items() if cost < NEVER}
-    lasting = _matched(pairs, [alone[k] for k in right], [alone[k] for k in left])
-    return [passes[k] for k in sorted([right[k] for k in lasting[0]] + [left[k] for k in lasting[1]])]
+    pairs = {which: cost for which, cost in pairs.items() if cost < FORBIDDEN}
+    remaining = _unmatched(pairs, [curl_costs[k] for k in right], [curl_costs[k] for k in left])
+    return [crossings[k] for k in sorted([right[k] for k in remaining[0]] + [left[k] for k in remaining[1]])]
 
 
 def near_crossings(
-    strands: Strands, one: list[YarnCrossing], two: list[YarnCrossing], reach: float
+    polylines: YarnPolylines, one: list[YarnCrossing], two: list[YarnCrossing], reach: float
 ) -> list[tuple[int, int]]:
     """Pairs of passes that lie near one another along their yarns, up to a reach [cm]."""
-    others = np.array([(found.first, found.second) for found in two], dtype=np.int64).reshape(-1, 2)
+    others = np.array([(crossing.first, crossing.second) for crossing in two], dtype=np.int64).reshape(-1, 2)
     pairs = []
-    for number, found in enumerate(one):
-        same = _apart(strands, found.first, others[:, 0]) + _apart(strands, found.second, others[:, 1])
-        crosswise = _apart(strands, found.first, others[:, 1]) + _apart(strands, found.second, others[:, 0])
+    for number, crossing in enumerate(one):
+        same = _distances_along_yarn(polylines, crossing.first, others[:, 0]) + _distances_along_yarn(
+            polylines, crossing.second, others[:, 1]
+        )
+        crosswise = _distances_along_yarn(polylines, crossing.first, others[:, 1]) + _distances_along_yarn(
+            polylines, crossing.second, others[:, 0]
+        )
         pairs += [(number, int(k)) for k in np.flatnonzero(np.minimum(same, crosswise) < reach)]
     return pairs
 
 
-def _apart(strands: Strands, point: int, others: IntArray) -> FloatArray:
+def _distances_along_yarn(polylines: YarnPolylines, point: int, others: IntArray) -> FloatArray:
     """Length of yarn between a point and others, the shorter way around [cm]; infinite to other yarns."""
-    apart = np.abs(strands.along[others] - strands.along[point])
-    yarn = int(strands.yarn[point])
-    if strands.yarns.closed[yarn]:
-        begin, end = strands.along[strands.start[yarn : yarn + 2]]
-        apart = np.minimum(apart, end - begin - apart)
-    return np.where(strands.yarn[others] == yarn, apart, np.inf)
+    distances = np.abs(polylines.arc_length[others] - polylines.arc_length[point])
+    yarn = int(polylines.yarn[point])
+    if polylines.yarns.closed[yarn]:
+        begin, end = polylines.arc_length[polylines.start[yarn : yarn + 2]]
+        distances = np.minimum(distances, end - begin - distances)
+    return np.where(polylines.yarn[others] == yarn, distances, np.inf)
 
 
-def _matched(pairs: dict[tuple[int, int], float], right: list[float], left: list[float]) -> tuple[list[int], list[int]]:
-    """Rows and columns that stay alone at the cost of ``NEVER`` when all are matched, or left alone, at least cost."""
+def _unmatched(
+    pairs: dict[tuple[int, int], float], right: list[float], left: list[float]
+) -> tuple[list[int], list[int]]:
+    """Rows and columns that stay alone at the cost of ``FORBIDDEN`` when all are matched, or left alone, at least cost."""
     p, m = len(right), len(left)
     entries = [(row, column, cost) for (row, column), cost in pairs.items()]
     entries += [(p + column, m + row, FREE) for row, column in pairs]
     entries += [(row, m + row, cost) for row, cost in enumerate(right)]
     entries += [(p + column, column, cost) for column, cost in enumerate(left)]
     rows, columns, costs = np.array(entries).T
-    costs += np.random.default_rng(0).uniform(0.0, TIE, len(costs))
+    costs += np.random.default_rng(0).uniform(0.0, TIE_BREAK, len(costs))
     graph = coo_array((costs, (rows.astype(np.int32), columns.astype(np.int32))), shape=(p + m, m + p)).tocsr()
     row, column = min_weight_full_bipartite_matching(graph)
-    alone_right = [int(k) for k, n in zip(row, column, strict=True) if k < p and n >= m and right[k] >= NEVER]
-    alone_left = [int(n) for k, n in zip(row, column, strict=True) if k >= p and n < m and left[n] >= NEVER]
-    return alone_right, alone_left
+    remaining_right = [int(k) for k, n in zip(row, column, strict=True) if k < p and n >= m and right[k] >= FORBIDDEN]
+    remaining_left = [int(n) for k, n in zip(row, column, strict=True) if k >= p and n < m and left[n] >= FORBIDDEN]
+    return remaining_right, remaining_left
 
 
 class _Rings:
-    """Rings of yarn on a journey, and what they cost: their length, or ``NEVER`` where yarn goes through them."""
+    """Rings of yarn on a journey, and what they cost: their length, or ``FORBIDDEN`` where yarn goes through them."""
 
-    def __init__(self, journey: SampledPath) -> None:
-        self.journey, self.strands = journey, journey.strands
-        self.radius = journey.radius
-        self.edge_at = np.full(self.strands.start[-1], -1)
-        self.edge_at[self.strands.edges] = np.arange(len(self.strands.edges))
+    def __init__(self, path: SampledPath) -> None:
+        self.path, self.polylines = path, path.polylines
+        self.radius = path.radius
+        self.edge_at = np.full(self.polylines.start[-1], -1)
+        self.edge_at[self.polylines.edges] = np.arange(len(self.polylines.edges))
 
     def curl_cost(self, one: YarnCrossing) -> float:
         """Of the curl of a yarn that passes through itself."""
-        yarn = int(self.strands.yarn[one.first])
+        yarn = int(self.polylines.yarn[one.first])
         first = self._place(one.first)
-        if yarn != self.strands.yarn[one.second]:
-            return NEVER
+        if yarn != self.polylines.yarn[one.second]:
+            return FORBIDDEN
         costs = [
             self._cost([one.time], [_Stretch(yarn, first, self._place(one.second) + turns * self._size(yarn), (0, 0))])
             for turns in self._turns(yarn, one.image, first - self._place(one.second))
         ]
-        return min(costs, default=NEVER)
+        return min(costs, default=FORBIDDEN)
 
     def pair_cost(self, right: YarnCrossing, left: YarnCrossing) -> float:
         """Of the ring between two passes of opposite sign."""
-        turned = (-left.image[0], -left.image[1])
-        ways = [(left.first, left.second, left.image), (left.second, left.first, turned)]
-        times = [right.time + part * (left.time - right.time) for part in MOMENTS_BETWEEN]
-        return min((self._cost(times, ring) for way in ways for ring in self._rings_of(right, *way)), default=NEVER)
+        opposite_image = (-left.image[0], -left.image[1])
+        partners = [(left.first, left.second, left.image), (left.second, left.first, opposite_image)]
+        times = [right.time + part * (left.time - right.time) for part in TESTED_FRACTIONS]
+        return min(
+            (self._cost(times, ring) for partner in partners for ring in self._rings_of(right, *partner)),
+            default=FORBIDDEN,
+        )
 
     def _rings_of(self, one: YarnCrossing, first: int, second: int, image: tuple[int, int]) -> list[list[_Stretch]]:
         """Rings from a pass to another one, given by its edges, in whatever images it lies."""
-        yarns = [int(self.strands.yarn[point]) for point in (one.first, one.second)]
-        if yarns != [int(self.strands.yarn[point]) for point in (first, second)]:
+        yarns = [int(self.polylines.yarn[point]) for point in (one.first, one.second)]
+        if yarns != [int(self.polylines.yarn[point]) for point in (first, second)]:
             return []
         begin = [self._place(one.first), self._place(one.second)]
         end = [self._place(first), self._place(second)]
         rings = []
         for turns in self._near_turns(yarns[0], begin[0] - end[0]):
-            moved = turns * self.strands.step[yarns[0]] + image - one.image
+            moved = turns * self.polylines.step[yarns[0]] + image - one.image
             for more in self._turns(yarns[1], moved, begin[1] - end[1]):
                 places = [end[0] + turns * self._size(yarns[0]), end[1] + more * self._size(yarns[1])]
-                there = _Stretch(yarns[0], begin[0], places[0], (0, 0))
-                rings.append([there, _Stretch(yarns[1], places[1], begin[1], one.image)])
+                first_stretch = _Stretch(yarns[0], begin[0], places[0], (0, 0))
+                rings.append([first_stretch, _Stretch(yarns[1], places[1], begin[1], one.image)])
         return rings
 
-    def _turns(self, yarn: int, image: IntArray | tuple[int, int], missing: int) -> list[int]:
+    def _turns(self, yarn: int, image: IntArray | tuple[int, int], offset: int) -> list[int]:
         """Turns along a yarn that lead into an image; where it repeats none, those that come near."""
-        step = self.strands.step[yarn]
+        step = self.polylines.step[yarn]
         if not step.any():
-            return self._near_turns(yarn, missing) if not np.any(image) else []
+            return self._near_turns(yarn, offset) if not np.any(image) else []
         turns = int(round(float(np.dot(image, step) / np.dot(step, step))))
         return [turns] if np.array_equal(turns * step, image) else []
 
-    def _near_turns(self, yarn: int, missing: int) -> list[int]:
+    def _near_turns(self, yarn: int, offset: int) -> list[int]:
         """Turns along a yarn that come near to so many places further."""
-        if not self.strands.yarns.closed[yarn]:
+        if not self.polylines.yarns.closed[yarn]:
             return [0]
-        nearest = round(missing / self._size(yarn))
+        nearest = round(offset / self._size(yarn))
         return [nearest - 1, nearest, nearest + 1]
 
     def _place(self, point: int) -> int:
-        return point - int(self.strands.start[self.strands.yarn[point]])
+        return point - int(self.polylines.start[self.polylines.yarn[point]])
 
     def _size(self, yarn: int) -> int:
-        return int(self.strands.start[yarn + 1] - self.strands.start[yarn])
+        return int(self.polylines.start[yarn + 1] - self.polylines.start[yarn])
 
     def _cost(self, times: list[float], ring: list[_Stretch]) -> float:
-        length = sum(self.strands.distance(part.yarn, part.first, part.last) for part in ring) / self.radius
+        length = sum(self.polylines.distance(part.yarn, part.first, part.last) for part in ring) / self.radius
         if length >= LONGEST_RING or (length >= ALWAYS_EMPTY and not any(self._is_empty(time, ring) for time in times)):
-            return NEVER
+            return FORBIDDEN
         return max(length, FREE)
 
     def _is_empty(self, time: float, ring: list[_Stretch]) -> bool:
         """Whether no yarn goes through a ring at a time."""
-        ends, lattice = self.journey.at(time)
+        ends, lattice = self.path.at(time)
         corners = np.concatenate([self._positions(ends, lattice, part) for part in ring])
         if len(corners) < 3:
             return True
         first, second = self._edges_near(ends, lattice, corners, ring)
         return any(not _meets_fan(apex, corners, first, second) for apex in (corners.mean(axis=0), *corners))
 
-    def _positions(self, ends: Ends, lattice: Lattice | None, part: _Stretch) -> FloatArray:
+    def _positions(self, ends: EdgeEnds, lattice: Lattice | None, part: _Stretch) -> FloatArray:
         """Sampled points of a stretch [cm], shape (n, 3)."""
-        points, images = self.strands.numbered(part.yarn, part.between)
+        points, images = self.polylines.wrapped(part.yarn, part.between)
         positions: FloatArray = ends.first[self.edge_at[points]]
         return positions if lattice is None else positions + lattice.shift(images + part.image)
 
     def _edges_near(
-        self, ends: Ends, lattice: Lattice | None, corners: FloatArray, ring: list[_Stretch]
+        self, ends: EdgeEnds, lattice: Lattice | None, corners: FloatArray, ring: list[_Stretch]
     ) -> tuple[FloatArray, FloatArray]:
         """Ends of the edges near a ring that are not its own, shape (n, 3) each."""
         middle = corners.mean(axis=0)
@@ -215,18 +224,18 @@ class _Rings:
         found = []
         for image in images:
             shift = np.zeros(3) if lattice is None else lattice.shift(image)
-            near = np.flatnonzero(((ends.first + shift - middle) ** 2).sum(axis=1) < reach**2)
-            near = np.setdiff1d(near, [edge for part in ring for edge in self._own_edges(part, image)])
-            found.append((ends.first[near] + shift, ends.second[near] + shift))
+            near_edges = np.flatnonzero(((ends.first + shift - middle) ** 2).sum(axis=1) < reach**2)
+            near_edges = np.setdiff1d(near_edges, [edge for part in ring for edge in self._own_edges(part, image)])
+            found.append((ends.first[near_edges] + shift, ends.second[near_edges] + shift))
         return np.concatenate([first for first, _ in found]), np.concatenate([second for _, second in found])
 
     def _own_edges(self, part: _Stretch, image: tuple[int, int]) -> IntArray:
         """Edges of a stretch and beside it, those in an image."""
         low, high = sorted((part.first, part.last))
-        places = np.arange(low - BESIDE, high + BESIDE + 1)
-        if not self.strands.yarns.closed[part.yarn]:
+        places = np.arange(low - EXEMPT_POINTS, high + EXEMPT_POINTS + 1)
+        if not self.polylines.yarns.closed[part.yarn]:
             places = places[(places >= 0) & (places < self._size(part.yarn))]
-        points, images = self.strands.numbered(part.yarn, places)
+        points, images = self.polylines.wrapped(part.yarn, places)
         edges = self.edge_at[points[(images + part.image == image).all(axis=1)]]
         return edges[edges >= 0]
 

@@ -24,9 +24,9 @@ from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs
-from stitchmesh.yarngen.loop_check.passes import SlippedLegs, is_drawn, spanned_sides
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons
-from stitchmesh.yarngen.loop_check.strands import SAMPLES, sampled_points
+from stitchmesh.yarngen.loop_check.threadings import SlippedLegs, is_drawn_through, spanned_sides
+from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT, sampled_points
 
 IN_FRONT = 2.0
 """How far in front of other loops a link is closed, in yarn radii."""
@@ -96,7 +96,7 @@ def close_arcs(arcs: Arcs, yarns: YarnSet, slipped: SlippedLegs) -> TestCurves:
     loops = [closer.points_of(loop)[:: -1 if loop.ends[0] % SLOTS == 0 else 1] for loop in arcs.loops]
     links = [closer.link(link) for link in arcs.links]
     legs = [closer.leg(piece) for piece in slipped.piece.tolist()]
-    return TestCurves(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES)
+    return TestCurves(loops, links, legs, closer.corners, len(yarns.points) * SAMPLES_PER_POINT)
 
 
 class _Closer:
@@ -107,11 +107,11 @@ class _Closer:
         self.start = yarns.start.tolist()
         self.role = self.whole.side_role.tolist()
         self.corners: list[ClosurePoint] = []
-        self.point_count = len(yarns.points) * SAMPLES
+        self.point_count = len(yarns.points) * SAMPLES_PER_POINT
         self.crossing_point = self._crossing_points()
         # arcs by the cut at which they start (-1) or end (1)
-        self.beside = {(arc.first, -1): arc for arc in (*arcs.loops, *arcs.links)}
-        self.beside |= {(arc.last, 1): arc for arc in (*arcs.loops, *arcs.links)}
+        self.arc_at_cut = {(arc.first, -1): arc for arc in (*arcs.loops, *arcs.links)}
+        self.arc_at_cut |= {(arc.last, 1): arc for arc in (*arcs.loops, *arcs.links)}
 
     def points_of(self, arc: Arc) -> list[int]:
         """Sampled points of an arc in the order of the yarn."""
@@ -119,24 +119,28 @@ class _Closer:
 
     def link(self, link: Arc) -> list[int]:
         """The closed curve of a link; nothing where it has no loop to pass through."""
-        if is_drawn(self.arcs, link):
-            return [] if int(self.pieces.face[link.pieces[0]]) in self.arcs.chained else self._drawn(link)
-        if not any(link.hangs):
+        if is_drawn_through(self.arcs, link):
+            return (
+                []
+                if int(self.pieces.face[link.pieces[0]]) in self.arcs.chain_faces
+                else self._drawn_through_curve(link)
+            )
+        if not any(link.on_needle):
             return self.points_of(link) if self._is_ring(link) else []
-        ways = [self._along(side, rightwards) for side, rightwards in spanned_sides(self.arcs, link)]
-        return [*self.points_of(link), *self._needle(link, ways)]
+        spanned = [self._side_crossings(side, rightwards) for side, rightwards in spanned_sides(self.arcs, link)]
+        return [*self.points_of(link), *self._needle_line(link, spanned)]
 
-    def _drawn(self, link: Arc) -> list[int]:
+    def _drawn_through_curve(self, link: Arc) -> list[int]:
         """The closed curve of a link that is drawn through loops: a stretch of that yarn, or all of a short ring."""
         row = [link]
-        for way in (-1, 1):
+        for direction in (-1, 1):
             for _ in range(DRAWN_BESIDE):
-                beside = self.beside.get((row[0].first, 1) if way < 0 else (row[-1].last, -1))
-                if beside is None or not is_drawn(self.arcs, beside):
+                beside = self.arc_at_cut.get((row[0].first, 1) if direction < 0 else (row[-1].last, -1))
+                if beside is None or not is_drawn_through(self.arcs, beside):
                     break
-                row = [beside, *row] if way < 0 else [*row, beside]
+                row = [beside, *row] if direction < 0 else [*row, beside]
         if row[0].first == row[-1].last or len({arc.first for arc in row}) < len(row):
-            return self._points(link.yarn, self.start[link.yarn] * SAMPLES, self._size(link.yarn))
+            return self._points(link.yarn, self.start[link.yarn] * SAMPLES_PER_POINT, self._size(link.yarn))
         back = [(arc.last, self._side_below(arc, -1)) for arc in row[::-1]]
         back.append((row[0].first, self._side_below(row[0], 0)))
         points = [point for arc in row for point in self.points_of(arc)]
@@ -152,7 +156,9 @@ class _Closer:
         """The closed curve of a leg, downwards."""
         yarn, (first, after) = int(self.pieces.yarn[piece]), self.pieces.points[piece].tolist()
         before = first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1
-        points = self._points(yarn, before * SAMPLES + SAMPLES // 2, (after - first) * SAMPLES + 1)
+        points = self._points(
+            yarn, before * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2, (after - first) * SAMPLES_PER_POINT + 1
+        )
         start, end = (int(crossing) // SLOTS for crossing in self.pieces.ends[piece])
         top = end if self.role[start] == 0 else start
         downwards = points if top == start else points[::-1]
@@ -160,29 +166,33 @@ class _Closer:
         behind = [self._corner(ClosurePoint(point, point, frame, -BEHIND)) for point in (downwards[-1], downwards[0])]
         return [*downwards, *behind]
 
-    def _needle(self, link: Arc, ways: list[tuple[int, int, int]]) -> list[int]:
-        """Corners from the end of a link back to its start; ``ways`` are sides as the link passes them."""
+    def _needle_line(self, link: Arc, spanned: list[tuple[int, int, int]]) -> list[int]:
+        """Corners from the end of a link back to its start; ``spanned`` are sides as the link passes them."""
         passing = [
             self._corner(ClosurePoint(point, point, self._frame(side), IN_FRONT))
-            for side, near, far in reversed(ways)
+            for side, near, far in reversed(spanned)
             for point in (far, near)
         ]
-        if all(link.hangs):
+        if all(link.on_needle):
             return passing
-        crossing = link.ends[0] if link.hangs[0] else link.ends[1]
-        if link.hangs[0]:
-            side, near, far = ways[-1] if ways else self._along(crossing // SLOTS, self._leaves_right(link, 1))
+        crossing = link.ends[0] if link.on_needle[0] else link.ends[1]
+        if link.on_needle[0]:
+            side, near, far = (
+                spanned[-1] if spanned else self._side_crossings(crossing // SLOTS, self._leaves_right(link, 1))
+            )
         else:
-            side, far, near = ways[0] if ways else self._along(crossing // SLOTS, self._leaves_right(link, 0))
-        lift = IN_FRONT if ways else 0.0
+            side, far, near = (
+                spanned[0] if spanned else self._side_crossings(crossing // SLOTS, self._leaves_right(link, 0))
+            )
+        lift = IN_FRONT if spanned else 0.0
         outer = self._corner(ClosurePoint(far, near, self._frame(side), lift))
-        return [outer, *passing] if link.hangs[0] else [*passing, outer]
+        return [outer, *passing] if link.on_needle[0] else [*passing, outer]
 
     def _leaves_right(self, link: Arc, end: int) -> bool:
         """Whether a link runs rightwards where it is entered (0) or left (1) through a wale side."""
         return self.role[link.ends[end] // SLOTS] == (LEFT, RIGHT)[end]
 
-    def _along(self, side: int, rightwards: bool) -> tuple[int, int, int]:
+    def _side_crossings(self, side: int, rightwards: bool) -> tuple[int, int, int]:
         """A top side and its two crossings in the order in which they are passed."""
         left, right = self._crossings(side)
         return (side, left, right) if rightwards else (side, right, left)
@@ -225,7 +235,7 @@ class _Closer:
         return self.point_count + len(self.corners) - 1
 
     def _points(self, yarn: int, first: int, count: int) -> list[int]:
-        start, size = self.start[yarn] * SAMPLES, self._size(yarn)
+        start, size = self.start[yarn] * SAMPLES_PER_POINT, self._size(yarn)
         if start <= first and first + count <= start + size:
             return list(range(first, first + count))
         return [start + (point - start) % size for point in range(first, first + count)]
@@ -235,7 +245,7 @@ class _Closer:
 
     def _size(self, yarn: int) -> int:
         """Number of sampled points of a yarn."""
-        return (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
+        return (self.start[yarn + 1] - self.start[yarn]) * SAMPLES_PER_POINT
 
     def _crossing_points(self) -> dict[int, int]:
         """The sampled point at each crossing of a top side."""
@@ -248,5 +258,5 @@ class _Closer:
                 start = self.start[loop.yarn]
                 before = first - 1 if first > start else self.start[loop.yarn + 1] - 1
                 for crossing, point in zip(self.pieces.ends[piece].tolist(), (before, after - 1), strict=True):
-                    found.setdefault(crossing, point * SAMPLES + SAMPLES // 2)
+                    found.setdefault(crossing, point * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2)
         return found

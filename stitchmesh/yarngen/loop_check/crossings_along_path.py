@@ -22,7 +22,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, FEWEST_UNITS, WholeUnits, displacements
 from stitchmesh.yarngen.loop_check.moving_edges import EdgePairs, NotInGeneralPosition, edge_crossings
-from stitchmesh.yarngen.loop_check.strands import Ends, Strands, sampled_points
+from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
 
 MOMENTS = 24
 """Equal parts of a way; on each of them edges move on straight lines."""
@@ -50,35 +50,35 @@ class YarnCrossing:
 class SampledPath:
     """Yarns at equal moments on a way, and what passes through what in between."""
 
-    strands: Strands
+    polylines: YarnPolylines
     """How their polylines run on."""
     radius: float
     """Mean radius of the yarns [cm]."""
-    ends: list[Ends]
+    ends: list[EdgeEnds]
     """Ends of their edges at each moment, the first and the last one included, in general position."""
     lattices: list[Lattice | None]
     """Their lattice at each moment."""
-    passes: list[YarnCrossing]
+    crossings: list[YarnCrossing]
     """In the order of time."""
 
     @classmethod
-    def along(cls, way: DeformationPath) -> SampledPath:
+    def along(cls, path: DeformationPath) -> SampledPath:
         """Go that way.
 
         Raises:
             NotInGeneralPosition: no displacement brought the edges into general position.
         """
-        strands = Strands(way.begin)
-        states = [way.at(moment / MOMENTS) for moment in range(MOMENTS + 1)]
+        polylines = YarnPolylines(path.begin)
+        states = [path.at(moment / MOMENTS) for moment in range(MOMENTS + 1)]
         for seed in range(ATTEMPTS - 1):
             try:
-                return cls._displaced(strands, states, seed)
+                return cls._displaced(polylines, states, seed)
             except NotInGeneralPosition:
                 continue
-        return cls._displaced(strands, states, ATTEMPTS - 1)
+        return cls._displaced(polylines, states, ATTEMPTS - 1)
 
     @classmethod
-    def _displaced(cls, strands: Strands, states: list[YarnSet], seed: int) -> SampledPath:
+    def _displaced(cls, polylines: YarnPolylines, states: list[YarnSet], seed: int) -> SampledPath:
         """With points moved by random displacements."""
         points = [sampled_points(state) for state in states]
         radius = float(states[-1].radius.mean())
@@ -86,20 +86,22 @@ class SampledPath:
         moved = displacements(len(points[0]), max(DISPLACEMENT * radius, FEWEST_UNITS * units.unit), seed)
         lattices = [units.rounded_lattice(state.lattice) for state in states]
         places = [units.rounded(place + moved) for place in points]
-        ends = [Ends.at(strands, place, lattice) for place, lattice in zip(places, lattices, strict=True)]
-        passes: list[YarnCrossing] = []
+        ends = [EdgeEnds.at(polylines, place, lattice) for place, lattice in zip(places, lattices, strict=True)]
+        crossings: list[YarnCrossing] = []
         for moment in range(MOMENTS):
             (before, after), (begin, end) = lattices[moment : moment + 2], ends[moment : moment + 2]
-            between = _Between(strands, units.unit, before, after, begin, end)
-            passes += between.passes(moment / MOMENTS, 1.0 / MOMENTS)
-        return cls(strands, radius, ends, lattices, passes)
+            between = _EdgeMotions(polylines, units.unit, before, after, begin, end)
+            crossings += between.crossings(moment / MOMENTS, 1.0 / MOMENTS)
+        return cls(polylines, radius, ends, lattices, crossings)
 
-    def at(self, time: float) -> tuple[Ends, Lattice | None]:
+    def at(self, time: float) -> tuple[EdgeEnds, Lattice | None]:
         """Ends of edges and lattice at a time from 0 to 1."""
         moment = min(int(time * MOMENTS), MOMENTS - 1)
         part = time * MOMENTS - moment
         before, after = self.ends[moment : moment + 2]
-        ends = Ends((1 - part) * before.first + part * after.first, (1 - part) * before.second + part * after.second)
+        ends = EdgeEnds(
+            (1 - part) * before.first + part * after.first, (1 - part) * before.second + part * after.second
+        )
         one, two = self.lattices[moment : moment + 2]
         return ends, None if one is None or two is None else Lattice((1 - part) * one.periods + part * two.periods)
 
@@ -111,30 +113,30 @@ def _units(points: list[FloatArray], states: list[YarnSet]) -> WholeUnits:
 
 
 @dataclass(frozen=True, eq=False)
-class _Between:
+class _EdgeMotions:
     """Edges on straight lines between two moments."""
 
-    strands: Strands
+    polylines: YarnPolylines
     unit: float
     """Of all coordinates [cm]."""
     before: Lattice | None
     after: Lattice | None
-    begin: Ends
-    end: Ends
+    begin: EdgeEnds
+    end: EdgeEnds
 
-    def passes(self, begun: float, duration: float) -> list[YarnCrossing]:
+    def crossings(self, begun: float, duration: float) -> list[YarnCrossing]:
         """Passes in the order of their time; the interval begins at one and lasts for another."""
-        pairs = self._apart(self._meeting_boxes())
-        found = edge_crossings(self._moving(pairs), self.unit)
-        starts = self.strands.edges[pairs[found.pair, :2]].tolist()
+        pairs = self._without_shared_ends(self._overlapping_boxes())
+        found = edge_crossings(self._edge_pairs(pairs), self.unit)
+        starts = self.polylines.edges[pairs[found.pair, :2]].tolist()
         images, times, signs = pairs[found.pair, 2:].tolist(), found.time.tolist(), found.sign.tolist()
-        passes = [
+        crossings = [
             YarnCrossing(first, second, (image[0], image[1]), begun + duration * time, sign)
             for (first, second), image, time, sign in zip(starts, images, times, signs, strict=True)
         ]
-        return sorted(passes, key=lambda each: (each.time, each.first, each.second, each.image))
+        return sorted(crossings, key=lambda each: (each.time, each.first, each.second, each.image))
 
-    def _meeting_boxes(self) -> IntArray:
+    def _overlapping_boxes(self) -> IntArray:
         """Pairs of edges that sweep boxes which meet, and the image of the second one, shape (n, 4).
 
         The motion that all edges have in common is left out.
@@ -148,8 +150,8 @@ class _Between:
         i, j = cKDTree((low + high) / 2).query_pairs(reach, p=np.inf, output_type="ndarray").T
         i, j = i[i < count], j[i < count]
         for lower, upper in zip(np.ascontiguousarray(low.T), np.ascontiguousarray(high.T), strict=True):
-            met = (lower[i] <= upper[j]) & (lower[j] <= upper[i])
-            i, j = i[met], j[met]
+            overlap = (lower[i] <= upper[j]) & (lower[j] <= upper[i])
+            i, j = i[overlap], j[overlap]
         return np.column_stack([i, near[j] % count, images[near[j] // count]])
 
     def _images(self) -> IntArray:
@@ -180,24 +182,24 @@ class _Between:
 
     def _corners(self, image: IntArray) -> list[FloatArray]:
         before, after = self._shifts(image)
-        after = after - self._drift
+        after = after - self._mean_motion
         return [self.begin.first + before, self.begin.second + before, self.end.first + after, self.end.second + after]
 
     @cached_property
-    def _drift(self) -> FloatArray:
+    def _mean_motion(self) -> FloatArray:
         """Mean motion, which edges have in common and which makes no crossing [cm], in whole units, shape (3,)."""
         return WholeUnits(self.unit).rounded((self.end.first - self.begin.first).mean(axis=0))
 
-    def _apart(self, pairs: IntArray) -> IntArray:
+    def _without_shared_ends(self, pairs: IntArray) -> IntArray:
         """Pairs without a common end, and not of an edge and its own image, which is parallel to it at all times."""
-        (i, j), image = self.strands.edges[pairs[:, :2].T], pairs[:, 2:]
-        after, step = self.strands.following, self.strands.following_image
+        (i, j), image = self.polylines.edges[pairs[:, :2].T], pairs[:, 2:]
+        after, step = self.polylines.next_point, self.polylines.next_image
         shares = i == j
         shares |= (after[i] == j) & (step[i] == image).all(axis=1)
         shares |= (after[j] == i) & (step[j] == -image).all(axis=1)
         return pairs[~shares]
 
-    def _moving(self, pairs: IntArray) -> EdgePairs:
+    def _edge_pairs(self, pairs: IntArray) -> EdgePairs:
         """Pairs of edges as they move."""
         i, j = pairs[:, :2].T
         moments = list(zip((self.begin, self.end), self._shifts(pairs[:, 2:]), strict=True))

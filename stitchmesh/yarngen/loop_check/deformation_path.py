@@ -31,16 +31,16 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.loop_check.general_position import DISPLACEMENT, displacements
 
-JOINED = 8
+NEIGHBOUR_JOINTS = 8
 """Nearest control points that each one is joined to, beside those along its yarn."""
-HELD = 1e-3
+ANCHOR_STIFFNESS = 1e-3
 """Stiffness that holds one point of each part in place, over that of an edge."""
-PREFERRED = 1e-9 * np.array([[1.0, 0.01, -0.02], [-0.01, 1.1, 0.03], [0.02, -0.03, 1.2]])
+COVARIANCE_BIAS = 1e-9 * np.array([[1.0, 0.01, -0.02], [-0.01, 1.1, 0.03], [0.02, -0.03, 1.2]])
 """Added to the covariance of a neighbourhood, over its norm, where points on a line leave the rotation open.
 
 Nearly no rotation is preferred then; not being symmetric, it also decides in which sense a half turn goes.
 """
-AGREEING = 1e-6
+TIE_BREAK_ANGLE = 1e-6
 """Angle [rad] up to twice which neighbours agree equally well; which comes first is random, the same every time."""
 
 
@@ -52,24 +52,26 @@ class DeformationPath:
     """Where it begins."""
     end: YarnSet
     """Where it ends."""
-    evening: int
+    smoothing_steps: int
     """How often rotations are averaged with those of their neighbours."""
-    neighbourhood: int
+    neighbour_count: int
     """Control points that tell how a place has turned."""
 
     def at(self, time: float) -> YarnSet:
         """The yarns at a time from 0 to 1."""
         if time in (0.0, 1.0):
             return self.end if time else self.begin
-        turned = Rotation.from_rotvec(time * self._rotation).as_matrix()
-        back = self._final_rotation
-        wanted = np.zeros_like(self._first_edges)
+        rotation = Rotation.from_rotvec(time * self._rotation).as_matrix()
+        final_inverse = self._final_rotation
+        target_edges = np.zeros_like(self._first_edges)
         for place in self._joints[:, :2].T:
-            final = np.einsum("nji,nj->ni", back[place], self._last_edges)
-            wanted += 0.5 * np.einsum("nij,nj->ni", turned[place], (1.0 - time) * self._first_edges + time * final)
-        points = self._system.solve(self._incidence.T @ (wanted + self._shifts(time)))
-        middle = (1.0 - time) * self._middle(self.begin.points) + time * self._middle(self.end.points)
-        points += (middle - self._middle(points))[self._part]
+            final = np.einsum("nji,nj->ni", final_inverse[place], self._last_edges)
+            target_edges += 0.5 * np.einsum(
+                "nij,nj->ni", rotation[place], (1.0 - time) * self._first_edges + time * final
+            )
+        points = self._system.solve(self._incidence.T @ (target_edges + self._shifts(time)))
+        centres = (1.0 - time) * self._part_centres(self.begin.points) + time * self._part_centres(self.end.points)
+        points += (centres - self._part_centres(points))[self._part]
         return replace(self.end, points=points, lattice=self._lattice(time))
 
     @cached_property
@@ -78,7 +80,7 @@ class DeformationPath:
         part: IntArray = connected_components(self._incidence.T @ self._incidence, directed=False)[1]
         return part
 
-    def _middle(self, points: FloatArray) -> FloatArray:
+    def _part_centres(self, points: FloatArray) -> FloatArray:
         """Mean position of each part [cm], shape (parts, 3)."""
         count = np.bincount(self._part)[:, None]
         return np.stack([np.bincount(self._part, values) for values in points.T], axis=1) / count
@@ -101,10 +103,10 @@ class DeformationPath:
         points = self.begin.points + displacements(len(self.begin.points), largest)  # of equal distances one is less
         images = np.zeros((1, 2), dtype=np.int64)
         if lattice is not None:
-            reach = 2.0 * np.sqrt(self.neighbourhood * lattice.area / len(points))
+            reach = 2.0 * np.sqrt(self.neighbour_count * lattice.area / len(points))
             images = lattice.near_images(points, reach)
         shift = np.zeros((len(images), 3)) if lattice is None else lattice.shift(images)
-        count = min(self.neighbourhood, len(points) * len(images))
+        count = min(self.neighbour_count, len(points) * len(images))
         copies = cKDTree((points + shift[:, None]).reshape(-1, 3))
         number = copies.query(points, k=count)[1].reshape(len(points), count)
         return np.concatenate([(number % len(points))[:, :, None], images[number // len(points)]], axis=2)
@@ -112,7 +114,7 @@ class DeformationPath:
     @cached_property
     def _joints(self) -> IntArray:
         """Pairs of control points that are joined, and the image of the second one, shape (J, 4)."""
-        near = self._near[:, 1 : JOINED + 1]
+        near = self._near[:, 1 : NEIGHBOUR_JOINTS + 1]
         first = np.repeat(np.arange(len(near)), near.shape[1])
         pairs = np.concatenate([np.column_stack([first, near.reshape(-1, 3)]), *self._along_yarns()])
         over = (pairs[:, 0] > pairs[:, 1])[:, None]
@@ -157,16 +159,16 @@ class DeformationPath:
     def _system(self) -> SuperLU:
         """The normal equations of all joints, factorised."""
         size = len(self.begin.points)
-        held = np.zeros(size)
-        held[np.unique(self._part, return_index=True)[1]] = HELD
-        matrix = csc_array(self._incidence.T @ self._incidence + diags_array(held))
+        anchored = np.zeros(size)
+        anchored[np.unique(self._part, return_index=True)[1]] = ANCHOR_STIFFNESS
+        matrix = csc_array(self._incidence.T @ self._incidence + diags_array(anchored))
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     @cached_property
     def _rotation(self) -> FloatArray:
         """By how much each place turns, axis times angle, shape (N, 3)."""
-        vectors = _continued(self._best_rotation(), self._joints[:, :2])
-        if not self.evening:
+        vectors = _unwrapped(self._best_rotation(), self._joints[:, :2])
+        if not self.smoothing_steps:
             return vectors
         first, second = self._joints[:, :2].T
         size = len(vectors)
@@ -174,7 +176,7 @@ class DeformationPath:
         joined = joined + joined.T
         mean = diags_array(1.0 / np.maximum(joined.sum(axis=1), 1.0)) @ joined
         mixed = 0.5 * (mean + eye_array(size))
-        for _ in range(self.evening):
+        for _ in range(self.smoothing_steps):
             vectors = mixed @ vectors
         return vectors
 
@@ -192,30 +194,30 @@ class DeformationPath:
             near = near if yarns.lattice is None else near + yarns.lattice.shift(self._near[:, :, 1:])
             places.append(near - near.mean(axis=1, keepdims=True))
         covariance = np.einsum("nki,nkj->nij", places[1], places[0])
-        covariance += np.linalg.norm(covariance, axis=(1, 2))[:, None, None] * PREFERRED
+        covariance += np.linalg.norm(covariance, axis=(1, 2))[:, None, None] * COVARIANCE_BIAS
         left, _, right = np.linalg.svd(covariance)
         left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
         rotations: FloatArray = left @ right
         return rotations
 
 
-def _continued(rotations: FloatArray, joined: IntArray) -> FloatArray:
+def _unwrapped(rotations: FloatArray, joined: IntArray) -> FloatArray:
     """Rotations as vectors that go on from place to place, those that agree best first, shape (N, 3)."""
     first, second = joined[joined[:, 0] != joined[:, 1]].T
     between = Rotation.from_matrix(np.einsum("nji,njk->nik", rotations[first], rotations[second])).magnitude()
     size = len(rotations)
-    between += np.random.default_rng(0).uniform(AGREEING, 2.0 * AGREEING, len(between))
+    between += np.random.default_rng(0).uniform(TIE_BREAK_ANGLE, 2.0 * TIE_BREAK_ANGLE, len(between))
     differences = coo_array((between, (first, second)), shape=(size, size)).tocsr()
     tree = minimum_spanning_tree(differences)
     tree = tree + tree.T
     vectors = Rotation.from_matrix(rotations).as_rotvec()
     order, before = breadth_first_order(tree, int(np.linalg.norm(vectors, axis=1).argmin()), directed=False)
     for place in order[1:].tolist():
-        vectors[place] = _nearest_turn(vectors[place], vectors[before[place]])
+        vectors[place] = _nearest_equivalent(vectors[place], vectors[before[place]])
     return vectors
 
 
-def _nearest_turn(vector: FloatArray, other: FloatArray) -> FloatArray:
+def _nearest_equivalent(vector: FloatArray, other: FloatArray) -> FloatArray:
     """The same rotation with the whole turns that bring it closest to another."""
     angle = float(np.linalg.norm(vector))
     axis = vector / angle if angle > 1e-9 else other / max(float(np.linalg.norm(other)), 1e-9)

@@ -25,9 +25,9 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.loop_check.pieces import YarnPieces, yarn_pieces
-from stitchmesh.yarngen.loop_check.strands import SAMPLES
+from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 
-DRAWN = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
+DRAWN_THROUGH = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
 """Stitches whose yarn is drawn through loops and makes none."""
 
 
@@ -46,7 +46,7 @@ class Arc:
     """Its pieces (``YarnPieces``)."""
     ends: tuple[int, int]
     """Crossings at its two cuts."""
-    hangs: tuple[bool, bool]
+    on_needle: tuple[bool, bool]
     """Whether yarn goes on across a course side at each end: for a link, into a loop."""
 
 
@@ -63,10 +63,10 @@ class Arcs:
     @property
     def whole(self) -> StitchMesh:
         """The stitch mesh with its bind-off row."""
-        return self.pieces.course.whole
+        return self.pieces.routes.whole
 
     @cached_property
-    def turned_at(self) -> frozenset[int]:
+    def reversed_sides(self) -> frozenset[int]:
         """Bottom sides that loops cross with their legs exchanged, having been slipped and twisted below."""
         found: set[int] = set()
         role = self.whole.side_role
@@ -80,25 +80,25 @@ class Arcs:
         return frozenset(found)
 
     @cached_property
-    def slip_pieces(self) -> frozenset[int]:
+    def slipping_pieces(self) -> frozenset[int]:
         """Pieces in faces that slip a loop."""
         codes = [stitch for stitch, making in VOCABULARY.items() if "s" in making.made]
         return frozenset(np.flatnonzero(np.isin(self.whole.stitch[self.pieces.face], codes)).tolist())
 
     @cached_property
-    def chained(self) -> frozenset[int]:
+    def chain_faces(self) -> frozenset[int]:
         """Faces that are bound off in a chain, whose loops cross wale sides."""
         crossings = self.pieces.ends
         is_leg = self.whole.is_wale[crossings // SLOTS] & (crossings % SLOTS > 0)
         return frozenset(self.pieces.face[is_leg.any(axis=1)].tolist())
 
     @cached_property
-    def loop_at(self) -> dict[int, int]:
+    def loop_of_cut(self) -> dict[int, int]:
         """The loop that starts or ends at each cut, by the cut's sampled point."""
         return {point: number for number, loop in enumerate(self.loops) for point in (loop.first, loop.last)}
 
     @cached_property
-    def loop_over(self) -> dict[int, int]:
+    def loop_of_side(self) -> dict[int, int]:
         """The loop that crosses each bottom side, and each top side that it goes on over or was made on."""
         found = {
             crossing // SLOTS: number
@@ -107,8 +107,8 @@ class Arcs:
         }
         for link in self.links:
             for crossing, point in zip(link.ends, (link.first, link.last), strict=True):
-                if point in self.loop_at:
-                    found[crossing // SLOTS] = self.loop_at[point]
+                if point in self.loop_of_cut:
+                    found[crossing // SLOTS] = self.loop_of_cut[point]
         return found
 
 
@@ -136,14 +136,14 @@ class _Cutter:
     """Cuts yarns, as lists of pieces."""
 
     def __init__(self, pieces: YarnPieces, yarns: YarnSet) -> None:
-        whole = pieces.course.whole
+        whole = pieces.routes.whole
         role = whole.side_role[pieces.ends // SLOTS]
         self.ends, self.points = pieces.ends.tolist(), pieces.points.tolist()
         self.is_loop = (role == BOTTOM).any(axis=1).tolist()
         self.leaves_course = (role[:, 1] % 2 == 0).tolist()
-        self.is_drawn = np.isin(whole.stitch[pieces.face], DRAWN).tolist()
+        self.is_drawn_through = np.isin(whole.stitch[pieces.face], DRAWN_THROUGH).tolist()
         self.row = whole.row[pieces.face].tolist()
-        self.ways = pieces.course.bridges.ways
+        self.paths = pieces.routes.bridges.paths
         self.start, self.closed = yarns.start.tolist(), yarns.closed.tolist()
 
     def arcs_of(self, yarn: int, first: int, last: int) -> list[Arc]:
@@ -163,9 +163,9 @@ class _Cutter:
         """Whether yarn is cut between piece i and the next one, j."""
         if self.leaves_course[i]:
             return not (self.is_loop[i] and self.is_loop[j])
-        if self.is_drawn[i] or self.is_drawn[j]:
+        if self.is_drawn_through[i] or self.is_drawn_through[j]:
             return True
-        return self.ends[i][1] in self.ways and self.row[i] != self.row[j]
+        return self.ends[i][1] in self.paths and self.row[i] != self.row[j]
 
     def _arc(self, yarn: int, order: list[int], begin: int, end: int) -> Arc:
         """The pieces from ``begin`` to before ``end``; the points of bridges beside a loop are the loop's."""
@@ -176,20 +176,26 @@ class _Cutter:
         size = self.start[yarn + 1] - self.start[yarn]
         return Arc(
             yarn=yarn,
-            first=first * SAMPLES + SAMPLES // 2,
-            count=(last - first) % size * SAMPLES + 1,
-            last=last * SAMPLES + SAMPLES // 2,
+            first=first * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2,
+            count=(last - first) % size * SAMPLES_PER_POINT + 1,
+            last=last * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2,
             pieces=tuple(own),
             ends=(self.ends[own[0]][0], self.ends[own[-1]][1]),
-            hangs=(self._hangs(yarn, before, begin == 0), self._hangs(yarn, own[-1], end == len(order))),
+            on_needle=(
+                self._is_on_needle(yarn, before, begin == 0),
+                self._is_on_needle(yarn, own[-1], end == len(order)),
+            ),
         )
 
     def _ring(self, yarn: int, order: list[int]) -> Arc:
-        start, size = self.start[yarn] * SAMPLES, (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
+        start, size = (
+            self.start[yarn] * SAMPLES_PER_POINT,
+            (self.start[yarn + 1] - self.start[yarn]) * SAMPLES_PER_POINT,
+        )
         ends = self.ends[order[0]][0], self.ends[order[-1]][1]
         return Arc(yarn, start, size, start + size - 1, tuple(order), ends, (False, False))
 
-    def _hangs(self, yarn: int, before: int, is_outer: bool) -> bool:
+    def _is_on_needle(self, yarn: int, before: int, is_outer: bool) -> bool:
         """Whether yarn is cut on a course side after a piece."""
         return self.leaves_course[before] and (self.closed[yarn] or not is_outer)
 

@@ -25,11 +25,11 @@ from importlib.resources import files
 from typing import TypedDict
 
 from stitchmesh.mesh.stitch import CODES, VOCABULARY
-from stitchmesh.yarngen.templates.template import Crossing, Template, bottom, drawn, left_wale, right_wale, top
+from stitchmesh.yarngen.templates.template import Crossing, Template, bottom, left_wale, right_wale, spline_part, top
 
 Waypoint = tuple[float, float, float]
 """x in stitch widths, share of the height, height in radii."""
-SLOT = {"left": 0, "right": 1}
+SLOTS = {"left": 0, "right": 1}
 
 # "from" is no name that a class body can hold
 PartDrawing = TypedDict("PartDrawing", {"from": str, "to": str, "head": bool, "through": list[Waypoint]})
@@ -44,17 +44,17 @@ def drawings() -> dict[str, list[PartDrawing]]:
     return rows
 
 
-def as_template(code: str, parts: list[PartDrawing]) -> Template:
+def template_from_drawing(code: str, parts: list[PartDrawing]) -> Template:
     """The template that a drawing describes.
 
     Args:
         code: of the stitch, which says how many sides its face has.
         parts: its drawn parts.
     """
-    making = VOCABULARY[CODES[code]]
-    n = making.n_bottom, making.n_top
+    definition = VOCABULARY[CODES[code]]
+    n = definition.n_bottom, definition.n_top
     shapes = [
-        drawn(*n, _crossing(n, part["from"]), _crossing(n, part["to"]), part["through"], is_head=part["head"])
+        spline_part(*n, _crossing(n, part["from"]), _crossing(n, part["to"]), part["through"], is_head=part["head"])
         for part in parts
     ]
     return Template(*n, tuple(shapes))
@@ -68,5 +68,5 @@ def _crossing(n: tuple[int, int], name: str) -> Crossing:
         return right_wale(n[0])
     row, loop, slot = name.split()
     if row == "bottom":
-        return bottom(int(loop) - 1, SLOT[slot])
-    return top(*n, int(loop) - 1, SLOT[slot])
+        return bottom(int(loop) - 1, SLOTS[slot])
+    return top(*n, int(loop) - 1, SLOTS[slot])

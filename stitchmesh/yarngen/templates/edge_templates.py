@@ -16,20 +16,20 @@ from enum import IntEnum
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stitchmesh.yarngen.templates.edges import placed
+from stitchmesh.yarngen.templates.edges import column_waypoint
 from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.template import (
-    DENSE,
+    CURVE_POINTS,
     Crossing,
     Part,
     Template,
     bottom,
+    centripetal_parameters,
     crossing_point,
-    drawn,
     left_wale,
     mirrored,
     right_wale,
-    spline_places,
+    spline_part,
     top,
 )
 from stitchmesh.yarngen.templates.twists import twisted
@@ -39,27 +39,40 @@ Waypoints = Sequence[tuple[float, float, float]]
 
 CHAIN_HEIGHT = 1.7
 """Height of a face of the chain over that of a plain stitch: its loops stand above the head below."""
-IN_FRONT, BEHIND = 1, 2
+FRONT_SLOT, BACK_SLOT = 1, 2
 """Crossings of a wale side by the two legs of a bound-off loop."""
-OVER: Waypoints = (
+OVER_WAYPOINTS: Waypoints = (
     (0.0, 0.93, 3.2), (0.28, 0.88, 3.3), (0.55, 0.84, 3.1), (0.76, 0.82, 1.9), (0.84, 0.82, 0.0), (0.76, 0.82, -1.9),
     (0.55, 0.84, -3.1), (0.28, 0.88, -3.3), (0.0, 0.93, -3.2),
 )  # fmt: skip
 """The loop of the stitch before, taken over this stitch's."""
-FOOT: Waypoints = ((0.12, 0.1, -0.9), (0.24, 0.14, -0.9), (0.36, 0.28, 0.0))
+FOOT_WAYPOINTS: Waypoints = ((0.12, 0.1, -0.9), (0.24, 0.14, -0.9), (0.36, 0.28, 0.0))
 """The yarn from the stitch before to the loop below, behind."""
-INNER: Waypoints = ((0.34, 0.47, 0.9), (0.29, 0.62, 1.25), (0.32, 0.74, 0.9), (0.36, 0.88, 0.2))
+INNER_WAYPOINTS: Waypoints = ((0.34, 0.47, 0.9), (0.29, 0.62, 1.25), (0.32, 0.74, 0.9), (0.36, 0.88, 0.2))
 """A leg of the bound-off loop, up through the loop below and the one taken over it."""
-RISING: Waypoints = (*FOOT, *INNER, (0.42, 1.08, 1.0), (0.68, 1.14, 2.6), (1.0, 0.93, 3.2))
+RISING_WAYPOINTS: Waypoints = (
+    *FOOT_WAYPOINTS,
+    *INNER_WAYPOINTS,
+    (0.42, 1.08, 1.0),
+    (0.68, 1.14, 2.6),
+    (1.0, 0.93, 3.2),
+)
 """The first leg, to the stitch after in front."""
-FALLING: Waypoints = (
+FALLING_WAYPOINTS: Waypoints = (
     (1.0, 0.93, -3.2), (0.82, 1.1, -2.4), (0.66, 1.05, -1.0),
-    *((1.0 - x, y, h) for x, y, h in (*INNER[::-1], *FOOT[::-1])),
+    *((1.0 - x, y, h) for x, y, h in (*INNER_WAYPOINTS[::-1], *FOOT_WAYPOINTS[::-1])),
 )  # fmt: skip
 """The second leg, from the stitch after, behind, and on to it."""
-DRAWN: Waypoints = (*FOOT, *INNER, (0.46, 1.02, 0.6), (0.72, 1.06, 0.8), (0.97, 0.84, 1.4), (1.0, 0.5, 1.2))
+DRAWN_WAYPOINTS: Waypoints = (
+    *FOOT_WAYPOINTS,
+    *INNER_WAYPOINTS,
+    (0.46, 1.02, 0.6),
+    (0.72, 1.06, 0.8),
+    (0.97, 0.84, 1.4),
+    (1.0, 0.5, 1.2),
+)
 """The yarn through the last loop and on to the row's end."""
-YARN_OVER = ((0.23, 0.18, -0.6), (0.364, 0.37, 0.0), (0.356, 0.66, 0.9))
+YARN_OVER_WAYPOINTS = ((0.23, 0.18, -0.6), (0.364, 0.37, 0.0), (0.356, 0.66, 0.9))
 """The first leg of a loop on no loop: across its width, up its height, height in radii; the second is its mirror."""
 
 
@@ -101,16 +114,16 @@ def yarn_overs(n_bottom: int, n_top: int) -> Template:
     parts = []
     start: Crossing = left_wale(*n)
     for loop in range(n_top):
-        rising = [placed(n, loop, n_top, *point) for point in YARN_OVER]
-        parts.append(drawn(*n, start, top(*n, loop, 0), [*_falling(n, loop - 1), *rising]))
+        first_leg = [column_waypoint(n, loop, n_top, *point) for point in YARN_OVER_WAYPOINTS]
+        parts.append(spline_part(*n, start, top(*n, loop, 0), [*_second_leg(n, loop - 1), *first_leg]))
         start = top(*n, loop, 1)
-    parts.append(drawn(*n, start, right_wale(n_bottom), _falling(n, n_top - 1)))
+    parts.append(spline_part(*n, start, right_wale(n_bottom), _second_leg(n, n_top - 1)))
     return Template(*n, tuple(parts))
 
 
-def _falling(n: tuple[int, int], loop: int) -> list[tuple[float, float, float]]:
+def _second_leg(n: tuple[int, int], loop: int) -> list[tuple[float, float, float]]:
     """The second leg of a yarn-over, none before the first."""
-    return [placed(n, loop, n[1], 1.0 - u, v, h) for u, v, h in YARN_OVER[::-1]] if loop >= 0 else []
+    return [column_waypoint(n, loop, n[1], 1.0 - u, v, h) for u, v, h in YARN_OVER_WAYPOINTS[::-1]] if loop >= 0 else []
 
 
 def chain(*, first: bool = False, last: bool = False) -> Template:
@@ -119,12 +132,16 @@ def chain(*, first: bool = False, last: bool = False) -> Template:
     parts = [Part(bottom(0, 0), bottom(0, 1), head.curve / [1.0, CHAIN_HEIGHT, 1.0], is_head=True)]
     left, right = left_wale(1, 1), right_wale(1)
     if not first:
-        parts.append(_smooth(Crossing(left.place, IN_FRONT), Crossing(left.place, BEHIND), OVER, is_head=True))
+        parts.append(
+            _part_through(
+                Crossing(left.place, FRONT_SLOT), Crossing(left.place, BACK_SLOT), OVER_WAYPOINTS, is_head=True
+            )
+        )
     if last:
-        parts.append(_smooth(left, right, (_foot(left), *DRAWN, _foot(right))))
+        parts.append(_part_through(left, right, (_foot(left), *DRAWN_WAYPOINTS, _foot(right))))
     else:
-        parts.append(_smooth(left, Crossing(right.place, IN_FRONT), (_foot(left), *RISING)))
-        parts.append(_smooth(Crossing(right.place, BEHIND), right, (*FALLING, _foot(right))))
+        parts.append(_part_through(left, Crossing(right.place, FRONT_SLOT), (_foot(left), *RISING_WAYPOINTS)))
+        parts.append(_part_through(Crossing(right.place, BACK_SLOT), right, (*FALLING_WAYPOINTS, _foot(right))))
     return Template(1, 1, tuple(parts))
 
 
@@ -133,9 +150,9 @@ def _foot(wale: Crossing) -> tuple[float, float, float]:
     return x, y * CHAIN_HEIGHT, 0.0
 
 
-def _smooth(start: Crossing, end: Crossing, waypoints: Waypoints, *, is_head: bool = False) -> Part:
+def _part_through(start: Crossing, end: Crossing, waypoints: Waypoints, *, is_head: bool = False) -> Part:
     """A part drawn smoothly through waypoints, the ends among them."""
     points = np.array(waypoints)
-    places = spline_places(points)
-    curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], DENSE))
+    places = centripetal_parameters(points)
+    curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], CURVE_POINTS))
     return Part(start, end, curve / [1.0, CHAIN_HEIGHT, 1.0], is_head)

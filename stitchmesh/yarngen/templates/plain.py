@@ -14,7 +14,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarngen.templates.template import (
-    DENSE,
+    CURVE_POINTS,
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
     Part,
@@ -29,15 +29,15 @@ from stitchmesh.yarngen.templates.template import (
 LOOP_WIDTH = 2 * np.pi
 HEIGHT_IN_RADII = 1.0 / (LOOP_WIDTH * RADIUS_OVER_WIDTH)
 """The loop's unit of depth, in yarn radii."""
-FALL = 0.16
+HEIGHT_FADE = 0.16
 """Share of a part's parameter range, from its end, within which the height falls to zero."""
 
 
 def knit() -> Template:
     """A loop pulled through the loop below from the wrong side to the right side."""
-    head = Part(bottom(0, 0), bottom(0, 1), _plain(-np.pi / 2, np.pi / 2, 0.0, FALL / 2), is_head=True)
-    left = Part(left_wale(1, 1), top(1, 1, 0, 0), _plain(-np.pi, -np.pi / 2, STITCH_HEIGHT, FALL), is_head=False)
-    right = Part(top(1, 1, 0, 1), right_wale(1), _plain(np.pi / 2, np.pi, STITCH_HEIGHT, FALL), is_head=False)
+    head = Part(bottom(0, 0), bottom(0, 1), _plain(-np.pi / 2, np.pi / 2, 0.0, HEIGHT_FADE / 2), is_head=True)
+    left = Part(left_wale(1, 1), top(1, 1, 0, 0), _plain(-np.pi, -np.pi / 2, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
+    right = Part(top(1, 1, 0, 1), right_wale(1), _plain(np.pi / 2, np.pi, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
     return Template(1, 1, (head, left, right))
 
 
@@ -46,12 +46,12 @@ def purl() -> Template:
     return turned_over(knit())
 
 
-def _plain(first: float, last: float, lift: float, fall: float) -> FloatArray:
+def _plain(first: float, last: float, shift_up: float, fade: float) -> FloatArray:
     """Points of the loop between two parameters, centred on a face, heights zero at both ends."""
-    t = np.linspace(first, last, DENSE)
-    share = np.linspace(0.0, 1.0, DENSE)
-    rise = np.clip(np.minimum(share, 1.0 - share) / fall, 0.0, 1.0)
+    t = np.linspace(first, last, CURVE_POINTS)
+    share = np.linspace(0.0, 1.0, CURVE_POINTS)
+    height_factor = np.clip(np.minimum(share, 1.0 - share) / fade, 0.0, 1.0)
     x = (t + 1.5 * np.sin(2 * t)) / LOOP_WIDTH + 0.5
-    y = 4 * np.cos(t) / LOOP_WIDTH + lift
-    height = -np.cos(2 * t) * HEIGHT_IN_RADII * np.sin(np.pi / 2 * rise)
+    y = 4 * np.cos(t) / LOOP_WIDTH + shift_up
+    height = -np.cos(2 * t) * HEIGHT_IN_RADII * np.sin(np.pi / 2 * height_factor)
     return np.stack([x, y, height], axis=1)

@@ -16,7 +16,9 @@ from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarngen.templates.template import STITCH_HEIGHT
 
 
-def surrounded(stitch: Stitch, twists: tuple[int, ...] = (), plain: Stitch = Stitch.KNIT) -> tuple[StitchMesh, int]:
+def surround_stitch(
+    stitch: Stitch, twists: tuple[int, ...] = (), plain: Stitch = Stitch.KNIT
+) -> tuple[StitchMesh, int]:
     """A flat fabric of three rows around one stitch, and the number of its face; stitches are 1 cm wide.
 
     Args:
@@ -24,8 +26,8 @@ def surrounded(stitch: Stitch, twists: tuple[int, ...] = (), plain: Stitch = Sti
         twists: half turns of the loops on its top sides, from left to right.
         plain: what is around it.
     """
-    making = VOCABULARY[stitch]
-    low, high = making.n_bottom, making.n_top
+    definition = VOCABULARY[stitch]
+    low, high = definition.n_bottom, definition.n_top
     lines = [_course(count, max(low, high)) for count in (low, low, high, high)]
     heights = STITCH_HEIGHT * np.arange(-1, 3)
     vertices = [(x, y, 0.0) for line, y in zip(lines, heights, strict=True) for x in line]

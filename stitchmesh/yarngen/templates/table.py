@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import stitch as symmetry
 from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
-from stitchmesh.yarngen.templates.drawings import as_template, drawings
+from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
 from stitchmesh.yarngen.templates.edges import cast_on, draw_through
 from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.template import Template, mirrored, turned_over
@@ -56,7 +56,9 @@ def template(stitch: Stitch, n_bottom: int, n_top: int, twists: tuple[int, ...] 
 @cache
 def _untwisted() -> dict[Stitch, Template]:
     """The template of every stitch whose face has fixed sides."""
-    table = {Stitch.KNIT: knit()} | {CODES[code]: as_template(code, parts) for code, parts in drawings().items()}
+    table = {Stitch.KNIT: knit()} | {
+        CODES[code]: template_from_drawing(code, parts) for code, parts in drawings().items()
+    }
     for stitch, shape in list(table.items()):
         table.setdefault(symmetry.mirrored(stitch), mirrored(shape))
     for stitch, shape in list(table.items()):

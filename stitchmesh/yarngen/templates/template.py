@@ -21,11 +21,11 @@ from stitchmesh.mesh import FloatArray
 
 STITCH_HEIGHT = 4.5 / (2 * np.pi)
 """Course spacing of the plain loop in stitch widths."""
-FOOT_PLACE = 0.5 / 4.5
+FOOT_SHARE = 0.5 / 4.5
 """How far up its wale side a face is entered by its row."""
 RADIUS_OVER_WIDTH = 1 / 8
 """Yarn radius in stitch widths for which the heights of the templates are drawn."""
-DENSE = 200
+CURVE_POINTS = 200
 """Points by which the course of a part is drawn before it is divided evenly."""
 
 
@@ -49,35 +49,35 @@ class Part:
     """Whether it is yarn of the loop below, its head or a leg that is slipped, rather than of the face's own row."""
 
     @cached_property
-    def _arc(self) -> FloatArray:
+    def _arc_lengths(self) -> FloatArray:
         steps = np.diff(self.curve * [1.0, 1.0, RADIUS_OVER_WIDTH], axis=0)
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=1))])
 
     @property
     def length(self) -> float:
         """Length in stitch widths."""
-        return float(self._arc[-1])
+        return float(self._arc_lengths[-1])
 
-    def evenly(self, count: int) -> FloatArray:
+    def resampled(self, count: int) -> FloatArray:
         """``count`` points at even arc length, half a step from the ends, shape (count, 3)."""
         return self._at((np.arange(count) + 0.5) / count * self.length)
 
-    def leg(self, crossing: Crossing, length: float, count: int) -> FloatArray:
+    def end_stretch(self, crossing: Crossing, length: float, count: int) -> FloatArray:
         """The last stretch towards one of its ends: ``count`` points at even arc length, shape (count, 3)."""
-        places = np.linspace(self.length - length, self.length, count)
-        return self._at(places if crossing == self.end else self.length - places)
+        arc_lengths = np.linspace(self.length - length, self.length, count)
+        return self._at(arc_lengths if crossing == self.end else self.length - arc_lengths)
 
-    def with_leg(self, crossing: Crossing, length: float, leg: FloatArray, to: Crossing) -> Part:
+    def with_end_replaced(self, crossing: Crossing, length: float, end_stretch: FloatArray, to: Crossing) -> Part:
         """The part whose last stretch towards ``crossing`` is replaced by one that leads elsewhere."""
         if crossing == self.end:
-            kept = self.curve[self._arc < self.length - length]
-            return replace(self, end=to, curve=np.concatenate([kept, leg]))
-        kept = self.curve[self._arc > length]
-        return replace(self, start=to, curve=np.concatenate([leg[::-1], kept]))
+            kept = self.curve[self._arc_lengths < self.length - length]
+            return replace(self, end=to, curve=np.concatenate([kept, end_stretch]))
+        kept = self.curve[self._arc_lengths > length]
+        return replace(self, start=to, curve=np.concatenate([end_stretch[::-1], kept]))
 
-    def _at(self, places: FloatArray) -> FloatArray:
+    def _at(self, arc_lengths: FloatArray) -> FloatArray:
         """Points at these arc lengths [stitch widths], shape (n, 3)."""
-        return np.stack([np.interp(places, self._arc, axis) for axis in self.curve.T], axis=1)
+        return np.stack([np.interp(arc_lengths, self._arc_lengths, axis) for axis in self.curve.T], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,16 +128,16 @@ def crossing_point(n_bottom: int, n_top: int, crossing: Crossing) -> tuple[float
     corners = trapezoid(n_bottom, n_top)
     start, end = corners[crossing.place], corners[(crossing.place + 1) % len(corners)]
     if crossing.place == n_bottom:
-        share = FOOT_PLACE
+        share = FOOT_SHARE
     elif crossing.place == n_bottom + n_top + 1:
-        share = 1.0 - FOOT_PLACE
+        share = 1.0 - FOOT_SHARE
     else:
         share = 0.25 + 0.5 * crossing.slot
     x, y = start + share * (end - start)
     return float(x), float(y), 0.0
 
 
-def drawn(
+def spline_part(
     n_bottom: int, n_top: int, start: Crossing, end: Crossing, waypoints: Sequence[tuple[float, float, float]],
     *, is_head: bool = False,
 ) -> Part:  # fmt: skip
@@ -145,12 +145,12 @@ def drawn(
     inner = [(x, v * STITCH_HEIGHT, h) for x, v, h in waypoints]
     ends = crossing_point(n_bottom, n_top, start), crossing_point(n_bottom, n_top, end)
     points = np.array([ends[0], *inner, ends[1]])
-    places = spline_places(points)
-    curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], DENSE))
+    arc_lengths = centripetal_parameters(points)
+    curve = CubicSpline(arc_lengths, points, bc_type="natural")(np.linspace(0.0, arc_lengths[-1], CURVE_POINTS))
     return Part(start, end, curve, is_head)
 
 
-def spline_places(points: FloatArray) -> FloatArray:
+def centripetal_parameters(points: FloatArray) -> FloatArray:
     """Centripetal parameters of a spline through (x, y, height) points, which makes no loops between them."""
     chord = np.linalg.norm(np.diff(points * [1.0, 1.0, RADIUS_OVER_WIDTH], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(chord**0.5)])
@@ -182,5 +182,5 @@ def _mirror_crossing(crossing: Crossing, nb: int, nt: int) -> Crossing:
 
 def turned_over(template: Template) -> Template:
     """The template with its heights reversed: what is knit becomes purl."""
-    parts = tuple(Part(p.start, p.end, p.curve * [1.0, 1.0, -1.0], p.is_head) for p in template.parts)
+    parts = tuple(Part(part.start, part.end, part.curve * [1.0, 1.0, -1.0], part.is_head) for part in template.parts)
     return Template(template.n_bottom, template.n_top, parts)

@@ -19,11 +19,11 @@ from stitchmesh.yarngen.templates.template import Crossing, Part, Template, top
 
 LONGEST_TURN = 0.5
 """Arc length of the turn, from the top side down [stitch widths]."""
-SHARE = 0.45
+LARGEST_SHARE_OF_PART = 0.45
 """A turn takes at most this share of a part, which may have one at either end."""
 HALF_GAP = 1.1
 """Distance of the crossing legs from their midline [radii]; at 1 they touch."""
-POINTS = 80
+TURN_POINTS = 80
 """Points along a turn."""
 
 
@@ -39,23 +39,26 @@ def twisted(template: Template, twists: tuple[int, ...]) -> Template:
     for loop, turn in enumerate(twists):
         if turn:
             slots = [top(template.n_bottom, template.n_top, loop, slot) for slot in (0, 1)]
-            _twist(parts, slots, turn)
+            _twist_loop(parts, slots, turn)
     return Template(template.n_bottom, template.n_top, tuple(parts))
 
 
-def _twist(parts: list[Part], slots: list[Crossing], turn: int) -> None:
+def _twist_loop(parts: list[Part], slots: list[Crossing], turn: int) -> None:
     """Turn the two legs that end in ``slots``, left and right, about one another."""
     left, right = ([slot in (part.start, part.end) for part in parts].index(True) for slot in slots)
-    length = min(LONGEST_TURN, SHARE * parts[left].length, SHARE * parts[right].length)
-    legs = parts[left].leg(slots[0], length, POINTS), parts[right].leg(slots[1], length, POINTS)
-    share = np.linspace(0.0, 1.0, POINTS)[:, None]
-    angle = turning(share)
+    length = min(LONGEST_TURN, LARGEST_SHARE_OF_PART * parts[left].length, LARGEST_SHARE_OF_PART * parts[right].length)
+    legs = (
+        parts[left].end_stretch(slots[0], length, TURN_POINTS),
+        parts[right].end_stretch(slots[1], length, TURN_POINTS),
+    )
+    share = np.linspace(0.0, 1.0, TURN_POINTS)[:, None]
+    angle = turn_angle(share)
     middle, across = (legs[0] + legs[1]) / 2, (legs[1] - legs[0]) / 2
     offset = across * np.cos(angle) - turn * HALF_GAP * np.sin(angle) * [0.0, 0.0, 1.0]
-    parts[left] = parts[left].with_leg(slots[0], length, middle - offset, slots[1])
-    parts[right] = parts[right].with_leg(slots[1], length, middle + offset, slots[0])
+    parts[left] = parts[left].with_end_replaced(slots[0], length, middle - offset, slots[1])
+    parts[right] = parts[right].with_end_replaced(slots[1], length, middle + offset, slots[0])
 
 
-def turning(share: FloatArray) -> FloatArray:
+def turn_angle(share: FloatArray) -> FloatArray:
     """Angle of a turn at each share of its length, from zero at its lower end to half a turn, level at both."""
     return np.pi * share**2 * (3.0 - 2.0 * share)

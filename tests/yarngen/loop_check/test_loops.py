@@ -21,7 +21,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.loop_check.loop_linking import LoopLinking, check_loops, expected_linking, loop_linking
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
-from stitchmesh.yarngen.loop_check.strands import SAMPLES
+from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.yarngen.templates.template import Part, Template
 from stitchmesh.yarnrelax import relax_yarns
 from tests.gallery import FLAT_AND_ROUND
@@ -142,12 +142,12 @@ def test_every_top_side_has_its_loop_and_yarn_is_cut_without_a_gap(name: str) ->
     arcs = find_arcs(fabric, yarns)
     made = fabric.side_role == 2
     joined = (made & fabric.mismatched).sum()  # where rows meet top to top, loops run into one another
-    rings = sum(not any(loop.hangs) for loop in arcs.loops)
+    rings = sum(not any(loop.on_needle) for loop in arcs.loops)
     assert len(arcs.loops) == made.sum() - joined + rings
-    assert sum(sum(link.hangs) for link in arcs.links) == 2 * made.sum()
+    assert sum(sum(link.on_needle) for link in arcs.links) == 2 * made.sum()
     points = sum(arc.count - 1 for arc in (*arcs.loops, *arcs.links))
     bridged = len(yarns.points) - np.diff(arcs.pieces.points, axis=1).sum()
-    assert points >= SAMPLES * (len(yarns.points) - bridged) - len(arcs.links)
+    assert points >= SAMPLES_PER_POINT * (len(yarns.points) - bridged) - len(arcs.links)
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
@@ -168,40 +168,40 @@ def test_loops_of_whole_fabrics_are_linked_as_named_after_relaxation(name: str) 
 def test_a_knit_loop_is_passed_once_up_and_once_down_and_a_purl_loop_the_other_way() -> None:
     fabric = swatch("p", "k", "p")
     arcs = find_arcs(fabric, generate_yarns(fabric))
-    passes = expected_linking(arcs).passes.toarray()
-    worked = np.flatnonzero(np.abs(passes).sum(axis=0))
+    threadings = expected_linking(arcs).threadings.toarray()
+    worked = np.flatnonzero(np.abs(threadings).sum(axis=0))
     assert len(worked) == len(arcs.loops), "every loop is held"
-    np.testing.assert_array_equal(passes.sum(axis=0)[worked][: -tops([KNIT] * 7)], 0)
-    assert set(np.unique(passes)) == {-1, 0, 1}
+    np.testing.assert_array_equal(threadings.sum(axis=0)[worked][: -tops([KNIT] * 7)], 0)
+    assert set(np.unique(threadings)) == {-1, 0, 1}
 
 
 @pytest.mark.parametrize(
-    ("code", "passes"),
+    ("code", "threadings"),
     [("kp", {1, -2}), ("ky", {1, -1}), ("kyk", {1, -1}), ("yky", {1, -1}), ("sk", {1, -1}), ("sy", set())],
 )
-def test_yarn_between_loops_of_one_stitch_passes_as_the_stitch_says(code: str, passes: set[int]) -> None:
+def test_yarn_between_loops_of_one_stitch_passes_as_the_stitch_says(code: str, threadings: set[int]) -> None:
     """From knit to purl it goes through the loop below twice; a yarn-over does not go through it."""
     fabric = swatch(code)
     arcs = find_arcs(fabric, generate_yarns(fabric))
     face = int(np.flatnonzero(fabric.stitch == CODES[code])[0])
-    held = arcs.loop_over[int(fabric.face_start[face])]
-    through = loop_linking(arcs, generate_yarns(fabric)).passes[:, [held]].toarray()[:, 0]
+    held = arcs.loop_of_side[int(fabric.face_start[face])]
+    through = loop_linking(arcs, generate_yarns(fabric)).threadings[:, [held]].toarray()[:, 0]
     by_face = [
         round(through[number])
         for number, link in enumerate(arcs.links)
         if any(arcs.pieces.face[piece] == face for piece in link.pieces)
     ]
-    assert {value for value in by_face if value} == passes
+    assert {value for value in by_face if value} == threadings
 
 
 def measured(arcs: Arcs, yarns: YarnSet) -> LoopLinking:
     found = loop_linking(arcs, yarns)
-    assert np.abs(found.passes.data - np.round(found.passes.data)).max() < 1e-6
+    assert np.abs(found.threadings.data - np.round(found.threadings.data)).max() < 1e-6
     return found
 
 
 def assert_same(found: LoopLinking, expected: LoopLinking) -> None:
-    assert (found.passes - expected.passes).count_nonzero() == 0
+    assert (found.threadings - expected.threadings).count_nonzero() == 0
     np.testing.assert_array_equal(found.turns, expected.turns)
 
 
@@ -253,7 +253,7 @@ def test_a_mirror_image_is_linked_the_other_way() -> None:
     yarns = generate_yarns(fabric, quality="draft")
     mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
     arcs = find_arcs(fabric, mirrored)
-    assert (measured(arcs, mirrored).passes + expected_linking(arcs).passes).count_nonzero() == 0
+    assert (measured(arcs, mirrored).threadings + expected_linking(arcs).threadings).count_nonzero() == 0
     with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was drawn"):
         check_loops(fabric, mirrored)
 

@@ -30,7 +30,7 @@ from tests.yarngen.samplers import Block, above, beside, placements, sampler, si
 pytestmark = pytest.mark.decides
 
 KNIT = Stitch.KNIT
-DRAWN = [KNIT, *(CODES[code] for code in drawings())]
+DRAWN_THROUGH = [KNIT, *(CODES[code] for code in drawings())]
 ALL = list(VOCABULARY)
 BATCH = 64
 """Pieces generated at once."""
@@ -66,12 +66,12 @@ def test_a_stitch_among_knit_ones(stitch: Stitch, quality: str) -> None:
 
 
 def test_drawn_stitches_side_by_side() -> None:
-    assert_linked_and_apart([beside(left, right) for left, right in product(DRAWN, DRAWN)], PAIRED)
+    assert_linked_and_apart([beside(left, right) for left, right in product(DRAWN_THROUGH, DRAWN_THROUGH)], PAIRED)
 
 
 def test_drawn_stitches_on_top_of_one_another() -> None:
-    worked = [stitch for stitch in DRAWN if sides_of(stitch)[0]]
-    assert_linked_and_apart([above(lower, upper) for lower, upper in product(DRAWN, worked)], PAIRED)
+    worked = [stitch for stitch in DRAWN_THROUGH if sides_of(stitch)[0]]
+    assert_linked_and_apart([above(lower, upper) for lower, upper in product(DRAWN_THROUGH, worked)], PAIRED)
 
 
 def test_any_two_stitches_in_any_place() -> None:

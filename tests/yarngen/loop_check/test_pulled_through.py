@@ -18,7 +18,7 @@ from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath
 from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.pulled_through import pulled_through
-from stitchmesh.yarngen.loop_check.strands import Ends, Strands, sampled_points
+from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines, sampled_points
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken, shaken_many
 
@@ -41,8 +41,8 @@ def ring(centre: tuple[float, ...], radius: float = 0.4, count: int = 24) -> Flo
     return np.array(centre) + radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
 
 
-def journey(begin: YarnSet, end: YarnSet, evening: int = 0) -> SampledPath:
-    return SampledPath.along(DeformationPath(begin, end, evening, 16))
+def sampled_path(begin: YarnSet, end: YarnSet, smoothing_steps: int = 0) -> SampledPath:
+    return SampledPath.along(DeformationPath(begin, end, smoothing_steps, 16))
 
 
 def knotted(seed: int) -> YarnSet:
@@ -52,25 +52,25 @@ def knotted(seed: int) -> YarnSet:
 
 
 def linking(yarns: YarnSet) -> float:
-    points, start = sampled_points(yarns), Strands(yarns).start
+    points, start = sampled_points(yarns), YarnPolylines(yarns).start
     curves = Polygons(points, start, np.arange(len(points)))
     return float(linking_numbers(curves, curves, np.array([[0, 1]]))[0])
 
 
 def test_a_way_leads_from_its_begin_to_its_end() -> None:
     begin, end = knotted(0), knotted(1)
-    way = DeformationPath(begin, end, 3, 16)
+    path = DeformationPath(begin, end, 3, 16)
     for time, there in ((0.0, begin), (1e-9, begin), (1.0 - 1e-9, end), (1.0, end)):
         # sums of some tens of numbers of size one, and a billionth of the way of length ten
-        np.testing.assert_allclose(way.at(time).points, there.points, atol=1e-7)
+        np.testing.assert_allclose(path.at(time).points, there.points, atol=1e-7)
 
 
-@pytest.mark.parametrize("evening", [0, 10])
-def test_a_rigid_motion_is_rigid_all_the_way(evening: int) -> None:
+@pytest.mark.parametrize("smoothing_steps", [0, 10])
+def test_a_rigid_motion_is_rigid_all_the_way(smoothing_steps: int) -> None:
     turn = rotation(4)
     turn *= np.linalg.det(turn)
     begin = knotted(2)
-    half = DeformationPath(begin, replace(begin, points=begin.points @ turn.T + 7.0), evening, 16).at(0.5).points
+    half = DeformationPath(begin, replace(begin, points=begin.points @ turn.T + 7.0), smoothing_steps, 16).at(0.5).points
     first, there = (points - points.mean(axis=0) for points in (begin.points, half))
     # rounding of rotations near half a turn, and of a linear system
     np.testing.assert_allclose(there @ there.T, first @ first.T, atol=1e-6)
@@ -84,32 +84,34 @@ def test_a_strip_that_curls_up_by_a_turn_and_a_half_does_not_collapse() -> None:
     spiral = (6.0 / (3 * np.pi)) * np.stack([np.sin(angle), 0 * angle, 1.0 - np.cos(angle)], axis=1)
     spiral[:, 1] = begin.points[:, 1] + 0.2 * angle
     end = replace(begin, points=spiral)
-    way = DeformationPath(begin, end, 5, 16)
-    assert np.ptp(way._rotation[:, 1]) > 2.5 * np.pi  # three half turns, evened out at its ends
-    lengths = way.at(0.5).lengths / begin.lengths
+    path = DeformationPath(begin, end, 5, 16)
+    assert np.ptp(path._rotation[:, 1]) > 2.5 * np.pi  # three half turns, evened out at its ends
+    lengths = path.at(0.5).lengths / begin.lengths
     # rotations of 16 points, evened out, are those of places up to a third of a radian away; straight lines leave 0.2
     assert lengths.min() > 0.8 and lengths.max() < 1.25
-    assert not journey(begin, end, 5).passes
+    assert not sampled_path(begin, end, 5).crossings
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_signs_of_passes_add_up_to_the_change_of_linking(seed: int) -> None:
     """However two rings go from one tangle to another: each pass takes one from it, or adds one."""
     begin, end = knotted(seed), knotted(seed + 100)
-    yarn = Strands(begin).yarn
+    yarn = YarnPolylines(begin).yarn
     for one, two in ((begin, end), (end, begin)):
-        passes = [found.sign for found in journey(one, two).passes if yarn[found.first] != yarn[found.second]]
-        assert len(passes) > 0
-        assert sum(passes) == linking(one) - linking(two)
+        crossings = [
+            found.sign for found in sampled_path(one, two).crossings if yarn[found.first] != yarn[found.second]
+        ]
+        assert len(crossings) > 0
+        assert sum(crossings) == linking(one) - linking(two)
 
 
 def test_a_yarn_that_goes_through_another_passes_once_and_lasts() -> None:
     lying, over = line((-2.0, 0.0, 0.0), (2.0, 0.0, 0.0)), line((0.013, -2.0, 0.3), (0.013, 2.0, 0.3))
     begin, end = yarns_of(lying, over), yarns_of(lying, over - [0.0, 0.0, 0.6])
-    found = journey(begin, end)
-    assert len(found.passes) == 1
-    assert found.passes[0].time == pytest.approx(0.5, abs=1e-6)  # half way of an even motion
-    assert uncancelled(found) == found.passes
+    found = sampled_path(begin, end)
+    assert len(found.crossings) == 1
+    assert found.crossings[0].time == pytest.approx(0.5, abs=1e-6)  # half way of an even motion
+    assert uncancelled(found) == found.crossings
     assert not pulled_through(begin, begin)
 
 
@@ -133,8 +135,8 @@ def curl(side: float) -> FloatArray:
 
 def test_an_empty_curl_turns_over_and_one_around_a_yarn_does_not() -> None:
     through = line((0.013, 0.4, -2.0), (0.013, 0.4, 2.0))
-    flipped = journey(yarns_of(curl(1.0)), yarns_of(curl(-1.0)))
-    assert [abs(found.sign) for found in flipped.passes] == [1]
+    flipped = sampled_path(yarns_of(curl(1.0)), yarns_of(curl(-1.0)))
+    assert [abs(found.sign) for found in flipped.crossings] == [1]
     assert not uncancelled(flipped)
     assert len(pulled_through(yarns_of(curl(1.0), through), yarns_of(curl(-1.0), through))) == 1
 
@@ -151,8 +153,8 @@ def test_a_bight_over_a_yarn_is_undone_unless_a_third_yarn_goes_through_it() -> 
     axis = line((-3.0, 0.0, 0.0), (3.0, 0.0, 0.0), 121)
     through = line((0.013, 0.2, -2.0), (0.013, 0.2, 2.0), 61)
     under, over = bight(1.2), bight(1.2) * [1.0, 1.0, -1.0]
-    found = journey(yarns_of(axis, under), yarns_of(axis, over))
-    assert sorted(each.sign for each in found.passes) == [-1, 1]
+    found = sampled_path(yarns_of(axis, under), yarns_of(axis, over))
+    assert sorted(each.sign for each in found.crossings) == [-1, 1]
     assert not uncancelled(found)
     assert len(pulled_through(yarns_of(axis, under, through), yarns_of(axis, over, through))) == 2
 
@@ -167,20 +169,20 @@ def test_images_pass_like_any_other_yarn() -> None:
     begin = replace(flat, lattice=lattice, lattice_step=np.array([[1, 0], [0, 1]]))
     points = begin.points.copy()
     points[:count, 2] -= 0.6
-    found = journey(begin, replace(begin, points=points))
-    assert len(found.passes) == 1
-    assert uncancelled(found) == found.passes
+    found = sampled_path(begin, replace(begin, points=points))
+    assert len(found.crossings) == 1
+    assert uncancelled(found) == found.crossings
     moved = replace(begin, points=begin.points + begin.points[0] * [10.0, 0.0, 0.0])
-    assert not journey(begin, moved).passes
+    assert not sampled_path(begin, moved).crossings
 
 
 def test_edges_run_on_over_the_end_of_closed_yarns() -> None:
     lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
     points = np.stack([np.arange(8) / 8, 0.2 * np.ones(8), np.zeros(8)], axis=1)
     yarns = replace(yarns_of(points, closed=True), lattice=lattice, lattice_step=np.array([[1, 0]]))
-    ends = Ends.of(Strands(yarns), yarns)
+    ends = EdgeEnds.of(YarnPolylines(yarns), yarns)
     np.testing.assert_allclose(ends.second - ends.first, [[1 / 16, 0.0, 0.0]] * 16, atol=1e-12)
-    assert Strands(yarns).distance(0, 3, 19) == pytest.approx(1.0, abs=1e-12)
+    assert YarnPolylines(yarns).distance(0, 3, 19) == pytest.approx(1.0, abs=1e-12)
 
 
 def around(yarns: YarnSet, seed: int) -> YarnSet:
@@ -197,13 +199,13 @@ def test_shaken_yarns_pass_where_they_passed(name: str) -> None:
     else:
         axis, through = line((-3.0, 0.0, 0.0), (3.0, 0.0, 0.0), 121), line((0.013, 0.2, -2.0), (0.013, 0.2, 2.0), 61)
         begin, end = (yarns_of(axis, bight(1.2) * [1.0, 1.0, side], through) for side in (1.0, -1.0))
-    expected = journey(begin, end)
-    lasting = [(found.first, found.second, found.sign) for found in uncancelled(expected)]
-    assert lasting
+    expected = sampled_path(begin, end)
+    remaining = [(found.first, found.second, found.sign) for found in uncancelled(expected)]
+    assert remaining
     for seed in range(10):
-        found = journey(around(begin, seed), around(end, seed + 1))
-        assert [each.sign for each in found.passes] == [each.sign for each in expected.passes]
-        assert [(each.first, each.second, each.sign) for each in uncancelled(found)] == lasting
+        found = sampled_path(around(begin, seed), around(end, seed + 1))
+        assert [each.sign for each in found.crossings] == [each.sign for each in expected.crossings]
+        assert [(each.first, each.second, each.sign) for each in uncancelled(found)] == remaining
 
 
 def test_another_displacement_is_tried_where_edges_touch(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -216,9 +218,9 @@ def test_another_displacement_is_tried_where_edges_touch(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(crossings_along_path, "displacements", at_first_none)
     axis, across = line((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), 9), line((0.0, -1.0, 0.25), (0.0, 1.0, 0.25), 9)
-    found = journey(yarns_of(axis, across), yarns_of(axis, across - [0.0, 0.0, 0.5]))
+    found = sampled_path(yarns_of(axis, across), yarns_of(axis, across - [0.0, 0.0, 0.5]))
     assert seeds == [0, 1]
-    assert len(found.passes) == 1
+    assert len(found.crossings) == 1
 
 
 def test_a_half_turn_goes_the_same_way_however_it_is_shaken() -> None:

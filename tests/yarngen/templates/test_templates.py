@@ -16,9 +16,9 @@ from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.embedding import place_parts
-from stitchmesh.yarngen.templates.drawings import as_template, drawings
+from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
 from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit, purl
-from stitchmesh.yarngen.templates.surrounding import surrounded
+from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import ANY_SIDES, template
 from stitchmesh.yarngen.templates.template import (
     RADIUS_OVER_WIDTH,
@@ -262,9 +262,9 @@ def test_shipped_drawings_have_the_topology_of_the_rough_ones():
     rough = json.loads((ROOT / "assets" / "stitches" / "rough.json").read_text())
     assert list(rough) == list(drawings())
     for code, parts in rough.items():
-        shipped, drawn = as_template(code, drawings()[code]), as_template(code, parts)
+        shipped, rough_shape = template_from_drawing(code, drawings()[code]), template_from_drawing(code, parts)
         for pair in itertools.combinations(range(len(parts)), 2):
-            one, other = (handedness(*(shape.parts[k] for k in pair)) for shape in (shipped, drawn))
+            one, other = (handedness(*(shape.parts[k] for k in pair)) for shape in (shipped, rough_shape))
             assert one == other, (code, pair)
 
 
@@ -272,7 +272,7 @@ def smallest_in(stitch: Stitch, twists: tuple[int, ...]) -> float:
     """Smallest distance of yarns in knit and in purl surroundings [radii]; touching yarns are 2 apart."""
     found = []
     for plain in (Stitch.KNIT, Stitch.PURL):
-        yarns = generate_yarns(surrounded(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
+        yarns = generate_yarns(surround_stitch(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
         found.append(smallest_distance(yarns, 2 * RADIUS_OVER_WIDTH)[0])
     return min(found) / RADIUS_OVER_WIDTH
 
@@ -291,20 +291,20 @@ def test_twisted_loops_start_at_least_three_quarters_of_a_radius_apart(stitch):
 
 def test_marks_on_a_fabric_twist_the_loops_that_they_stand_on():
     """Top sides run from right to left, twists are told from left to right."""
-    fabric, centre = surrounded(Stitch.KY, (1, 0))
+    fabric, centre = surround_stitch(Stitch.KY, (1, 0))
     parts = place_parts(fabric, RADIUS_OVER_WIDTH, 20)
     shape, first = of(Stitch.KY, (1, 0)), fabric.face_start[centre]
     for number in np.flatnonzero(parts.face == centre):
         part = shape.parts[parts.index[number]]
         points = parts.points[parts.start[number] : parts.start[number + 1]]
         # the face has its template's proportions, so the map is the identity up to rounding
-        expected = part.evenly(len(points)) * [1.0, 1.0, RADIUS_OVER_WIDTH]
+        expected = part.resampled(len(points)) * [1.0, 1.0, RADIUS_OVER_WIDTH]
         np.testing.assert_allclose(points, expected, atol=1e-9)
         assert parts.end_side[number].tolist() == [first + part.start.place, first + part.end.place]
 
 
 def test_a_slipped_loop_is_yarn_of_the_row_that_made_it():
-    fabric, centre = surrounded(Stitch.SLIP_BACK)
+    fabric, centre = surround_stitch(Stitch.SLIP_BACK)
     stitch = fabric.stitch.copy()
     above = fabric.side_face[fabric.twin[fabric.face_start[centre] + 2]]
     stitch[above] = Stitch.SLIP_BACK
@@ -315,7 +315,7 @@ def test_a_slipped_loop_is_yarn_of_the_row_that_made_it():
 
 def test_even_points_are_even():
     for part in knit().parts:
-        points = part.evenly(12)
+        points = part.resampled(12)
         steps = np.linalg.norm(np.diff(points * [1, 1, 1 / 8], axis=0), axis=1)
         # chords of equal arcs differ where the yarn bends: by at most (arc * curvature)^2 / 24, 8% here
         assert steps.max() / steps.min() < 1.15

@@ -24,47 +24,47 @@ from scipy.sparse import coo_array, csr_array
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarngen.bridges import SLOTS
-from stitchmesh.yarngen.loop_check.loops import DRAWN, Arc, Arcs
+from stitchmesh.yarngen.loop_check.loops import DRAWN_THROUGH, Arc, Arcs
 
-PASSES = {"k": 1, "p": -1, "y": 0, "s": 0}
+THREADINGS = {"k": 1, "p": -1, "y": 0, "s": 0}
 """Passes of the yarn that comes up into a loop of each making."""
-TURNS = {Stitch.SLIP_BACK: 1, Stitch.SLIP_FRONT: 0, Stitch.WRAP: 2, Stitch.SY: 1, Stitch.YS: 1}
+LEG_TURNS = {Stitch.SLIP_BACK: 1, Stitch.SLIP_FRONT: 0, Stitch.WRAP: 2, Stitch.SY: 1, Stitch.YS: 1}
 """Turns of the yarn around each leg of a loop that is slipped, where it runs from left to right."""
 
 
-def expected_passes(arcs: Arcs) -> csr_array:
+def expected_threadings(arcs: Arcs) -> csr_array:
     """How often each link passes through each loop, shape (links, loops)."""
     rows, columns, values = [], [], []
     for number, link in enumerate(arcs.links):
-        for loop, passes in _passes_of(arcs, link):
+        for loop, threadings in _threadings_of(arcs, link):
             rows.append(number)
             columns.append(loop)
-            values.append(passes)
+            values.append(threadings)
     return coo_array((values, (rows, columns)), shape=(len(arcs.links), len(arcs.loops)), dtype=np.int64).tocsr()
 
 
-def _passes_of(arcs: Arcs, link: Arc) -> list[tuple[int, int]]:
+def _threadings_of(arcs: Arcs, link: Arc) -> list[tuple[int, int]]:
     """Loops that a link passes through and how often, as each of its ends names them."""
     whole = arcs.whole
     first = link.pieces[0]
     face = int(arcs.pieces.face[first])
-    if is_drawn(arcs, link):
+    if is_drawn_through(arcs, link):
         rightwards = whole.side_role[link.ends[0] // SLOTS] == LEFT
-        return [] if face in arcs.chained else _worked(arcs, face, 1 if rightwards else -1)
+        return [] if face in arcs.chain_faces else _held_loops(arcs, face, 1 if rightwards else -1)
     result = []
-    for crossing, hangs, sign in zip(link.ends, link.hangs, (-1, 1), strict=True):
-        face, passes = made_at(arcs, crossing // SLOTS) if hangs else (0, 0)
-        if passes:
-            result += _worked(arcs, face, sign * passes)
+    for crossing, on_needle, sign in zip(link.ends, link.on_needle, (-1, 1), strict=True):
+        face, threadings = threadings_of_made_loop(arcs, crossing // SLOTS) if on_needle else (0, 0)
+        if threadings:
+            result += _held_loops(arcs, face, sign * threadings)
     return result
 
 
-def is_drawn(arcs: Arcs, link: Arc) -> bool:
+def is_drawn_through(arcs: Arcs, link: Arc) -> bool:
     """Whether a link is drawn through loops."""
-    return len(link.pieces) == 1 and int(arcs.whole.stitch[arcs.pieces.face[link.pieces[0]]]) in DRAWN
+    return len(link.pieces) == 1 and int(arcs.whole.stitch[arcs.pieces.face[link.pieces[0]]]) in DRAWN_THROUGH
 
 
-def made_at(arcs: Arcs, side: int) -> tuple[int, int]:
+def threadings_of_made_loop(arcs: Arcs, side: int) -> tuple[int, int]:
     """The face of a top side, and the passes of the yarn that comes up into the loop made there."""
     whole = arcs.whole
     face = int(whole.side_face[side])
@@ -72,14 +72,14 @@ def made_at(arcs: Arcs, side: int) -> tuple[int, int]:
     if stitch not in VOCABULARY:
         return face, 0
     place = int(whole.n_bottom[face] + whole.n_top[face] - whole.side_place[side])
-    return face, PASSES[VOCABULARY[stitch].made[place]]
+    return face, THREADINGS[VOCABULARY[stitch].made[place]]
 
 
-def _worked(arcs: Arcs, face: int, passes: int) -> list[tuple[int, int]]:
+def _held_loops(arcs: Arcs, face: int, threadings: int) -> list[tuple[int, int]]:
     """The loops on the bottom sides of a face with passes of the same sign, but through those that were turned."""
     first = int(arcs.whole.face_start[face])
     sides = range(first, first + int(arcs.whole.n_bottom[face]))
-    return [(arcs.loop_over[side], -passes if side in arcs.turned_at else passes) for side in sides]
+    return [(arcs.loop_of_side[side], -threadings if side in arcs.reversed_sides else threadings) for side in sides]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +97,19 @@ class SlippedLegs:
 def slipped_legs(arcs: Arcs) -> SlippedLegs:
     """The legs of slipped loops, and what their stitches say of the links that pass them."""
     pieces, stitch = arcs.pieces, arcs.whole.stitch.tolist()
-    passing = {}
+    passing_links = {}
     for number, link in enumerate(arcs.links):
         for side, rightwards in spanned_sides(arcs, link):
             face = int(arcs.whole.side_face[side])
-            if stitch[face] in TURNS:
-                passing[face] = number, TURNS[Stitch(stitch[face])] * (1 if rightwards else -1)
+            if stitch[face] in LEG_TURNS:
+                passing_links[face] = number, LEG_TURNS[Stitch(stitch[face])] * (1 if rightwards else -1)
     faces = pieces.face.tolist()
-    legs = [(piece, *passing[faces[piece]]) for loop in arcs.loops for piece in loop.pieces if faces[piece] in passing]
+    legs = [
+        (piece, *passing_links[faces[piece]])
+        for loop in arcs.loops
+        for piece in loop.pieces
+        if faces[piece] in passing_links
+    ]
     columns = np.array(legs, dtype=np.int64).reshape(-1, 3)
     return SlippedLegs(columns[:, 0], columns[:, 1], columns[:, 2])
 
@@ -114,11 +119,11 @@ def spanned_sides(arcs: Arcs, link: Arc) -> list[tuple[int, bool]]:
 
     They are slipped loops, and the loops of another yarn that it floats past.
     """
-    slips, ways, found = arcs.slip_pieces, arcs.pieces.course.bridges.ways, []
+    slips, paths, found = arcs.slipping_pieces, arcs.pieces.routes.bridges.paths, []
     for place, piece in enumerate(link.pieces):
         if piece in slips:
             found += _spanned_by_piece(arcs, piece)
-        if place + 1 < len(link.pieces) and arcs.pieces.leaving[piece] in ways:
+        if place + 1 < len(link.pieces) and arcs.pieces.leaving[piece] in paths:
             entered = int(arcs.pieces.ends[link.pieces[place + 1], 0])
             found += _spanned_by_float(arcs.whole, arcs.pieces.leaving[piece] // SLOTS, entered // SLOTS)
     return found
@@ -126,14 +131,16 @@ def spanned_sides(arcs: Arcs, link: Arc) -> list[tuple[int, bool]]:
 
 def _spanned_by_piece(arcs: Arcs, piece: int) -> list[tuple[int, bool]]:
     whole, face = arcs.whole, int(arcs.pieces.face[piece])
-    making = VOCABULARY[Stitch(int(whole.stitch[face]))]
-    last = int(whole.n_bottom[face]) + making.n_top
+    definition = VOCABULARY[Stitch(int(whole.stitch[face]))]
+    last = int(whole.n_bottom[face]) + definition.n_top
     start, end = (last - int(whole.side_place[side]) for side in arcs.pieces.ends[piece] // SLOTS)
-    start = making.n_top if start == last - making.n_bottom else start  # the right wale side lies right of all loops
-    end = making.n_top if end == last - making.n_bottom else end
+    start = (
+        definition.n_top if start == last - definition.n_bottom else start
+    )  # the right wale side lies right of all loops
+    end = definition.n_top if end == last - definition.n_bottom else end
     between = range(start + 1, end) if end > start else range(start - 1, end, -1)
     first = int(whole.face_start[face])
-    return [(first + last - loop, end > start) for loop in between if making.made[loop] == "s"]
+    return [(first + last - loop, end > start) for loop in between if definition.made[loop] == "s"]
 
 
 def _spanned_by_float(whole: StitchMesh, leaving: int, entered: int) -> list[tuple[int, bool]]:

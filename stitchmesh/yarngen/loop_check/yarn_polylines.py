@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns as polylines of sampled points, ``SAMPLES`` to each control point, the first at its knot.
+"""Yarns as polylines of sampled points, ``SAMPLES_PER_POINT`` to each control point, the first at its knot.
 
 The points of a yarn are numbered on along it: of a closed yarn of n points, point k + n is point k one turn on, and on
 a lattice it stands a lattice step of the yarn further.
@@ -17,30 +17,34 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet, basis
 
-SAMPLES = 2
+SAMPLES_PER_POINT = 2
 """Sampled points to each control point, the first one at its knot; yarn is cut half way between control points."""
 
 
 def sampled_points(yarns: YarnSet) -> FloatArray:
-    """``SAMPLES`` points to each control point, the first at its knot [cm], shape (SAMPLES N, 3).
+    """``SAMPLES_PER_POINT`` points to each control point, the first at its knot [cm], shape (SAMPLES N, 3).
 
     The ends of open yarns, which no arc contains, are drawn out straight.
     """
     first, last = yarns.start[:-1][yarns.point_yarn], yarns.start[1:][yarns.point_yarn] - 1
     place, size = np.arange(len(yarns.points)) - first, last - first + 1
     offset = place[:, None] + np.arange(-1, 3)
-    around, ends = offset % size[:, None], np.clip(offset, 0, size[:, None] - 1)
-    corners = yarns.points[first[:, None] + np.where(yarns.closed[yarns.point_yarn][:, None], around, ends)]
+    wrapped_index, ends = offset % size[:, None], np.clip(offset, 0, size[:, None] - 1)
+    control_points = yarns.points[
+        first[:, None] + np.where(yarns.closed[yarns.point_yarn][:, None], wrapped_index, ends)
+    ]
     if yarns.lattice is not None and yarns.lattice_step is not None:
         turns = np.where(yarns.closed[yarns.point_yarn][:, None], offset // size[:, None], 0)
-        corners = corners + turns[:, :, None] * yarns.lattice.shift(yarns.lattice_step)[yarns.point_yarn][:, None, :]
-    weights = basis(np.arange(SAMPLES) / SAMPLES)
-    points: FloatArray = np.einsum("kj,njd->nkd", weights, corners).reshape(-1, 3)
+        control_points = (
+            control_points + turns[:, :, None] * yarns.lattice.shift(yarns.lattice_step)[yarns.point_yarn][:, None, :]
+        )
+    weights = basis(np.arange(SAMPLES_PER_POINT) / SAMPLES_PER_POINT)
+    points: FloatArray = np.einsum("kj,njd->nkd", weights, control_points).reshape(-1, 3)
     return points
 
 
 @dataclass(frozen=True, eq=False)
-class Strands:
+class YarnPolylines:
     """Polylines of yarns and how they run on."""
 
     yarns: YarnSet
@@ -49,12 +53,12 @@ class Strands:
     @cached_property
     def start(self) -> IntArray:
         """Where each yarn's sampled points start, shape (Y + 1,)."""
-        return self.yarns.start * SAMPLES
+        return self.yarns.start * SAMPLES_PER_POINT
 
     @cached_property
     def yarn(self) -> IntArray:
         """Yarn of each sampled point, shape (n,)."""
-        return np.repeat(self.yarns.point_yarn, SAMPLES)
+        return np.repeat(self.yarns.point_yarn, SAMPLES_PER_POINT)
 
     @cached_property
     def step(self) -> IntArray:
@@ -69,23 +73,23 @@ class Strands:
         return np.setdiff1d(np.arange(self.start[-1]), ends)
 
     @cached_property
-    def following(self) -> IntArray:
+    def next_point(self) -> IntArray:
         """The point after each point, shape (n,)."""
         after = np.arange(1, self.start[-1] + 1)
         after[self.start[1:] - 1] = self.start[:-1]
         return after
 
     @cached_property
-    def following_image(self) -> IntArray:
+    def next_image(self) -> IntArray:
         """Lattice image in which the point after each point stands, shape (n, 2)."""
         image = np.zeros((self.start[-1], 2), dtype=np.int64)
         image[self.start[1:] - 1] = self.step
         return image
 
     @cached_property
-    def along(self) -> FloatArray:
+    def arc_length(self) -> FloatArray:
         """How far along the yarns each point lies, and the end of the last yarn [cm], shape (n + 1,)."""
-        ends = Ends.of(self, self.yarns)
+        ends = EdgeEnds.of(self, self.yarns)
         length = np.linalg.norm(ends.second - ends.first, axis=1)
         each = np.zeros(self.start[-1])
         each[self.edges] = length
@@ -94,18 +98,18 @@ class Strands:
     def distance(self, yarn: int, first: int, second: int) -> float:
         """Length of yarn between two of its points, however many turns apart [cm]."""
         start, size = int(self.start[yarn]), int(self.start[yarn + 1] - self.start[yarn])
-        turn = self.along[start + size] - self.along[start]
-        a, b = (self.along[start + k % size] + turn * (k // size) for k in (first, second))
+        turn = self.arc_length[start + size] - self.arc_length[start]
+        a, b = (self.arc_length[start + k % size] + turn * (k // size) for k in (first, second))
         return float(abs(b - a))
 
-    def numbered(self, yarn: int, places: IntArray) -> tuple[IntArray, IntArray]:
+    def wrapped(self, yarn: int, places: IntArray) -> tuple[IntArray, IntArray]:
         """Sampled points of places along a yarn and the images in which they stand, shapes (n,) and (n, 2)."""
         start, size = self.start[yarn], self.start[yarn + 1] - self.start[yarn]
         return start + places % size, (places // size)[:, None] * self.step[yarn]
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class EdgeEnds:
     """Both ends of each edge at one moment."""
 
     first: FloatArray
@@ -114,15 +118,15 @@ class Ends:
     """[cm], shape (E, 3)."""
 
     @classmethod
-    def of(cls, strands: Strands, yarns: YarnSet) -> Ends:
+    def of(cls, polylines: YarnPolylines, yarns: YarnSet) -> EdgeEnds:
         """Those of the edges, where the yarns are at that moment."""
-        return cls.at(strands, sampled_points(yarns), yarns.lattice)
+        return cls.at(polylines, sampled_points(yarns), yarns.lattice)
 
     @classmethod
-    def at(cls, strands: Strands, points: FloatArray, lattice: Lattice | None) -> Ends:
+    def at(cls, polylines: YarnPolylines, points: FloatArray, lattice: Lattice | None) -> EdgeEnds:
         """Those of the edges, where the sampled points are, shape (n, 3), and the lattice is at that moment."""
-        edges = strands.edges
-        second = points[strands.following[edges]]
+        edges = polylines.edges
+        second = points[polylines.next_point[edges]]
         if lattice is not None:
-            second = second + lattice.shift(strands.following_image[edges])
+            second = second + lattice.shift(polylines.next_image[edges])
         return cls(points[edges], second)
