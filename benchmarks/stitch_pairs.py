@@ -56,9 +56,10 @@ def main() -> None:
     told.add_argument("--every", type=int, default=1, help="take every so many pairs")
     given = told.parse_args()
     tallies = {name: tally(pairs[:: given.every], given.quality) for name, pairs in kinds().items()}
-    print("| pairs | pieces | yarns | passes named | wrong | smallest distance [r] |\n|---|---:|---:|---:|---:|---:|")
+    print("| pairs | pieces | yarns | threadings defined | wrong | smallest distance [r] |")
+    print("|---|---:|---:|---:|---:|---:|")
     for name, found in tallies.items():
-        print(f"| {name} | {found.pieces} | {found.yarns} | {found.passes} | {found.wrong} | "
+        print(f"| {name} | {found.pieces} | {found.yarns} | {found.threadings} | {found.wrong} | "
               f"{min(found.distances.values()):.2f} |")  # fmt: skip
     print("\n| stitch | " + " | ".join(tallies) + " |\n|---|" + "---:|" * len(tallies))
     for stitch, making in VOCABULARY.items():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which template draws each face of a first or last row, for the cast-on and bind-off that are chosen."""
+"""Choice of the template for each face of a first or last row, by the selected cast-on and bind-off."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from stitchmesh.yarngen.templates.edge_templates import Edge
 
 
 def choose_edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
-    """How each face is drawn (``Edge``), shape (F,).
+    """Template of each face of a first or last row (``Edge``), shape (F,).
 
     Args:
         whole: the stitch mesh with its bind-off row.
-        bridges: its row ends: a row bound off is worked away from the end at which yarn reaches it.
-        finish: what is chosen.
+        bridges: the row ends; a bind-off row is worked away from the end at which the yarn arrives.
+        finish: the selected cast-on and bind-off.
     """
     edge = np.full(whole.face_count, Edge.BY_STITCH)
     if finish.cast_on == "open":
@@ -32,6 +32,7 @@ def choose_edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> Int
 
 
 def _choose_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
+    """Set the templates of all rows that are bound off in a chain; small rings keep their drawn-through yarn."""
     bound = whole.stitch == Stitch.BIND_OFF
     edge[bound] = Edge.CHAIN
     for ring in small_rings(whole):
@@ -47,5 +48,5 @@ def _choose_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
 
 
 def _yarn_arrives_right(bridges: Bridges, left: int, right: int) -> bool:
-    """Whether yarn reaches a row at its right end alone."""
+    """Whether the yarn arrives at the right end of a row and not at its left end."""
     return crossing_number(right) in bridges.paths and crossing_number(left) not in bridges.paths

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From stitch faces to yarns with the right topology."""
+"""Generate yarns from stitch faces, so that the yarns are interlocked as the stitches define."""
 
 from __future__ import annotations
 
@@ -29,25 +29,26 @@ from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from stitchmesh.yarngen.tracing import end_crossings, link_ends, trace
 
 LARGEST_RADIUS_OVER_WIDTH = 0.2
-"""Largest yarn radius over the mean stitch width: beyond it loops have no room for the yarn they hold."""
+"""Largest yarn radius over the mean stitch width. Thicker yarn does not fit into the loops that hold it."""
 SMALLEST_DISTANCE_OVER_RADIUS = 0.25
-"""Smallest distance between yarns at the start, over the radius; touching yarns are 2 apart."""
+"""Smallest distance between the centre lines of generated yarns, over the radius. Touching yarns are 2 apart."""
 
 
 @dataclass(frozen=True, eq=False)
 class YarnRoutes:
-    """Yarn parts, and the order in which yarns run through them."""
+    """Yarn parts on a stitch mesh, and the order in which each yarn runs through them."""
 
     whole: StitchMesh
     """The stitch mesh with its bind-off row."""
     face_below: IntArray
-    """Face of the given stitch mesh that each face of ``whole`` belongs to, shape (F,)."""
+    """Face of the given stitch mesh to which each face of ``whole`` belongs, shape (F,). A bind-off face belongs to the
+    face below it."""
     parts: PlacedParts
     """The yarn parts of ``whole``."""
     bridges: Bridges
-    """Where yarn goes elsewhere than across a side."""
+    """Bridges and tails, where yarn does not continue across a side."""
     yarns: list[tuple[list[int], bool]]
-    """Each yarn's part ends at which its parts are entered (``tracing``), and whether it is closed."""
+    """For each yarn the part ends at which the yarn enters its parts (``tracing``), and whether the yarn is closed."""
 
 
 def generate_yarns(
@@ -55,31 +56,38 @@ def generate_yarns(
     bind_off: str = YarnFinish.bind_off, cast_on: str = YarnFinish.cast_on,
     longest_float: int = YarnFinish.longest_float,
 ) -> YarnSet:  # fmt: skip
-    """Yarn curves of a stitch mesh, each one path, linked as its stitches say.
+    """Generate the yarn curves of a stitch mesh. Each yarn is one path, and the yarns interlock as the stitches define.
 
-    First rows are cast on, last rows bound off, row ends at borders joined in pairs or tied; rows of a tube are
-    rings; rows of opposite wale direction are linked by rings of their own. On a lattice nothing begins or ends: each
-    yarn is closed, or cut where a float would be too long, and its points lie one after another in space while it runs
-    from image to image.
+    First rows are cast on and last rows are bound off. Row ends at borders are joined in pairs or tied off. A row of a
+    tube
+    is a closed ring. Two rows of opposite wale direction are linked by small rings of their own. On a lattice no yarn
+    begins or ends: each yarn is closed, unless it is cut because a float would be too long. The points of a yarn then
+    follow each other in space, while the yarn runs from lattice image to lattice image.
 
     Args:
         fabric: stitch faces, relaxed or not.
-        yarn_radius: [cm]; an eighth of the mean stitch width unless given.
-        quality: its ``control_points_per_stitch`` sets how finely yarns are drawn.
-        bind_off: ``drawn``, a yarn through the last loops, or ``chain``, as knitters bind off: every loop is knitted
-            and the one before passed over it.
+        yarn_radius: yarn radius [cm]; an eighth of the mean stitch width if not given.
+        quality: its ``control_points_per_stitch`` is the number of control points of a plain stitch.
+        bind_off: ``drawn``, a yarn through the last loops, or ``chain``: each loop is knitted, and the loop before it
+            is
+            passed over it.
         cast_on: ``backward`` loops, or ``open`` yarn-overs.
-        longest_float: stitches of other yarns behind which a yarn is carried along its row; where there are more, as
-            between the blocks of intarsia, it is cut and tied. 0 cuts at every change of yarn.
+        longest_float: largest number of stitches of other yarns behind which a yarn is carried along its row. A yarn
+            that
+            would pass more stitches, as between the blocks of intarsia, is cut and tied off. 0 cuts at every change of
+            yarn.
 
     Returns:
-        Yarns whose rest lengths are as generated, but for the crossing legs of cables (``cables.crossing_rest_length_ratio``). ``face``
-        refers to ``fabric``; bind-off yarn belongs to the last row's faces.
+        Yarns whose rest lengths are their generated lengths, except for the crossing legs of cables, which are shorter
+        (``cables.crossing_rest_length_ratio``). ``face`` refers to ``fabric``; bind-off yarn belongs to the faces of
+        the
+        last row.
 
     Raises:
-        ParameterError: the radius is not positive, or too thick for the stitches; a choice is unknown.
-        YarnError: a face is not a stitch yet, has no template, or yarns start closer than a quarter of the radius; or
-            a fabric on a lattice has borders.
+        ParameterError: the radius is not positive or too large for the stitches, or an option is unknown.
+        YarnError: a face is a panel or has no template, two yarns start closer than a quarter of the radius, or a
+            fabric
+            on a lattice has borders.
 
     Source: Yuksel et al. 2012, sections 4 and 6.2.
     """
@@ -90,8 +98,8 @@ def generate_yarns(
     border = np.flatnonzero(fabric.twin == BORDER)
     if fabric.lattice is not None and len(border):
         raise YarnError(
-            f"{fabric.side_name(border[0])}: is a border of a fabric on a lattice; one that repeats has neighbours all "
-            "around, leave the lattice out or close the fabric"
+            f"{fabric.side_name(border[0])}: is a border of a fabric on a lattice; a periodic fabric has no "
+            "borders, remove the lattice or close the fabric"
         )
     finish = YarnFinish(bind_off, cast_on, longest_float)
     routes = trace_yarn_routes(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
@@ -103,7 +111,17 @@ def generate_yarns(
 def trace_yarn_routes(
     fabric: StitchMesh, radius: float, points_per_stitch: int, finish: YarnFinish = DEFAULT_FINISH
 ) -> YarnRoutes:
-    """How the yarns of a stitch mesh run, for a yarn radius [cm] and so many points along a plain stitch."""
+    """The routes of all yarns through a stitch mesh.
+
+    Args:
+        fabric: stitch faces.
+        radius: yarn radius [cm].
+        points_per_stitch: number of points along one plain loop.
+        finish: the finish of first and last rows, and the longest float.
+
+    Raises:
+        YarnError: a face has no template, two parts use the same crossing, or a loop is not held.
+    """
     whole = with_bind_off(fabric, CHAIN_HEIGHT if finish.bind_off == "chain" else DRAWN_HEIGHT)
     groups = cable_groups(whole)
     corners = open_corners(whole, groups)
@@ -124,7 +142,11 @@ def mean_stitch_width(fabric: StitchMesh) -> float:
 
 
 def checked_radius(fabric: StitchMesh, radius: float | None) -> float:
-    """The yarn radius [cm] to use for these stitches."""
+    """The yarn radius [cm] for these stitches; an eighth of the mean stitch width if ``radius`` is not given.
+
+    Raises:
+        ParameterError: the radius is not positive, or it is too large for the stitches.
+    """
     width = mean_stitch_width(fabric)
     if radius is None:
         return RADIUS_OVER_WIDTH * width
@@ -139,14 +161,19 @@ def checked_radius(fabric: StitchMesh, radius: float | None) -> float:
 
 
 def _face_below(fabric: StitchMesh, whole: StitchMesh) -> IntArray:
-    """Face of ``fabric`` that each face of ``whole`` belongs to."""
+    """Face of ``fabric`` to which each face of ``whole`` belongs, shape (F,)."""
     added = np.arange(fabric.face_count, whole.face_count)
     below = whole.side_face[whole.twin[whole.face_start[added]]]
     return np.concatenate([np.arange(fabric.face_count), below])
 
 
 def yarns_along_routes(routes: YarnRoutes, radius: float) -> YarnSet:
-    """The yarns of a course, of a radius [cm]."""
+    """The yarns along their routes.
+
+    Args:
+        routes: the routes of all yarns.
+        radius: yarn radius [cm].
+    """
     parts = routes.parts
     yarns, steps = _yarns_in_pieces(routes)
     pieces = [piece for yarn in yarns for piece in yarn]
@@ -177,29 +204,32 @@ def yarns_along_routes(routes: YarnRoutes, radius: float) -> YarnSet:
 
 
 def control_point_images(routes: YarnRoutes) -> IntArray:
-    """The lattice image of its stitch in which each control point of the drawn yarns stands, shape (N, 2)."""
+    """The lattice image of its stitch in which each control point of the generated yarns lies, shape (N, 2)."""
     pieces = [piece for yarn in _yarns_in_pieces(routes)[0] for piece in yarn]
     return np.repeat([piece.image for piece in pieces], [len(piece.points) for piece in pieces], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Points of a yarn that belong together."""
+    """Consecutive points of a yarn on one part, one bridge or one tail."""
 
     points: FloatArray
-    """What the yarn passes through [cm], shape (n, 3)."""
+    """Points through which the yarn passes [cm], shape (n, 3)."""
     part: int
-    """The yarn part that they belong to."""
+    """Number of the yarn part to which the points belong."""
     rest_length_ratio: float
-    """Rest length over drawn length."""
+    """Rest length over generated length."""
     image: Image
-    """Lattice image in which the yarn is when it comes here."""
+    """Lattice image of the yarn part to which the points belong."""
     is_float: bool = False
-    """Whether they float behind stitches of other yarns."""
+    """Whether the points belong to a float, which lies behind stitches of other yarns."""
 
 
 def _colours(routes: YarnRoutes) -> IntArray:
-    """Yarn number of the stitches that each yarn was knitted in: those with its feet, for a head is the row's below."""
+    """Yarn number of the stitches in which each yarn was knitted, shape (Y,).
+
+    The number comes from a stitch in which the yarn has a foot, because a head belongs to the row below.
+    """
     is_foot = np.any(routes.whole.is_wale[routes.parts.end_side], axis=1).tolist()
     colours = []
     for entries, _ in routes.yarns:
@@ -209,7 +239,11 @@ def _colours(routes: YarnRoutes) -> IntArray:
 
 
 def _yarns_in_pieces(routes: YarnRoutes) -> tuple[list[list[_Piece]], IntArray]:
-    """The pieces of each yarn, bridges and tails included, and the image in which a closed one ends, shape (Y, 2)."""
+    """The pieces of each yarn, with bridges and tails.
+
+    Returns:
+        The pieces of each yarn, and the lattice image in which each closed yarn ends, shape (Y, 2).
+    """
     crossings = end_crossings(routes.parts).tolist()
     images = routes.whole.side_image.tolist()
     yarns, steps = [], []
@@ -223,13 +257,13 @@ def _yarns_in_pieces(routes: YarnRoutes) -> tuple[list[list[_Piece]], IntArray]:
 def _pieces_of(
     routes: YarnRoutes, crossings: list[int], images: list[Image], entries: list[int], closed: bool
 ) -> tuple[list[_Piece], Image]:
-    """The pieces of one yarn, from image to image as it crosses sides, and the image in which a closed one ends.
+    """The pieces of one yarn, and the lattice image in which a closed yarn ends.
 
     Args:
-        course: the course of all yarns.
-        crossings: where each part end lies.
-        images: of the face across each side.
-        entries: the part ends at which the yarn's parts are entered.
+        routes: the routes of all yarns.
+        crossings: the crossing at each part end.
+        images: lattice image of the face across each side.
+        entries: the part ends at which the yarn enters its parts.
         closed: whether the last part meets the first.
     """
     parts, bridges = routes.parts, routes.bridges
@@ -254,9 +288,10 @@ def _pieces_of(
 
 
 def _check_clearance(yarns: YarnSet, radius: float) -> None:
+    """Raise ``YarnError`` if two yarns start closer than the smallest permitted distance."""
     distance, point = smallest_distance(yarns, SMALLEST_DISTANCE_OVER_RADIUS * radius)
     if distance < SMALLEST_DISTANCE_OVER_RADIUS * radius:
         raise YarnError(
-            f"face {yarns.face[point]}: yarns start {distance / radius:.2f} radii apart, expected at least {SMALLEST_DISTANCE_OVER_RADIUS}; "
-            "relax the stitch mesh first, or use a thinner yarn"
+            f"face {yarns.face[point]}: yarns start {distance / radius:.2f} radii apart, expected at least "
+            f"{SMALLEST_DISTANCE_OVER_RADIUS}; relax the stitch mesh first, or use a thinner yarn"
         )

@@ -14,7 +14,8 @@ import numpy as np
 from stitchmesh.mesh import FloatArray, IntArray
 
 ITERATIONS = 45
-"""Number of iterations. (2/3)^45 = 1e-8, so the error of the control points is a hundred-millionth of their spacing."""
+"""Number of iterations. (2/3)^45 = 1e-8, so the error of the control points is less than a ten-millionth of their
+spacing."""
 
 
 def control_points_through(points: FloatArray, start: IntArray, closed: np.ndarray, step: FloatArray) -> FloatArray:

@@ -46,8 +46,8 @@ def link_ends(fabric: StitchMesh, parts: PlacedParts, bridges: Bridges) -> IntAr
     if len(unconnected):
         side = int(crossing[unconnected[0]] // SLOTS)
         raise YarnError(
-            f"face {fabric.side_face[side]}: the yarn that crosses {fabric.side_name(side)} meets none; put a stitch "
-            "there that holds the loop, or bind off"
+            f"face {fabric.side_face[side]}: the yarn that crosses {fabric.side_name(side)} meets no other yarn; put a "
+            "stitch there that holds the loop, or bind off"
         )
     return partner
 
@@ -77,7 +77,7 @@ def trace(partner: IntArray) -> list[tuple[list[int], bool]]:
     """Follow the partners from part to part and return the yarns, open yarns first.
 
     Args:
-        link: partner of each part end, shape (2 P,), from ``link_ends``.
+        partner: partner of each part end, shape (2 P,), from ``link_ends``.
 
     Returns:
         For each yarn the list of the part ends at which the yarn enters its parts, and whether the yarn is closed. Each

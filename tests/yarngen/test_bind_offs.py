@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ways to cast on and to bind off."""
+"""Kinds of cast-on and bind-off."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CHAIN = YarnFinish(bind_off="chain")
 
 
 def heights(first: Part, second: Part) -> list[int]:
-    """1 where the first lies in front where they cross, -1 behind."""
+    """1 where the first part lies in front at a crossing of the two parts, -1 where it lies behind."""
     return crossings(first, second)[0]
 
 
@@ -46,7 +46,7 @@ def round_piece() -> StitchMesh:
 
 @pytest.mark.parametrize("courses", [4, 5])
 def test_a_flat_piece_bound_off_in_a_chain_is_one_yarn_with_two_ends(courses):
-    """The chain is worked from the left or from the right, wherever the last row ends."""
+    """The chain is worked from the end at which the last row ends, left or right."""
     yarns = generate_yarns(flat(courses), quality="draft", bind_off="chain")
     assert yarns.yarn_count == 1 and not yarns.closed[0]
 
@@ -56,7 +56,7 @@ def test_a_chain_is_worked_away_from_the_end_that_its_yarn_comes_from(courses, f
     routes = trace_yarn_routes(flat(courses), 0.06, 12, CHAIN)
     bound = np.flatnonzero(routes.whole.stitch == Stitch.BIND_OFF)
     parts = np.bincount(routes.parts.face, minlength=routes.whole.face_count)[bound]
-    # the first has no loop taken over it, in the last one part leads through and on to the row's end
+    # no loop is passed over the first stitch; in the last stitch one part leads through the loop to the end of the row
     assert sorted(parts.tolist()) == [3, 3, *[4] * (len(bound) - 2)]
     over = routes.parts.end_side[(routes.parts.end_slot == [FRONT_SLOT, BACK_SLOT]).all(axis=1), 0]
     assert set(routes.whole.side_role[over]) == {3 if first == "left" else 1}
@@ -74,16 +74,16 @@ def test_three_strands_cross_between_the_stitches_of_a_chain():
 def test_a_bound_off_loop_comes_through_the_loop_below_and_the_one_before():
     head, over, rising, falling = chain().parts
     for leg in (rising, falling):
-        # up from the wrong side to the right side of the head: behind its leg, in front of its top
+        # from the wrong side of the head to its right side: behind its leg, in front of its top
         assert sorted(heights(leg, head)) == [-1, 1]
-        # between the two legs of the loop taken over: one lies in front, one behind
+        # between the two legs of the loop that is passed over: one lies in front, one behind
         assert sorted(heights(over, leg)) == [-1, 1]
     assert over.start == Crossing(3, FRONT_SLOT) and over.end == Crossing(3, BACK_SLOT)
     assert rising.end == Crossing(1, FRONT_SLOT) and falling.start == Crossing(1, BACK_SLOT)
 
 
 def test_a_bound_off_loop_goes_on_in_the_next_face():
-    """Its legs leave one face where they enter the next, a stitch width to the left."""
+    """Its legs leave one face where they enter the next face, whose origin is one stitch width further."""
     _, over, rising, falling = chain().parts
     np.testing.assert_allclose(rising.curve[-1] - [1, 0, 0], over.curve[0], atol=1e-14)
     np.testing.assert_allclose(falling.curve[0] - [1, 0, 0], over.curve[-1], atol=1e-14)
@@ -94,7 +94,7 @@ def test_the_first_loop_takes_none_over_and_the_yarn_is_drawn_through_the_last()
     head, over, drawn = chain(last=True).parts
     assert (drawn.start, drawn.end) == (Crossing(3), Crossing(1))
     assert heights(drawn, head) == [-1, 1], "up through the loop below"
-    # under the leg in front, over the leg behind, and out between them
+    # behind the front leg and in front of the back leg
     assert sorted(set(heights(over, drawn))) == [-1, 1]
     assert len(chain(first=True, last=True).parts) == 2
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxation survives an edit: what is untouched stays as relaxed, what is touched joins it."""
+"""Yarns of an edited fabric: unchanged stitches keep their relaxed positions, and changed stitches join them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def relaxed() -> YarnSet:
 
 
 def edited(stitch: Stitch) -> tuple[StitchMesh, int]:
-    """The fabric with one stitch in its middle changed, and that stitch's face."""
+    """The fabric with one changed stitch in its middle, and the face of that stitch."""
     face = int(np.flatnonzero((fabric().stitch == Stitch.KNIT) & (fabric().row == 6))[2])
     return apply_change(fabric(), Marks("stitch", np.array([face]), np.array([stitch]))), face
 
@@ -68,7 +68,7 @@ def test_untouched_stitches_stay_as_relaxed_and_touched_ones_join_them(stitch):
     assert set(yarns.face[own < 0]) <= {face, *beside.tolist()}
     assert face in yarns.face[own < 0]
     steps = np.linalg.norm(np.diff(start.points[: start.start[1]], axis=0), axis=1)
-    assert steps.max() < 2 * np.median(steps)  # no jump where the two meet
+    assert steps.max() < 2 * np.median(steps)  # no jump between changed and unchanged stitches
     assert smallest_distance(start, 2 * yarns.radius[0])[0] >= SMALLEST_DISTANCE_OVER_RADIUS * yarns.radius[0]
 
 
@@ -77,9 +77,10 @@ def test_relaxing_again_takes_a_fifth_of_the_iterations():
     yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
     anew, again = at_rest(yarns, after), at_rest(yarns, after, start)
     assert anew.report["converged"] and again.report["converged"]
-    # whether yarns are at rest is found out every twenty iterations
+    # convergence is tested every twenty iterations
     assert again.report["iterations"] <= anew.report["iterations"] / 5 + CHECK
-    # both stop where the energy falls by less than a tenth of the tolerance in twenty iterations, and take hundreds
+    # both relaxations take hundreds of iterations; they stop when the energy falls by less than a tenth of the
+    # tolerance in twenty iterations
     assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=2 * QUALITY.tolerance)
 
 
@@ -102,7 +103,7 @@ def test_untouched_yarn_keeps_its_natural_curvature_and_new_yarn_is_straight():
 
 
 def test_yarns_of_another_quality_are_refused():
-    with pytest.raises(ParameterError, match="give those that the yarns were generated with"):
+    with pytest.raises(ParameterError, match="with which the yarns were generated"):
         regenerate_yarns(relaxed(), fabric(), fabric(), quality="reference")
 
 

@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which passes of yarn through yarn undo one another, so that none of it went through any other for good.
+"""Yarn crossings on a deformation path that cancel each other, and those that remain.
 
-Of two passes of opposite sign, of the same two stretches of yarn, the one makes a bight that the other takes back. From
-pass to pass the two stretches form a ring; where no other yarn goes through that ring, nothing holds the bight, and the
-yarns could have slid there without it. So do two opposite passes cancel, and one alone where yarn passes through itself
-and its curl is such an empty ring: it opens and closes again on the other side (Reidemeister's first move).
+Two crossings of opposite sign between the same two stretches of yarn can cancel: the first one makes a bight, and the
+second one takes it back. The two stretches between the two crossings form a closed ring. If no other yarn passes
+through this ring, nothing holds the bight, and the yarns could have slid to the same positions without crossing. One
+crossing alone cancels where a yarn crosses itself and its curl is such an empty ring: the curl opens, and closes again
+on the other side (Reidemeister's first move).
 
-A ring is empty where some surface over it is met by no yarn: one of the fans of triangles from its middle and from each
-of its points. All passes are matched at once, so that the rings are short together.
+A ring is empty if it bounds a surface that no yarn crosses. The surfaces that are tried are fans of triangles, from the
+centre of the ring and from each of its points. All crossings are paired at once, so that the total length of all rings
+is smallest.
 """
 
 from __future__ import annotations
@@ -25,42 +27,46 @@ from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath, Yarn
 from stitchmesh.yarngen.loop_check.yarn_polylines import EdgeEnds, YarnPolylines
 
 BOUND_OFFSET = 1e-6
-"""Added to round numbers, so that lengths of regular yarns, which may be round, do not lie at a bound."""
+"""Added to bounds that are round numbers, because lengths of regular yarns can be round numbers and must not lie
+exactly at a bound."""
 LONGEST_RING = 48.0 + BOUND_OFFSET
-"""In yarn radii: one and a half loops of ordinary tightness."""
+"""Longest ring that is considered [radii]: one and a half loops of ordinary tightness."""
 ALWAYS_EMPTY = 4.0 + BOUND_OFFSET
-"""Length of a ring in yarn radii through which no yarn goes: a ring around one is pi times as long."""
+"""Rings shorter than this are always empty [radii]: a ring around a yarn is at least pi times as long."""
 EXEMPT_POINTS = 2
-"""Sampled points beside a ring that may touch its surface, being of the same yarn."""
+"""Number of sampled points of the same yarn on either side of a ring that may touch its surface."""
 TESTED_FRACTIONS = (0.5, 0.25, 0.75)
-"""When a ring is looked at, from the one pass to the other: empty once, it can be opened then."""
+"""Times at which a ring is tested, as fractions of the time between its two crossings. A ring that is empty at one of
+these times can be opened then."""
 FORBIDDEN, FREE = 1e6, 1e-6
-"""Cost of a pass that nothing undoes, and of nothing, in yarn radii."""
+"""Cost of a crossing that nothing cancels, and of an empty assignment, in yarn radii."""
 TIE_BREAK = 1e-6
-"""Largest random number that is added to a cost, in yarn radii: of rings of one length always the same is taken."""
+"""Largest random number that is added to a cost [radii]. It selects the same one of equally long rings in every run."""
 
 
 @dataclass(frozen=True)
 class _Stretch:
-    """Yarn from an edge to another, in an image."""
+    """A stretch of yarn between two edges, in one lattice image."""
 
     yarn: int
+    """Number of the yarn."""
     first: int
-    """Place along the yarn where the first edge starts."""
+    """Index along the yarn of the first point of the first edge."""
     last: int
-    """Likewise of the last."""
+    """Index along the yarn of the first point of the last edge."""
     image: tuple[int, int]
+    """Lattice image of the stretch."""
 
     @property
     def between(self) -> IntArray:
-        """Places between the two edges, in order."""
+        """Indices along the yarn of the points between the two edges, in order."""
         if self.last >= self.first:
             return np.arange(self.first + 1, self.last + 1)
         return np.arange(self.first, self.last, -1)
 
 
 def uncancelled(path: SampledPath) -> list[YarnCrossing]:
-    """Passes that no others undo, in the order of time."""
+    """The crossings of a path that no other crossings cancel, in the order of time."""
     crossings = path.crossings
     if not crossings:
         return []
@@ -81,7 +87,17 @@ def uncancelled(path: SampledPath) -> list[YarnCrossing]:
 def near_crossings(
     polylines: YarnPolylines, one: list[YarnCrossing], two: list[YarnCrossing], reach: float
 ) -> list[tuple[int, int]]:
-    """Pairs of passes that lie near one another along their yarns, up to a reach [cm]."""
+    """Pairs of crossings that are near each other along their yarns.
+
+    Args:
+        polylines: the polylines of the yarns.
+        one: the first crossings.
+        two: the second crossings.
+        reach: largest sum of the distances along both yarns [cm].
+
+    Returns:
+        Pairs of an index into ``one`` and an index into ``two``.
+    """
     others = np.array([(crossing.first, crossing.second) for crossing in two], dtype=np.int64).reshape(-1, 2)
     pairs = []
     for number, crossing in enumerate(one):
@@ -96,7 +112,10 @@ def near_crossings(
 
 
 def _distances_along_yarn(polylines: YarnPolylines, point: int, others: IntArray) -> FloatArray:
-    """Length of yarn between a point and others, the shorter way around [cm]; infinite to other yarns."""
+    """Length of yarn from a point to other points, the shorter way around a closed yarn [cm], shape (n,).
+
+    It is infinite for points of other yarns.
+    """
     distances = np.abs(polylines.arc_length[others] - polylines.arc_length[point])
     yarn = int(polylines.yarn[point])
     if polylines.yarns.closed[yarn]:
@@ -108,7 +127,20 @@ def _distances_along_yarn(polylines: YarnPolylines, point: int, others: IntArray
 def _unmatched(
     pairs: dict[tuple[int, int], float], right: list[float], left: list[float]
 ) -> tuple[list[int], list[int]]:
-    """Rows and columns that stay alone at the cost of ``FORBIDDEN`` when all are matched, or left alone, at least cost."""
+    """Crossings that remain in the assignment of least cost.
+
+    Each crossing is assigned to one of the other sign or to itself. A crossing remains if it is assigned to itself at
+    the
+    cost ``FORBIDDEN``.
+
+    Args:
+        pairs: cost of each pair of a right and a left crossing.
+        right: cost of each right crossing alone.
+        left: cost of each left crossing alone.
+
+    Returns:
+        The numbers of the remaining right crossings and of the remaining left crossings.
+    """
     p, m = len(right), len(left)
     entries = [(row, column, cost) for (row, column), cost in pairs.items()]
     entries += [(p + column, m + row, FREE) for row, column in pairs]
@@ -124,7 +156,7 @@ def _unmatched(
 
 
 class _Rings:
-    """Rings of yarn on a journey, and what they cost: their length, or ``FORBIDDEN`` where yarn goes through them."""
+    """Rings of yarn on a path and their cost: the length of an empty ring, ``FORBIDDEN`` for other rings."""
 
     def __init__(self, path: SampledPath) -> None:
         self.path, self.polylines = path, path.polylines
@@ -133,7 +165,7 @@ class _Rings:
         self.edge_at[self.polylines.edges] = np.arange(len(self.polylines.edges))
 
     def curl_cost(self, one: YarnCrossing) -> float:
-        """Of the curl of a yarn that passes through itself."""
+        """Cost of the curl of a yarn that crosses itself; ``FORBIDDEN`` for a crossing of two yarns."""
         yarn = int(self.polylines.yarn[one.first])
         first = self._place(one.first)
         if yarn != self.polylines.yarn[one.second]:
@@ -145,7 +177,7 @@ class _Rings:
         return min(costs, default=FORBIDDEN)
 
     def pair_cost(self, right: YarnCrossing, left: YarnCrossing) -> float:
-        """Of the ring between two passes of opposite sign."""
+        """Cost of the ring between two crossings of opposite sign."""
         opposite_image = (-left.image[0], -left.image[1])
         partners = [(left.first, left.second, left.image), (left.second, left.first, opposite_image)]
         times = [right.time + part * (left.time - right.time) for part in TESTED_FRACTIONS]
@@ -155,7 +187,14 @@ class _Rings:
         )
 
     def _rings_of(self, one: YarnCrossing, first: int, second: int, image: tuple[int, int]) -> list[list[_Stretch]]:
-        """Rings from a pass to another one, given by its edges, in whatever images it lies."""
+        """Rings from a crossing to another one, whatever the lattice images.
+
+        Args:
+            one: the first crossing.
+            first: sampled point of the edge of the other crossing that belongs to the first yarn.
+            second: sampled point of the edge of the other crossing that belongs to the second yarn.
+            image: lattice image of the second edge of the other crossing, seen from its first edge.
+        """
         yarns = [int(self.polylines.yarn[point]) for point in (one.first, one.second)]
         if yarns != [int(self.polylines.yarn[point]) for point in (first, second)]:
             return []
@@ -171,7 +210,10 @@ class _Rings:
         return rings
 
     def _turns(self, yarn: int, image: IntArray | tuple[int, int], offset: int) -> list[int]:
-        """Turns along a yarn that lead into an image; where it repeats none, those that come near."""
+        """Turns along a yarn that lead into a lattice image.
+
+        For a yarn without a lattice step, these are the turns that come near the given offset.
+        """
         step = self.polylines.step[yarn]
         if not step.any():
             return self._near_turns(yarn, offset) if not np.any(image) else []
@@ -179,26 +221,29 @@ class _Rings:
         return [turns] if np.array_equal(turns * step, image) else []
 
     def _near_turns(self, yarn: int, offset: int) -> list[int]:
-        """Turns along a yarn that come near to so many places further."""
+        """Turns along a yarn that come near an offset, given in sampled points."""
         if not self.polylines.yarns.closed[yarn]:
             return [0]
         nearest = round(offset / self._size(yarn))
         return [nearest - 1, nearest, nearest + 1]
 
     def _place(self, point: int) -> int:
+        """Index of a sampled point along its yarn."""
         return point - int(self.polylines.start[self.polylines.yarn[point]])
 
     def _size(self, yarn: int) -> int:
+        """Number of sampled points of a yarn."""
         return int(self.polylines.start[yarn + 1] - self.polylines.start[yarn])
 
     def _cost(self, times: list[float], ring: list[_Stretch]) -> float:
+        """Length of a ring [radii] if it is empty at one of the times, else ``FORBIDDEN``."""
         length = sum(self.polylines.distance(part.yarn, part.first, part.last) for part in ring) / self.radius
         if length >= LONGEST_RING or (length >= ALWAYS_EMPTY and not any(self._is_empty(time, ring) for time in times)):
             return FORBIDDEN
         return max(length, FREE)
 
     def _is_empty(self, time: float, ring: list[_Stretch]) -> bool:
-        """Whether no yarn goes through a ring at a time."""
+        """Whether no yarn passes through a ring at the given time."""
         ends, lattice = self.path.at(time)
         corners = np.concatenate([self._positions(ends, lattice, part) for part in ring])
         if len(corners) < 3:
@@ -215,7 +260,7 @@ class _Rings:
     def _edges_near(
         self, ends: EdgeEnds, lattice: Lattice | None, corners: FloatArray, ring: list[_Stretch]
     ) -> tuple[FloatArray, FloatArray]:
-        """Ends of the edges near a ring that are not its own, shape (n, 3) each."""
+        """Ends of the edges near a ring that do not belong to the ring [cm], shape (n, 3) each."""
         middle = corners.mean(axis=0)
         reach = np.linalg.norm(corners - middle, axis=1).max() + np.linalg.norm(ends.second - ends.first, axis=1).max()
         images = [(0, 0)]
@@ -230,7 +275,7 @@ class _Rings:
         return np.concatenate([first for first, _ in found]), np.concatenate([second for _, second in found])
 
     def _own_edges(self, part: _Stretch, image: tuple[int, int]) -> IntArray:
-        """Edges of a stretch and beside it, those in an image."""
+        """Edges of a stretch and beside it that lie in the given lattice image."""
         low, high = sorted((part.first, part.last))
         places = np.arange(low - EXEMPT_POINTS, high + EXEMPT_POINTS + 1)
         if not self.polylines.yarns.closed[part.yarn]:
@@ -241,10 +286,18 @@ class _Rings:
 
 
 def _meets_fan(apex: FloatArray, corners: FloatArray, first: FloatArray, second: FloatArray) -> bool:
-    """Whether any edge goes through a triangle of an apex and two corners that follow one another.
+    """Whether any edge passes through a triangle of an apex and two successive corners.
 
-    On which side of a spoke an edge passes is computed once for the two triangles that meet there, and on which side of
-    a triangle a point lies by the same operations for both edges that meet there: rounding opens no gap between them.
+    Two triangles meet at each spoke. The side on which an edge passes a spoke is computed once for both of them. The
+    sides
+    on which the points of two successive edges lie are computed by the same operations. Rounding therefore opens no gap
+    between triangles or between edges.
+
+    Args:
+        apex: apex of the fan [cm], shape (3,).
+        corners: corners of the fan [cm], shape (n, 3).
+        first: first ends of the edges [cm], shape (m, 3).
+        second: second ends of the edges [cm], shape (m, 3).
     """
     spokes, begin, end = corners - apex, first - apex, second - apex
     normal = np.cross(spokes, np.roll(spokes, -1, axis=0))
@@ -257,6 +310,9 @@ def _meets_fan(apex: FloatArray, corners: FloatArray, first: FloatArray, second:
 
 
 def _products(one: FloatArray, two: FloatArray) -> FloatArray:
-    """Scalar products of all pairs, each by the same operations wherever it stands, (n, 3) and (m, 3) to (n, m)."""
+    """Scalar products of all pairs, shapes (n, 3) and (m, 3) to (n, m).
+
+    Each product uses the same sequence of operations, whatever its position in the array.
+    """
     products: FloatArray = sum(np.multiply.outer(a, b) for a, b in zip(one.T, two.T, strict=True))
     return products

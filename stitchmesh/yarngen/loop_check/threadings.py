@@ -1,17 +1,21 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which loops each link passes through, as the stitches of a fabric name it.
+"""Threadings: which loops each link passes through, as the stitches of a fabric define.
 
-A pass through a loop from the wrong side to the right side counts 1: a loop is run through from its right leg over its
-top to its left leg, a link along its yarn. Yarn comes up into a knit loop through each loop that the stitch is worked
-on, counting 1, and goes back down from it, counting -1; purl is the reverse; up into a yarn-over, and past a slipped
-loop, it passes through none. What is drawn through loops passes through each once, and counts 1 where it runs from
-left to right. Of a chain that binds off nothing is told.
+A link threads a loop when it passes through it. A threading counts 1 if the link passes from the wrong side to the
+right side, and -1 if it passes back. The loop is directed from its right leg over its top to its left leg, the link
+along its yarn. Yarn that leads up into a knit loop threads each loop on which the stitch is worked, counting 1; the
+yarn
+that leads down from the knit loop counts -1. Purl loops have the opposite signs. Yarn that leads up into a yarn-over,
+or
+past a slipped loop, threads no loop. Yarn that is drawn through loops threads each of them once; this counts 1 where
+the
+yarn runs from left to right. Loops of a chain bind-off are not checked.
 
-A loop that is slipped and twisted on its way up is worked back to front, and passes through it count the other way.
+A loop that is slipped and twisted on its way up is worked in reverse, and its threadings have the opposite sign.
 
-Whether the yarn passes behind or in front of a slipped loop cannot be told from the loop as a whole, as its two legs
-cancel. They are counted one by one: how often the yarn goes around each leg, closed in front of it.
+The threadings of a slipped loop do not show whether the yarn passes behind it or in front of it, because its two legs
+cancel. Each leg is therefore checked separately: how often the yarn winds around the leg, closed in front of it.
 """
 
 from __future__ import annotations
@@ -27,13 +31,13 @@ from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.loop_check.loops import DRAWN_THROUGH, Arc, Arcs
 
 THREADINGS = {"k": 1, "p": -1, "y": 0, "s": 0}
-"""Passes of the yarn that comes up into a loop of each making."""
+"""Threadings of the yarn that leads up into a loop, by the letter of the loop in the code of its stitch."""
 LEG_TURNS = {Stitch.SLIP_BACK: 1, Stitch.SLIP_FRONT: 0, Stitch.WRAP: 2, Stitch.SY: 1, Stitch.YS: 1}
-"""Turns of the yarn around each leg of a loop that is slipped, where it runs from left to right."""
+"""Turns of the yarn around each leg of a slipped loop, for yarn that runs from left to right."""
 
 
 def expected_threadings(arcs: Arcs) -> csr_array:
-    """How often each link passes through each loop, shape (links, loops)."""
+    """How often each link threads each loop, as the stitches define, shape (links, loops)."""
     rows, columns, values = [], [], []
     for number, link in enumerate(arcs.links):
         for loop, threadings in _threadings_of(arcs, link):
@@ -44,7 +48,7 @@ def expected_threadings(arcs: Arcs) -> csr_array:
 
 
 def _threadings_of(arcs: Arcs, link: Arc) -> list[tuple[int, int]]:
-    """Loops that a link passes through and how often, as each of its ends names them."""
+    """The loops that a link threads, and how often, for each of its two ends."""
     whole = arcs.whole
     first = link.pieces[0]
     face = int(arcs.pieces.face[first])
@@ -65,7 +69,7 @@ def is_drawn_through(arcs: Arcs, link: Arc) -> bool:
 
 
 def threadings_of_made_loop(arcs: Arcs, side: int) -> tuple[int, int]:
-    """The face of a top side, and the passes of the yarn that comes up into the loop made there."""
+    """The face of a top side, and the threadings of the yarn that leads up into the loop made there."""
     whole = arcs.whole
     face = int(whole.side_face[side])
     stitch = Stitch(int(whole.stitch[face]))
@@ -76,7 +80,7 @@ def threadings_of_made_loop(arcs: Arcs, side: int) -> tuple[int, int]:
 
 
 def _held_loops(arcs: Arcs, face: int, threadings: int) -> list[tuple[int, int]]:
-    """The loops on the bottom sides of a face with passes of the same sign, but through those that were turned."""
+    """The loops on the bottom sides of a face, with the given threadings; reversed loops have the opposite sign."""
     first = int(arcs.whole.face_start[face])
     sides = range(first, first + int(arcs.whole.n_bottom[face]))
     return [(arcs.loop_of_side[side], -threadings if side in arcs.reversed_sides else threadings) for side in sides]
@@ -89,13 +93,13 @@ class SlippedLegs:
     piece: IntArray
     """Piece of each leg, shape (n,)."""
     link: IntArray
-    """The link that passes it, shape (n,)."""
+    """The link that passes each leg, shape (n,)."""
     turns: IntArray
-    """How often the link goes around it, shape (n,)."""
+    """How often the link winds around each leg, shape (n,)."""
 
 
 def slipped_legs(arcs: Arcs) -> SlippedLegs:
-    """The legs of slipped loops, and what their stitches say of the links that pass them."""
+    """The legs of slipped loops, and the turns of the links around them, as the stitches define."""
     pieces, stitch = arcs.pieces, arcs.whole.stitch.tolist()
     passing_links = {}
     for number, link in enumerate(arcs.links):
@@ -115,9 +119,9 @@ def slipped_legs(arcs: Arcs) -> SlippedLegs:
 
 
 def spanned_sides(arcs: Arcs, link: Arc) -> list[tuple[int, bool]]:
-    """Top sides that a link passes beside without making a loop there, in its order, and whether rightwards.
+    """Top sides that a link passes without making a loop there, in its order, and whether it runs to the right.
 
-    They are slipped loops, and the loops of another yarn that it floats past.
+    They belong to slipped loops, and to loops of another yarn behind which the link floats.
     """
     slips, paths, found = arcs.slipping_pieces, arcs.pieces.routes.bridges.paths, []
     for place, piece in enumerate(link.pieces):
@@ -130,13 +134,14 @@ def spanned_sides(arcs: Arcs, link: Arc) -> list[tuple[int, bool]]:
 
 
 def _spanned_by_piece(arcs: Arcs, piece: int) -> list[tuple[int, bool]]:
+    """The top sides of slipped loops that one piece passes in its face."""
     whole, face = arcs.whole, int(arcs.pieces.face[piece])
     definition = VOCABULARY[Stitch(int(whole.stitch[face]))]
     last = int(whole.n_bottom[face]) + definition.n_top
     start, end = (last - int(whole.side_place[side]) for side in arcs.pieces.ends[piece] // SLOTS)
     start = (
         definition.n_top if start == last - definition.n_bottom else start
-    )  # the right wale side lies right of all loops
+    )  # the right wale side lies to the right of all loops
     end = definition.n_top if end == last - definition.n_bottom else end
     between = range(start + 1, end) if end > start else range(start - 1, end, -1)
     first = int(whole.face_start[face])
@@ -144,7 +149,7 @@ def _spanned_by_piece(arcs: Arcs, piece: int) -> list[tuple[int, bool]]:
 
 
 def _spanned_by_float(whole: StitchMesh, leaving: int, entered: int) -> list[tuple[int, bool]]:
-    """Top sides of the faces between two wale sides of one row, walking from the first until the second."""
+    """Top sides of the faces between two wale sides of one row, from the first wale side to the second."""
     rightwards = whole.side_role[leaving] == RIGHT
     found, side, begun = [], leaving, leaving
     while whole.twin[side] not in (BORDER, entered) and whole.side_role[side] in (RIGHT, LEFT):

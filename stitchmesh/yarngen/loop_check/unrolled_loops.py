@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of a fabric that repeats, told apart from their images.
+"""Loops of a periodic fabric, unrolled so that they can be distinguished from their lattice images.
 
-In a cell of a stitch or two a loop meets its own images, and closings would have to be led from image to image. So the
-cell stands in the middle of copies of it, and all yarn is drawn in the image in which its stitch lies: arcs that do not
-cross the border of all copies together run on as they do in a piece of fabric, and those of the middle are told.
+In a cell of one or two stitches a loop meets its own images, and its closure would have to continue from image to
+image. The cell is therefore put in the middle of a supercell, and all yarn is placed in the lattice image of its
+stitch. Arcs that do not cross the border of the supercell are then continuous, as in a piece of fabric that is not
+periodic. The links of the middle cell are checked.
 """
 
 from __future__ import annotations
@@ -26,27 +27,38 @@ from stitchmesh.yarngen.loop_check.threadings import expected_threadings, spanne
 from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 
 MARGINS = (5, 10, 20, 40)
-"""Stitches and rows around the cell: the first of them within which all arcs of the middle lie is taken."""
+"""Numbers of stitches and rows around the cell. They are tried in this order, until all arcs of the middle cell are
+complete."""
 
 
 @dataclass(frozen=True, eq=False)
 class UnrolledLoops:
-    """Arcs that can be told."""
+    """The arcs of a supercell, and which of them can be checked."""
 
     arcs: Arcs
-    """All loops and links."""
+    """All loops and links of the supercell."""
     yarns: YarnSet
-    """Their yarns, without a lattice."""
+    """The yarns of the arcs, without a lattice."""
     links: NDArray[np.bool_]
-    """Which links are to be told, shape (links,)."""
+    """Which links are checked, shape (links,): those of the middle cell."""
     loops: NDArray[np.bool_]
-    """Which loops they may pass through, shape (loops,)."""
+    """Which loops the links are checked against, shape (loops,): those that do not cross the border of the
+    supercell."""
     image: IntArray
-    """The image of the larger cell in which each control point's stitch was drawn, shape (N, 2)."""
+    """The lattice image of the supercell in which the stitch of each control point lies, shape (N, 2)."""
 
 
 def unroll_loops(fabric: StitchMesh, radius: float, finish: YarnFinish) -> UnrolledLoops:
-    """The drawn yarns of a fabric on a lattice, unrolled, and the arcs of one cell."""
+    """Generate the yarns of a periodic fabric and unroll the loops of one cell.
+
+    Args:
+        fabric: the stitch mesh, on a lattice.
+        radius: yarn radius [cm].
+        finish: the finish of its yarns.
+
+    Raises:
+        YarnError: a loop or a float is longer than the largest margin.
+    """
     for margin in MARGINS:
         found = _unroll_with_margin(fabric, radius, finish, margin)
         if _is_complete(found):
@@ -55,6 +67,7 @@ def unroll_loops(fabric: StitchMesh, radius: float, finish: YarnFinish) -> Unrol
 
 
 def _unroll_with_margin(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) -> UnrolledLoops:
+    """The unrolled loops of a supercell with ``margin`` stitches and rows around the cell."""
     size = np.array([np.bincount(fabric.row).min(), fabric.row.max() + 1])
     beside = -(-margin // size)
     columns, rows = (2 * beside + 1).tolist()
@@ -75,13 +88,13 @@ def _unroll_with_margin(fabric: StitchMesh, radius: float, finish: YarnFinish, m
 
 
 def _with_cell_face_numbers(arcs: Arcs, face_count: int) -> Arcs:
-    """Arcs whose faces have the numbers of those in the cell that they are copies of."""
+    """The arcs with the face numbers of the cell instead of those of the supercell."""
     routes = arcs.pieces.routes
     return replace(arcs, pieces=replace(arcs.pieces, routes=replace(routes, face_below=routes.face_below % face_count)))
 
 
 def _lies_in_one_image(yarns: YarnSet, image: IntArray, arc: Arc) -> bool:
-    """Whether an arc stays in one image, with the control points beside it that shape its ends."""
+    """Whether an arc, with the control points beside it that shape its ends, lies in one image of the supercell."""
     start, after = yarns.start[arc.yarn : arc.yarn + 2]
     first = arc.first // SAMPLES_PER_POINT - start
     places = np.arange(first - 1, first + arc.count // SAMPLES_PER_POINT + 4)
@@ -90,7 +103,7 @@ def _lies_in_one_image(yarns: YarnSet, image: IntArray, arc: Arc) -> bool:
 
 
 def _is_complete(unrolled: UnrolledLoops) -> bool:
-    """Whether all loops that the links to be told name or pass beside, and these links, are in one image."""
+    """Whether the checked links, and all loops that they thread or pass, lie in one image of the supercell each."""
     arcs = unrolled.arcs
     named = np.flatnonzero(abs(expected_threadings(arcs))[unrolled.links].sum(axis=0))
     links = [arcs.links[k] for k in np.flatnonzero(unrolled.links)]

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns as polylines of sampled points, ``SAMPLES_PER_POINT`` to each control point, the first at its knot.
+"""Yarns as polylines of sampled points.
 
-The points of a yarn are numbered on along it: of a closed yarn of n points, point k + n is point k one turn on, and on
-a lattice it stands a lattice step of the yarn further.
+Each control point has ``SAMPLES_PER_POINT`` sampled points; the first of them is at the knot of the control point.
+Points are numbered along the yarn. In a closed yarn of n points, point k + n is point k one turn later; on a lattice
+it is shifted by the lattice step of the yarn.
 """
 
 from __future__ import annotations
@@ -18,13 +19,14 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet, basis
 
 SAMPLES_PER_POINT = 2
-"""Sampled points to each control point, the first one at its knot; yarn is cut half way between control points."""
+"""Number of sampled points for each control point. The yarn is cut at sampled points half way between control
+points."""
 
 
 def sampled_points(yarns: YarnSet) -> FloatArray:
-    """``SAMPLES_PER_POINT`` points to each control point, the first at its knot [cm], shape (SAMPLES N, 3).
+    """Sampled points of all yarns [cm], shape (SAMPLES_PER_POINT N, 3).
 
-    The ends of open yarns, which no arc contains, are drawn out straight.
+    The ends of open yarns, which belong to no arc, are extended as straight lines.
     """
     first, last = yarns.start[:-1][yarns.point_yarn], yarns.start[1:][yarns.point_yarn] - 1
     place, size = np.arange(len(yarns.points)) - first, last - first + 1
@@ -45,14 +47,15 @@ def sampled_points(yarns: YarnSet) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class YarnPolylines:
-    """Polylines of yarns and how they run on."""
+    """Polylines of yarns, and how each point continues in the next one."""
 
     yarns: YarnSet
-    """Whose sampled points these are, wherever they are now."""
+    """The yarns to which the sampled points belong. The functions of this class do not require that the yarns are still
+    at these positions."""
 
     @cached_property
     def start(self) -> IntArray:
-        """Where each yarn's sampled points start, shape (Y + 1,)."""
+        """Index of the first sampled point of each yarn, shape (Y + 1,)."""
         return self.yarns.start * SAMPLES_PER_POINT
 
     @cached_property
@@ -68,27 +71,30 @@ class YarnPolylines:
 
     @cached_property
     def edges(self) -> IntArray:
-        """Points at which edges start, all but the last of open yarns, shape (E,)."""
+        """Points at which edges start, shape (E,): all points except the last point of each open yarn."""
         ends = self.start[1:][~self.yarns.closed] - 1
         return np.setdiff1d(np.arange(self.start[-1]), ends)
 
     @cached_property
     def next_point(self) -> IntArray:
-        """The point after each point, shape (n,)."""
+        """The next point after each point, shape (n,)."""
         after = np.arange(1, self.start[-1] + 1)
         after[self.start[1:] - 1] = self.start[:-1]
         return after
 
     @cached_property
     def next_image(self) -> IntArray:
-        """Lattice image in which the point after each point stands, shape (n, 2)."""
+        """Lattice image of the next point, seen from each point, shape (n, 2)."""
         image = np.zeros((self.start[-1], 2), dtype=np.int64)
         image[self.start[1:] - 1] = self.step
         return image
 
     @cached_property
     def arc_length(self) -> FloatArray:
-        """How far along the yarns each point lies, and the end of the last yarn [cm], shape (n + 1,)."""
+        """Length of yarn up to each point and up to the end of the last yarn [cm], shape (n + 1,).
+
+        The length is counted through all yarns, from the first point of the first yarn.
+        """
         ends = EdgeEnds.of(self, self.yarns)
         length = np.linalg.norm(ends.second - ends.first, axis=1)
         each = np.zeros(self.start[-1])
@@ -96,35 +102,55 @@ class YarnPolylines:
         return np.concatenate([[0.0], np.cumsum(each)])
 
     def distance(self, yarn: int, first: int, second: int) -> float:
-        """Length of yarn between two of its points, however many turns apart [cm]."""
+        """Length of yarn between two points of a yarn, which may be several turns apart [cm].
+
+        Args:
+            yarn: number of the yarn.
+            first: index of a point along the yarn.
+            second: index of the other point along the yarn.
+        """
         start, size = int(self.start[yarn]), int(self.start[yarn + 1] - self.start[yarn])
         turn = self.arc_length[start + size] - self.arc_length[start]
         a, b = (self.arc_length[start + k % size] + turn * (k // size) for k in (first, second))
         return float(abs(b - a))
 
     def wrapped(self, yarn: int, places: IntArray) -> tuple[IntArray, IntArray]:
-        """Sampled points of places along a yarn and the images in which they stand, shapes (n,) and (n, 2)."""
+        """Sampled points for indices along a yarn, which may be several turns apart.
+
+        Args:
+            yarn: number of the yarn.
+            places: indices along the yarn, shape (n,).
+
+        Returns:
+            Numbers of the sampled points, shape (n,), and their lattice images, shape (n, 2).
+        """
         start, size = self.start[yarn], self.start[yarn + 1] - self.start[yarn]
         return start + places % size, (places // size)[:, None] * self.step[yarn]
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeEnds:
-    """Both ends of each edge at one moment."""
+    """Both ends of each edge at one time."""
 
     first: FloatArray
-    """[cm], shape (E, 3)."""
+    """First end of each edge [cm], shape (E, 3)."""
     second: FloatArray
-    """[cm], shape (E, 3)."""
+    """Second end of each edge [cm], shape (E, 3)."""
 
     @classmethod
     def of(cls, polylines: YarnPolylines, yarns: YarnSet) -> EdgeEnds:
-        """Those of the edges, where the yarns are at that moment."""
+        """Ends of the edges at the positions of ``yarns``."""
         return cls.at(polylines, sampled_points(yarns), yarns.lattice)
 
     @classmethod
     def at(cls, polylines: YarnPolylines, points: FloatArray, lattice: Lattice | None) -> EdgeEnds:
-        """Those of the edges, where the sampled points are, shape (n, 3), and the lattice is at that moment."""
+        """Ends of the edges at the given positions.
+
+        Args:
+            polylines: the polylines.
+            points: positions of the sampled points [cm], shape (n, 3).
+            lattice: the lattice at that time, if there is one.
+        """
         edges = polylines.edges
         second = points[polylines.next_point[edges]]
         if lattice is not None:

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Twisted loops: the two legs of a loop on top of a face cross below the top side.
 
-At the same arc length below the side the legs run at ``m - d`` and ``m + d``. Twisted by t, 1 or -1, they run at
+Without twist, the two legs at the same arc length below the side are at ``m - d`` and ``m + d``. With a twist t of 1 or
+-1 they are at
 
-    m -/+ (d cos a - t b n sin a),   a = pi at the side, 0 at the end of the turn and below,
+    m -/+ (d cos a - t b n sin a),   a = pi at the side, 0 at the lower end of the turn and below,
 
-with n the normal of the face and b half their distance where they cross: half a turn about one another, by which
-each leg arrives in the other's place (Yuksel et al. 2012, section 4.2, k1 and y-1 of figures 4 and 5).
+where n is the normal of the face and b is half the distance of the legs where they cross. The legs make half a turn
+around each other, so each leg arrives at the place of the other one (Yuksel et al. 2012, section 4.2, k1 and y-1 of
+figures 4 and 5).
 """
 
 from __future__ import annotations
@@ -18,22 +20,23 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarngen.templates.template import Crossing, Part, Template, top
 
 LONGEST_TURN = 0.5
-"""Arc length of the turn, from the top side down [stitch widths]."""
+"""Largest arc length of the turn, from the top side down [stitch widths]."""
 LARGEST_SHARE_OF_PART = 0.45
-"""A turn takes at most this share of a part, which may have one at either end."""
+"""Largest fraction of a part that a turn uses; a part may have a turn at either end."""
 HALF_GAP = 1.1
-"""Distance of the crossing legs from their midline [radii]; at 1 they touch."""
+"""Distance of the crossing legs from their midline [radii]. At 1 they touch."""
 TURN_POINTS = 80
-"""Points along a turn."""
+"""Number of points along a turn."""
 
 
 def twisted(template: Template, twists: tuple[int, ...]) -> Template:
-    """The template with the loops on its top sides twisted.
+    """The template with twisted loops on its top sides.
 
     Args:
-        template: any stitch whose top sides yarn crosses.
-        twists: half turns of the loops from left to right, -1, 0 or 1; at 1 the leg that comes from the left lies in
-            front where the legs cross.
+        template: the template of a stitch with yarn on its top sides.
+        twists: half turns of the loops from left to right, -1, 0 or 1. At 1 the leg from the left lies in front where
+            the
+            legs cross.
     """
     parts = list(template.parts)
     for loop, turn in enumerate(twists):
@@ -44,7 +47,7 @@ def twisted(template: Template, twists: tuple[int, ...]) -> Template:
 
 
 def _twist_loop(parts: list[Part], slots: list[Crossing], turn: int) -> None:
-    """Turn the two legs that end in ``slots``, left and right, about one another."""
+    """Turn the left and the right leg, which end at ``slots``, around each other; ``parts`` is changed in place."""
     left, right = ([slot in (part.start, part.end) for part in parts].index(True) for slot in slots)
     length = min(LONGEST_TURN, LARGEST_SHARE_OF_PART * parts[left].length, LARGEST_SHARE_OF_PART * parts[right].length)
     legs = (
@@ -60,5 +63,8 @@ def _twist_loop(parts: list[Part], slots: list[Crossing], turn: int) -> None:
 
 
 def turn_angle(share: FloatArray) -> FloatArray:
-    """Angle of a turn at each share of its length, from zero at its lower end to half a turn, level at both."""
+    """Angle of the turn at each fraction of its length [rad].
+
+    It grows from zero at the lower end to pi, with zero slope at both ends.
+    """
     return np.pi * share**2 * (3.0 - 2.0 * share)
