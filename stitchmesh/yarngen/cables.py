@@ -78,7 +78,7 @@ def cross_loops(
         points_per_length = points_per_width / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
         rest_length_ratio = crossing_rest_length_ratio(group)
         below, above = group.sides.tolist(), fabric.twin[group.sides][group.destination].tolist()
-        images_to_above = (_images_above(fabric, group)[group.destination] - group.image).tolist()
+        images_above = (_images_above(fabric, group)[group.destination] - group.image).tolist()
         for loop, leg in np.ndindex(legs.shape[:2]):
             # a top side begins at the right leg of its loop, the bottom side above it begins at the left leg
             start, end = crossing_number(below[loop], 1 - leg), crossing_number(above[loop], leg)
@@ -88,7 +88,7 @@ def cross_loops(
                 end,
                 points,
                 rest_length_ratio=rest_length_ratio,
-                image=(images_to_above[loop][0], images_to_above[loop][1]),
+                image=(images_above[loop][0], images_above[loop][1]),
             )
 
 

@@ -70,7 +70,7 @@ def regenerate_yarns(
             "give the fabric and the quality with which the yarns were generated"
         )
     new = generate_yarns(after, yarn_radius=radius, quality=quality, **options)
-    old_number = untouched_points(old, new, SAME_POINT_DISTANCE * radius)
+    old_number = unchanged_points(old, new, SAME_POINT_DISTANCE * radius)
     known = np.flatnonzero(old_number >= 0)
     if len(known) < NEIGHBOURS:
         raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
@@ -87,7 +87,7 @@ def regenerate_yarns(
     return new, replace(new, points=points)
 
 
-def untouched_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
+def unchanged_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
     """Number of the old control point that coincides with each new one, -1 where there is none, shape (N,).
 
     Args:

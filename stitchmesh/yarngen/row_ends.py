@@ -69,25 +69,25 @@ def finish_row_ends(fabric: StitchMesh, strands: Strands | None = None) -> Bridg
     """
     bridges = Bridges()
     runs = [run for loop in fabric.boundary_loops for run in _row_end_runs(fabric, loop.tolist())]
-    arriving_yarns = {side: _strand_of_stitch(fabric, side) for run in runs for side in run} | (strands or {})
+    strands_by_side = {side: _strand_of_stitch(fabric, side) for run in runs for side in run} | (strands or {})
     for first, second, turn in _pairs(fabric, runs):
-        for yarn in arriving_yarns[first].keys() & arriving_yarns[second].keys():
-            _join_strands(fabric, bridges, (arriving_yarns[first][yarn], arriving_yarns[second][yarn]), first, turn)
+        for yarn in strands_by_side[first].keys() & strands_by_side[second].keys():
+            _join_strands(fabric, bridges, (strands_by_side[first][yarn], strands_by_side[second][yarn]), first, turn)
         if len(turn) == 0:
-            _separate_tails(fabric, arriving_yarns, first, second)
-    for each in arriving_yarns.values():
+            _separate_tails(fabric, strands_by_side, first, second)
+    for each in strands_by_side.values():
         for strand in each.values():
             if not bridges.redirects(strand.crossing):
                 bridges.end_in_tail(strand.crossing, strand.tail)
     return bridges
 
 
-def _separate_tails(fabric: StitchMesh, arriving_yarns: Strands, first: int, second: int) -> None:
+def _separate_tails(fabric: StitchMesh, strands_by_side: Strands, first: int, second: int) -> None:
     """Move the tails of two row ends that lie side by side apart; the yarn of the lower number gets the lower tail."""
     yarns = fabric.yarn[fabric.side_face[[first, second]]].tolist()
     for side, yarn in zip((first, second), yarns, strict=True):
         tail = tail_points(fabric, side, TAIL_SEPARATION if yarn == max(yarns) else -TAIL_SEPARATION)
-        arriving_yarns[side] |= {yarn: replace(arriving_yarns[side][yarn], tail=tail)}
+        strands_by_side[side] |= {yarn: replace(strands_by_side[side][yarn], tail=tail)}
 
 
 def _strand_of_stitch(fabric: StitchMesh, side: int) -> dict[int, Strand]:

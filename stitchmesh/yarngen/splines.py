@@ -37,7 +37,8 @@ def control_points_through(points: FloatArray, start: IntArray, closed: np.ndarr
     before = start[:-1][yarn] + (index - 1) % counts[yarn]
     after = start[:-1][yarn] + (index + 1) % counts[yarn]
     is_solved = (closed[yarn] | ((index > 0) & (index < counts[yarn] - 1)))[:, None]
-    period_offset = (index == counts[yarn] - 1).astype(np.float64) - (index == 0)  # the neighbours a step away
+    # 1 or -1 where a neighbour lies in another period
+    period_offset = (index == counts[yarn] - 1).astype(np.float64) - (index == 0)
     knots = points - period_offset[:, None] * step[yarn] / 6.0
     control = points.copy()
     for _ in range(ITERATIONS):

@@ -62,7 +62,7 @@ def test_a_chain_is_worked_away_from_the_end_that_its_yarn_comes_from(courses, f
     assert set(routes.whole.side_role[over]) == {3 if first == "left" else 1}
 
 
-def test_three_strands_cross_between_the_stitches_of_a_chain():
+def test_three_strands_cross_each_wale_side_of_a_chain():
     routes = trace_yarn_routes(round_piece(), 0.07, 12, CHAIN)
     whole = routes.whole
     count = np.bincount(routes.parts.end_side.ravel(), minlength=whole.side_count)
@@ -82,14 +82,14 @@ def test_a_bound_off_loop_comes_through_the_loop_below_and_the_one_before():
     assert rising.end == Crossing(1, FRONT_SLOT) and falling.start == Crossing(1, BACK_SLOT)
 
 
-def test_a_bound_off_loop_goes_on_in_the_next_face():
+def test_a_bound_off_loop_continues_in_the_next_face():
     """Its legs leave one face where they enter the next face, whose origin is one stitch width further."""
     _, over, rising, falling = chain().parts
     np.testing.assert_allclose(rising.curve[-1] - [1, 0, 0], over.curve[0], atol=1e-14)
     np.testing.assert_allclose(falling.curve[0] - [1, 0, 0], over.curve[-1], atol=1e-14)
 
 
-def test_the_first_loop_takes_none_over_and_the_yarn_is_drawn_through_the_last():
+def test_no_loop_is_passed_over_the_first_and_the_yarn_is_drawn_through_the_last():
     assert len(chain(first=True).parts) == 3
     head, over, drawn = chain(last=True).parts
     assert (drawn.start, drawn.end) == (Crossing(3), Crossing(1))

@@ -95,7 +95,7 @@ def test_loops_are_worked_where_they_are_moved_to(crossing):
 
 
 @pytest.mark.parametrize("crossing", CROSSINGS.values(), ids=CROSSINGS)
-def test_of_loops_that_cross_the_one_of_the_higher_layer_lies_in_front(crossing):
+def test_a_crossing_loop_of_a_higher_layer_lies_in_front(crossing):
     """By nearly a diameter wherever legs cross, also where they have not quite reached the height of their layers."""
     destination, layer = crossing
     fabric = crossed(plain(10, 4), 2, 1, crossing)
@@ -193,7 +193,7 @@ def rolled(fabric: StitchMesh, line: np.ndarray, places: int) -> StitchMesh:
     return replace(fabric, cable_shift=shifts, cable_layer=layers)
 
 
-def test_groups_are_the_smallest_stretches_that_no_loop_leaves():
+def test_groups_are_the_smallest_ranges_that_no_loop_leaves():
     fabric = crossed(crossed(crossed(plain(9, 3), 1, 0, turned(1, 1)), 1, 2, turned(2, 1)), 1, 6, turned(1, 1))
     line = line_of(fabric, 1)
     groups = cable_groups(fabric)
@@ -203,7 +203,7 @@ def test_groups_are_the_smallest_stretches_that_no_loop_leaves():
     assert found.tolist() == line.tolist() and not is_ring
 
 
-def test_rows_move_apart_within_a_group_alone():
+def test_rows_move_apart_only_within_a_group():
     """The vertices at the ends of the group stay, and faces that meet within the group move equally."""
     fabric = crossed(plain(8, 4), 2, 2, turned(2, 2))
     moved = (open_corners(fabric, cable_groups(fabric)) - fabric.corner_position)[:, 1]
@@ -225,7 +225,7 @@ def test_moving_the_fabric_moves_its_cables():
     np.testing.assert_allclose(moved.points, generate_yarns(fabric).points @ turn.T + [5.0, 2, -3], atol=1e-11)
 
 
-def test_crossing_legs_hold_less_yarn_than_is_drawn_and_belong_to_their_loops():
+def test_crossing_legs_have_shorter_rest_lengths_and_belong_to_their_loops():
     fabric = crossed(plain(8, 4), 2, 2, turned(2, 2))
     yarns = generate_yarns(fabric, yarn_radius=RADIUS)
     share = yarns.rest_length / yarns.lengths

@@ -55,7 +55,7 @@ def test_every_part_belongs_to_exactly_one_yarn(name):
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
-def test_yarns_cross_every_side_as_often_as_they_must(name):
+def test_yarns_cross_course_sides_twice_and_wale_sides_once(name):
     """Two crossings on each course side between faces, one on each wale side."""
     whole = with_bind_off(fabric_of(name))
     parts = place_parts(whole, 0.05, 12)
@@ -82,7 +82,7 @@ def test_a_flat_piece_is_one_yarn_with_two_ends(courses):
     assert yarns.yarn_count == 1 and not yarns.closed.any()
 
 
-def test_rows_against_each_other_are_linked_by_rings_of_their_own():
+def test_rows_of_opposite_wale_direction_are_linked_by_rings_of_their_own():
     """Between two tubes knitted towards each other, each pair of neighbouring stitches shares one small closed ring."""
     labeled = label(tube(8, 2), flip=[8])
     fabric = tessellate(labeled, stitch_width=1.0)
@@ -93,7 +93,7 @@ def test_rows_against_each_other_are_linked_by_rings_of_their_own():
     assert sum(len(each) == 4 for each in faces) == around
 
 
-def test_a_pole_is_drawn_together():
+def test_the_last_loops_at_a_pole_are_closed_by_a_ring():
     yarns = generate_yarns(tessellate(label(closed_cone(6)), stitch_width=0.5))
     assert yarns.closed.all()
 
@@ -148,7 +148,7 @@ def test_the_plain_loop_has_the_length_of_its_formula():
     assert mean_segment * density == pytest.approx(loop, rel=0.06)
 
 
-def test_control_points_know_their_stitch():
+def test_control_points_store_their_stitch():
     fabric = tessellate(label(tube(8, 2)), stitch_width=0.5)
     yarns = generate_yarns(fabric, quality="reference")
     assert yarns.face.min() >= 0 and yarns.face.max() < fabric.face_count
@@ -191,7 +191,7 @@ def test_a_coarse_mesh_has_no_yarns_yet():
 @pytest.mark.parametrize(
     ("radius", "message"), [(0.0, "positive"), (-0.1, "positive"), (np.nan, "positive"), (0.3, "too thick")]
 )
-def test_a_yarn_has_a_sensible_radius(radius, message):
+def test_a_yarn_radius_must_be_positive_and_fit_the_stitches(radius, message):
     with pytest.raises(ParameterError, match=message):
         generate_yarns(fabric_of("flat"), yarn_radius=radius)
 
@@ -223,7 +223,7 @@ def slit_tube() -> Mesh:
     return Mesh.from_polygons(vertices, faces.tolist())
 
 
-def test_the_yarn_goes_on_across_the_foot_and_the_head_of_a_slit():
+def test_the_yarn_continues_across_the_foot_and_the_head_of_a_slit():
     """Rows that end at the slit are joined to each other, so that no yarn has a loose end."""
     labeled = label(slit_tube())
     assert len(labeled.boundary_loops) == 3

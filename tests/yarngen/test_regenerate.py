@@ -19,7 +19,7 @@ from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import SMALLEST_DISTANCE_OVER_RADIUS
-from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
+from stitchmesh.yarngen.regenerate import regenerate_yarns, unchanged_points
 from stitchmesh.yarnrelax import Relaxation
 from stitchmesh.yarnrelax.descent import CHECK
 from tests.gallery import GARMENTS
@@ -58,11 +58,11 @@ def test_without_an_edit_the_relaxed_yarns_come_back():
 
 
 @pytest.mark.parametrize("stitch", [Stitch.PURL, Stitch.SLIP_BACK])
-def test_untouched_stitches_stay_as_relaxed_and_touched_ones_join_them(stitch):
+def test_unchanged_stitches_stay_as_relaxed_and_changed_ones_join_them(stitch):
     after, face = edited(stitch)
     yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
     before = generate_yarns(fabric(), quality=QUALITY)
-    own = untouched_points(before, yarns, 0.02 * yarns.radius[0])
+    own = unchanged_points(before, yarns, 0.02 * yarns.radius[0])
     np.testing.assert_array_equal(start.points[own >= 0], relaxed().points[own[own >= 0]])
     beside = np.unique(after.side_face[after.twin[after.sides_of(np.array([face]))]])
     assert set(yarns.face[own < 0]) <= {face, *beside.tolist()}
@@ -92,11 +92,11 @@ def test_rest_lengths_that_were_changed_stay_changed():
     np.testing.assert_allclose(yarns.rest_length, 0.9 * generated.rest_length, rtol=1e-12)  # rounding of a product
 
 
-def test_untouched_yarn_keeps_its_natural_curvature_and_new_yarn_is_straight():
+def test_unchanged_yarn_keeps_its_natural_curvature_and_new_yarn_is_straight():
     after, _ = edited(Stitch.PURL)
     curved = replace(relaxed(), natural_curvature=1.0 + np.arange(len(relaxed().points)))
     yarns, start = regenerate_yarns(curved, fabric(), after, quality=QUALITY)
-    own = untouched_points(generate_yarns(fabric(), quality=QUALITY), yarns, 0.02 * yarns.radius[0])
+    own = unchanged_points(generate_yarns(fabric(), quality=QUALITY), yarns, 0.02 * yarns.radius[0])
     assert 0 < (own < 0).sum() < len(own)
     for made in (yarns, start):
         np.testing.assert_array_equal(made.natural_curvature, np.where(own >= 0, 1.0 + own, 0.0))

@@ -110,7 +110,7 @@ def test_a_cut_yarn_is_the_same_wherever_the_cell_begins():
     for columns in range(1, 5):
         again = generate_yarns(moved(fabric, columns, 0), yarn_radius=RADIUS, longest_float=3)
         shift = np.array([columns * WIDTH, 0.0, 0.0])
-        np.testing.assert_allclose(in_cell(again, shift), in_cell(first, np.zeros(3)), atol=2e-7)  # as above
+        np.testing.assert_allclose(in_cell(again, shift), in_cell(first, np.zeros(3)), atol=2e-7)  # the same errors
         for yarns in (first, again):
             ends = yarns.start[np.flatnonzero(~yarns.closed)[0] :][:2]
             assert np.ptp(yarns.points[slice(*ends), 0]) < 2 * WIDTH  # a stitch and two tails
@@ -196,11 +196,11 @@ def test_a_stitch_with_the_template_of_another_is_caught_on_a_lattice(monkeypatc
 @pytest.mark.parametrize("copies", [(1, 1), (3, 2)])
 def test_a_larger_cell_is_the_same_fabric(copies: tuple[int, int]) -> None:
     fabric = FABRICS["a cable"]
-    copies_mesh = supercell(fabric, *copies)
-    assert copies_mesh.face_count == copies[0] * copies[1] * fabric.face_count
-    assert copies_mesh.lattice is not None
-    np.testing.assert_allclose(copies_mesh.lattice.area, copies[0] * copies[1] * fabric.lattice.area, rtol=1e-12)
-    yarns, many = generate_yarns(fabric, quality="draft"), generate_yarns(copies_mesh, quality="draft")
+    larger = supercell(fabric, *copies)
+    assert larger.face_count == copies[0] * copies[1] * fabric.face_count
+    assert larger.lattice is not None
+    np.testing.assert_allclose(larger.lattice.area, copies[0] * copies[1] * fabric.lattice.area, rtol=1e-12)
+    yarns, many = generate_yarns(fabric, quality="draft"), generate_yarns(larger, quality="draft")
     size = np.array([fabric.lattice.periods[0, 0], fabric.lattice.periods[1, 1], np.inf])
     one = np.round(np.mod(yarns.points[:, :2] + 1e-6, size[:2]), 6)
     all_of_them = np.round(np.mod(many.points[:, :2] + 1e-6, size[:2]), 6)

@@ -6,8 +6,8 @@
 - A link is closed by the straight line between its two cuts, which is the needle that holds its row. Where other loops
   lie between the two cuts, slipped loops or loops of another yarn, the line passes in front of them.
 - A link that ends beside its row is closed by a line that leaves the needle beyond its last loop.
-- A link that is drawn through loops is closed by a line that extends beyond it on both sides and passes in front of the
-  loops.
+- A link that is drawn through loops is extended by its neighbours on both sides and closed by a line beyond the edge of
+  the fabric. If the yarn is a short ring, the whole yarn is the closed curve.
 - A downward leg of a slipped loop is closed by a line far behind the leg.
 
 The front is the right side of the fabric, ``across x up``. ``across`` points from the left crossing of a top side to
@@ -38,7 +38,6 @@ BEYOND = 3.0
 DRAWN_BESIDE = 2
 """Number of links on either side by which a link that is drawn through loops is extended, because the yarn can slide
 through the loops."""
-
 
 Frame = tuple[int, int, int, int, int, int]
 """Sampled points: the left and the right crossing of a top side, two points below it and two points above it. The first

@@ -85,7 +85,7 @@ class Arcs:
     @cached_property
     def slipping_pieces(self) -> frozenset[int]:
         """Pieces in faces that slip a loop."""
-        codes = [stitch for stitch, making in VOCABULARY.items() if "s" in making.made]
+        codes = [stitch for stitch, definition in VOCABULARY.items() if "s" in definition.made]
         return frozenset(np.flatnonzero(np.isin(self.whole.stitch[self.pieces.face], codes)).tolist())
 
     @cached_property

@@ -119,7 +119,7 @@ def _sides(a: FloatArray, u: FloatArray, b: FloatArray, later: float) -> np.ndar
 
 def _volume_signs(u: FloatArray, v: FloatArray, gap: FloatArray) -> FloatArray:
     """Signs of (u x v) . gap for whole numbers, shape (n,); where it is zero, as if gap were moved by (e, e^2, e^3)."""
-    normal = np.cross(u, v)  # exact
+    normal = np.cross(u, v)  # exact, because the products are whole numbers below 2^51
     volume = (normal * gap).sum(axis=1)
     unsure = np.flatnonzero(np.abs(volume) <= ROUNDING * (np.abs(normal) * np.abs(gap)).sum(axis=1))
     whole = [values[unsure].astype(np.int64).astype(object) for values in (normal, gap)]

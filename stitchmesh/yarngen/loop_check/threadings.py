@@ -139,9 +139,8 @@ def _spanned_by_piece(arcs: Arcs, piece: int) -> list[tuple[int, bool]]:
     definition = VOCABULARY[Stitch(int(whole.stitch[face]))]
     last = int(whole.n_bottom[face]) + definition.n_top
     start, end = (last - int(whole.side_place[side]) for side in arcs.pieces.ends[piece] // SLOTS)
-    start = (
-        definition.n_top if start == last - definition.n_bottom else start
-    )  # the right wale side lies to the right of all loops
+    # the right wale side lies to the right of all loops
+    start = definition.n_top if start == last - definition.n_bottom else start
     end = definition.n_top if end == last - definition.n_bottom else end
     between = range(start + 1, end) if end > start else range(start - 1, end, -1)
     first = int(whole.face_start[face])

@@ -69,19 +69,19 @@ def unroll_loops(fabric: StitchMesh, radius: float, finish: YarnFinish) -> Unrol
 def _unroll_with_margin(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) -> UnrolledLoops:
     """The unrolled loops of a supercell with ``margin`` stitches and rows around the cell."""
     size = np.array([np.bincount(fabric.row).min(), fabric.row.max() + 1])
-    beside = -(-margin // size)
-    columns, rows = (2 * beside + 1).tolist()
-    copies_mesh = supercell(fabric, columns, rows)
-    routes = trace_yarn_routes(copies_mesh, radius, PRESETS["draft"].control_points_per_stitch, finish)
+    cells_beside = -(-margin // size)
+    columns, rows = (2 * cells_beside + 1).tolist()
+    larger_mesh = supercell(fabric, columns, rows)
+    routes = trace_yarn_routes(larger_mesh, radius, PRESETS["draft"].control_points_per_stitch, finish)
     generated = yarns_along_routes(routes, radius)
     image = control_point_images(routes)
-    assert copies_mesh.lattice is not None
+    assert larger_mesh.lattice is not None
     flat = replace(
-        generated, points=generated.points - copies_mesh.lattice.shift(image), lattice=None, lattice_step=None
+        generated, points=generated.points - larger_mesh.lattice.shift(image), lattice=None, lattice_step=None
     )
-    arcs = _with_cell_face_numbers(find_arcs(copies_mesh, flat, finish), fabric.face_count)
-    middle = int(beside[0] + columns * beside[1])
-    is_checked = np.array([arcs.pieces.face[link.pieces[0]] // fabric.face_count == middle for link in arcs.links])
+    arcs = _with_cell_face_numbers(find_arcs(larger_mesh, flat, finish), fabric.face_count)
+    middle_copy = int(cells_beside[0] + columns * cells_beside[1])
+    is_checked = np.array([arcs.pieces.face[link.pieces[0]] // fabric.face_count == middle_copy for link in arcs.links])
     return UnrolledLoops(
         arcs, flat, is_checked, np.array([_lies_in_one_image(flat, image, loop) for loop in arcs.loops]), image
     )
@@ -105,9 +105,9 @@ def _lies_in_one_image(yarns: YarnSet, image: IntArray, arc: Arc) -> bool:
 def _is_complete(unrolled: UnrolledLoops) -> bool:
     """Whether the checked links, and all loops that they thread or pass, lie in one image of the supercell each."""
     arcs = unrolled.arcs
-    named = np.flatnonzero(abs(expected_threadings(arcs))[unrolled.links].sum(axis=0))
+    threaded = np.flatnonzero(abs(expected_threadings(arcs))[unrolled.links].sum(axis=0))
     links = [arcs.links[k] for k in np.flatnonzero(unrolled.links)]
     spanned = [arcs.loop_of_side[side] for link in links for side, _ in spanned_sides(arcs, link)]
-    return bool(unrolled.loops[[*named, *spanned]].all()) and all(
+    return bool(unrolled.loops[[*threaded, *spanned]].all()) and all(
         _lies_in_one_image(unrolled.yarns, unrolled.image, link) for link in links
     )

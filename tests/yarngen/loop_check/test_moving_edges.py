@@ -100,7 +100,7 @@ def test_shaken_motions_have_the_same_crossings(name: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_motions_over_whole_numbers_end_with_the_linking_that_they_must(seed: int) -> None:
+def test_motions_between_grid_points_end_with_the_correct_linking(seed: int) -> None:
     """The corners of two curves move between 5^3 grid points, where they meet at all times, and each motion is shaken.
 
     Before and after the motion the curves are unlinked, or linked as a motion without degeneracies links them.
@@ -137,7 +137,7 @@ def test_whole_numbers_and_double_precision_find_the_same_crossings(monkeypatch:
     assert len(fast) > 100
 
 
-def test_planted_crossings_are_found_when_they_happen() -> None:
+def test_constructed_crossings_are_found_at_their_times() -> None:
     random = np.random.default_rng(2)
     time, s, t = random.uniform(0.1, 0.9, (3, 200, 1))
     u, v, speed = random.normal(size=(3, 2, 200, 3))

@@ -224,7 +224,7 @@ def test_another_displacement_is_tried_where_edges_touch(monkeypatch: pytest.Mon
     assert len(found.crossings) == 1
 
 
-def test_a_half_turn_goes_the_same_way_however_it_is_shaken() -> None:
+def test_a_shaken_half_turn_has_the_same_sense() -> None:
     """Fabric that is turned over, with points whose neighbours are at equal distances, and a straight yarn."""
     rows = [line((0.0, y, 0.0), (3.0, y, 0.0), 31) for y in np.arange(8) / 10.0]
     begin = yarns_of(*rows, line((0.0, 3.0, 0.0), (3.0, 3.0, 0.0), 31))

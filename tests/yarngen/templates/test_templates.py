@@ -247,7 +247,7 @@ def test_the_row_passes_a_slipped_loop_behind_in_front_or_once_around(stitch):
         assert crossings_between(thread, leg)[0] == passes
 
 
-def test_cast_on_loops_are_crossed_with_the_leg_from_the_left_in_front_unless_marked_against():
+def test_cast_on_loops_have_the_leg_from_the_left_in_front_unless_marked():
     for twists, sign in (((), 1), ((0,), 1), ((1,), 1), ((-1,), -1)):
         rising, falling = template(Stitch.CAST_ON, 1, 1, twists).parts
         assert (rising.end, falling.start) == (top(1, 1, 0, 1), top(1, 1, 0, 0))
@@ -262,7 +262,7 @@ def test_the_drawn_yarn_passes_behind_one_leg_and_in_front_of_the_other():
             assert crossings_between(thread, head)[0] == [-1, 1]
 
 
-def test_shipped_drawings_have_the_topology_of_the_rough_ones():
+def test_drawings_of_the_package_have_the_topology_of_the_rough_ones():
     rough = json.loads((ROOT / "assets" / "stitches" / "rough.json").read_text())
     assert list(rough) == list(drawings())
     for code, parts in rough.items():
@@ -293,7 +293,7 @@ def test_twisted_loops_start_at_least_three_quarters_of_a_radius_apart(stitch):
         assert smallest_in(stitch, twists) > 0.75, twists
 
 
-def test_marks_on_a_fabric_twist_the_loops_that_they_stand_on():
+def test_marks_on_top_sides_twist_the_loops_of_these_sides():
     """Top sides run from right to left, but twists are listed from left to right."""
     fabric, centre = surround_stitch(Stitch.KY, (1, 0))
     parts = place_parts(fabric, RADIUS_OVER_WIDTH, 20)
@@ -317,7 +317,7 @@ def test_a_slipped_loop_is_yarn_of_the_row_that_made_it():
     assert fabric.row[centre] == 1 and row_of == {centre: [0, 0], above: [0, 0]}
 
 
-def test_even_points_are_even():
+def test_resampled_points_are_at_equal_distances():
     for part in knit().parts:
         points = part.resampled(12)
         steps = np.linalg.norm(np.diff(points * [1, 1, 1 / 8], axis=0), axis=1)
