@@ -4,8 +4,8 @@
 
 A crossing is a place where yarn crosses a side of a stitch face. It has the number ``side * SLOTS + slot``. Yarn that
 leaves a face through a crossing normally continues in the face across that side (``tracing.py``). There are two
-exceptions: a bridge leads the yarn to another crossing, or the yarn ends there in a tail. Bridges form the turns at
-row ends, the loops that change places in a cable, and the floats between stitches of one yarn.
+exceptions: a bridge leads the yarn to another crossing, or the yarn ends there in a tail. Bridges form the turns at row
+ends, the loops that change places in a cable, and the floats between stitches of one yarn.
 """
 
 from __future__ import annotations

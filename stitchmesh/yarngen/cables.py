@@ -191,8 +191,7 @@ def _leg_heights(group: CableGroup) -> FloatArray:
     """Height at which the left and the right leg of each loop cross [radii], shape (n, 2).
 
     Legs that move far run flat and close to each other. Neighbouring legs of one layer therefore alternate between
-    several
-    heights; the number of heights grows with the distance that the legs move.
+    several heights; the number of heights grows with the distance that the legs move.
     """
     heights = np.zeros((len(group.sides), 2))
     floor = 0.0

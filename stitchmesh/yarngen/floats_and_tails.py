@@ -3,11 +3,11 @@
 """Rows with several yarns: floats behind the stitches of other yarns, and tails where a yarn is cut.
 
 A yarn that pauses in a row is carried on the wrong side to its next stitch in the row, or to the end of the row. The
-carried yarn is a float. Each float runs in a lane, which is a fixed height of the face: the yarn with the lowest
-number takes the lowest lane. The lane is ``FLOAT_CLEARANCE`` behind the deepest yarn that the float passes. Where yarns
-change between two stitches, the yarn with the lower number crosses the wale side below the other yarn. The yarns of one
-row therefore keep the same order along the whole row and never twist around each other. A yarn is cut where its float
-would be too long.
+carried yarn is a float. Each float runs in a lane, which is a fixed height of the face: the yarn with the lowest number
+takes the lowest lane. The lane is ``FLOAT_CLEARANCE`` behind the deepest yarn that the float passes. Where yarns change
+between two stitches, the yarn with the lower number crosses the wale side below the other yarn. The yarns of one row
+therefore keep the same order along the whole row and never twist around each other. A yarn is cut where its float would
+be too long.
 """
 
 from __future__ import annotations

@@ -59,35 +59,30 @@ def generate_yarns(
     """Generate the yarn curves of a stitch mesh. Each yarn is one path, and the yarns interlock as the stitches define.
 
     First rows are cast on and last rows are bound off. Row ends at borders are joined in pairs or tied off. A row of a
-    tube
-    is a closed ring. Two rows of opposite wale direction are linked by small rings of their own. On a lattice no yarn
-    begins or ends: each yarn is closed, unless it is cut because a float would be too long. The points of a yarn then
-    follow each other in space, while the yarn runs from lattice image to lattice image.
+    tube is a closed ring. Two rows of opposite wale direction are linked by small rings of their own. On a lattice no
+    yarn begins or ends: each yarn is closed, unless it is cut because a float would be too long. The points of a yarn
+    then follow each other in space, while the yarn runs from lattice image to lattice image.
 
     Args:
         fabric: stitch faces, relaxed or not.
         yarn_radius: yarn radius [cm]; an eighth of the mean stitch width if not given.
         quality: its ``control_points_per_stitch`` is the number of control points of a plain stitch.
         bind_off: ``drawn``, a yarn through the last loops, or ``chain``: each loop is knitted, and the loop before it
-            is
-            passed over it.
+            is passed over it.
         cast_on: ``backward`` loops, or ``open`` yarn-overs.
         longest_float: largest number of stitches of other yarns behind which a yarn is carried along its row. A yarn
-            that
-            would pass more stitches, as between the blocks of intarsia, is cut and tied off. 0 cuts at every change of
-            yarn.
+            that would pass more stitches, as between the blocks of intarsia, is cut and tied off. 0 cuts at every
+            change of yarn.
 
     Returns:
         Yarns whose rest lengths are their generated lengths, except for the crossing legs of cables, which are shorter
         (``cables.crossing_rest_length_ratio``). ``face`` refers to ``fabric``; bind-off yarn belongs to the faces of
-        the
-        last row.
+        the last row.
 
     Raises:
         ParameterError: the radius is not positive or too large for the stitches, or an option is unknown.
         YarnError: a face is a panel or has no template, two yarns start closer than a quarter of the radius, or a
-            fabric
-            on a lattice has borders.
+            fabric on a lattice has borders.
 
     Source: Yuksel et al. 2012, sections 4 and 6.2.
     """

@@ -127,8 +127,7 @@ def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, old_number: IntA
     """Rest lengths of the new yarns [cm], shape (S,).
 
     The generated rest lengths are multiplied by the ratio of relaxed to generated rest length before the edit:
-    unchanged
-    segments by their own ratio, the other segments by the median of all ratios.
+    unchanged segments by their own ratio, the other segments by the median of all ratios.
     """
     factor = relaxed.rest_length / old.rest_length
     segment_of = np.full(len(old.points), -1)

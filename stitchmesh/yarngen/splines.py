@@ -28,8 +28,7 @@ def control_points_through(points: FloatArray, start: IntArray, closed: np.ndarr
         start: index of the first point of each yarn, shape (Y + 1,).
         closed: whether each yarn is closed, shape (Y,).
         step: for each closed yarn the vector from its first point to the image of that point at which the yarn
-            continues
-            after its last point [cm], shape (Y, 3); zero where the yarn ends where it begins.
+            continues after its last point [cm], shape (Y, 3); zero where the yarn ends where it begins.
     """
     counts = np.diff(start)
     yarn = np.repeat(np.arange(len(counts)), counts)

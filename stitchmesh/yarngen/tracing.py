@@ -3,9 +3,9 @@
 """Join yarn parts into yarns: each end of a part meets exactly one other end, or it is the end of a yarn.
 
 Part p has two ends: number 2p is its start and number 2p + 1 is its end. Two faces that share a wale side have one
-crossing there, and these two crossings meet. Two faces that share a course side run along it in opposite directions,
-so crossing 0 of one face meets crossing 1 of the other. This rule also covers mismatched wale directions (Yuksel et
-al. 2012, section 4.4). A bridge replaces the crossing across the side by another crossing.
+crossing there, and these two crossings meet. Two faces that share a course side run along it in opposite directions, so
+crossing 0 of one face meets crossing 1 of the other. This rule also covers mismatched wale directions (Yuksel et al.
+2012, section 4.4). A bridge replaces the crossing across the side by another crossing.
 """
 
 from __future__ import annotations

@@ -127,8 +127,7 @@ def above(lower: Stitch, upper: Stitch, place: int = 0) -> Block:
         lower: a stitch that makes at least one loop.
         upper: a stitch that is worked on at least one loop.
         place: the loop of the lower stitch below the first bottom side of the upper stitch. If it is negative, the
-            first
-            loop of the lower stitch is below bottom side ``-place`` of the upper stitch.
+            first loop of the lower stitch is below bottom side ``-place`` of the upper stitch.
     """
     knit = Stitch.KNIT
     first, second = [knit] * (1 - min(place, 0)) + [lower], [knit] * (1 + max(place, 0)) + [upper]

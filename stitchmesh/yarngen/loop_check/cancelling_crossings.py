@@ -130,8 +130,7 @@ def _unmatched(
     """Crossings that remain in the assignment of least cost.
 
     Each crossing is assigned to one of the other sign or to itself. A crossing remains if it is assigned to itself at
-    the
-    cost ``FORBIDDEN``.
+    the cost ``FORBIDDEN``.
 
     Args:
         pairs: cost of each pair of a right and a left crossing.
@@ -289,9 +288,8 @@ def _meets_fan(apex: FloatArray, corners: FloatArray, first: FloatArray, second:
     """Whether any edge passes through a triangle of an apex and two successive corners.
 
     Two triangles meet at each spoke. The side on which an edge passes a spoke is computed once for both of them. The
-    sides
-    on which the points of two successive edges lie are computed by the same operations. Rounding therefore opens no gap
-    between triangles or between edges.
+    sides on which the points of two successive edges lie are computed by the same operations. Rounding therefore opens
+    no gap between triangles or between edges.
 
     Args:
         apex: apex of the fan [cm], shape (3,).

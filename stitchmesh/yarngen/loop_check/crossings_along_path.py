@@ -4,8 +4,8 @@
 
 The path is sampled at equal times. Between two of these times the ends of edges move on straight lines. The crossings
 of each two edges are counted exactly (``moving_edges``). The points count as displaced into general position
-(``general_position``), by the same displacement at all times. The signs of the crossings of two closed curves
-therefore add up to the change of their linking number, whatever the rounding. The sign of a yarn crossing is 1 where a
+(``general_position``), by the same displacement at all times. The signs of the crossings of two closed curves therefore
+add up to the change of their linking number, whatever the rounding. The sign of a yarn crossing is 1 where a
 right-handed crossing becomes a left-handed one.
 """
 

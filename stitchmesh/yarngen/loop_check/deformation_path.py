@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A continuous deformation of yarns into the same yarns at other positions, on which bent fabric rotates.
 
-If each point moved on a straight line, an edge that rotates by half a turn would collapse to a point at half time.
-Each place of the fabric therefore has a rotation: the best rotation of its neighbourhood (Kabsch 1976), reached at a
+If each point moved on a straight line, an edge that rotates by half a turn would collapse to a point at half time. Each
+place of the fabric therefore has a rotation: the best rotation of its neighbourhood (Kabsch 1976), reached at a
 constant rate. Rotations are stored as vectors, axis times angle. The vectors are continued from neighbour to neighbour,
 beginning with the pairs that agree best, so that angles above half a turn and above a whole turn are possible. Then
 they are smoothed. Joints connect each point with its neighbours. A joint with the vector e at the start and f at the
@@ -13,8 +13,7 @@ end has at the time t the target vector
 
 averaged over the rotations w of its two ends. The points are placed so that the mean square deviation of all joints
 from their target vectors is smallest. This is a sparse linear system with the same matrix at all times (Alexa,
-Cohen-Or,
-Levin 2000). At the start and at the end there is no deviation, whatever w is.
+Cohen-Or, Levin 2000). At the start and at the end there is no deviation, whatever w is.
 """
 
 from __future__ import annotations

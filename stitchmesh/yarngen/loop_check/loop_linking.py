@@ -93,8 +93,7 @@ def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFA
     """Check that each loop holds, and is held by, exactly the loops that its stitch defines.
 
     For yarns as generated, the check compares linking numbers. For the same yarns at other positions, it also checks
-    that
-    the generated yarns can be deformed into them without passing through each other.
+    that the generated yarns can be deformed into them without passing through each other.
 
     Args:
         fabric: the stitch mesh, with or without a lattice.
@@ -103,8 +102,7 @@ def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFA
 
     Raises:
         YarnError: the yarns were not generated from this stitch mesh with this finish; a link threads a loop more or
-            less
-            often than its stitch defines; or yarn has passed through yarn. The message names both places.
+            less often than its stitch defines; or yarn has passed through yarn. The message names both places.
     """
     if (fabric.lattice is None) != (yarns.lattice is None):
         raise YarnError("yarns: of the yarns and the stitch mesh only one has a lattice; expected both or neither")

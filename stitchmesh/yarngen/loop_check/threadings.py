@@ -5,12 +5,9 @@
 A link threads a loop when it passes through it. A threading counts 1 if the link passes from the wrong side to the
 right side, and -1 if it passes back. The loop is directed from its right leg over its top to its left leg, the link
 along its yarn. Yarn that leads up into a knit loop threads each loop on which the stitch is worked, counting 1; the
-yarn
-that leads down from the knit loop counts -1. Purl loops have the opposite signs. Yarn that leads up into a yarn-over,
-or
-past a slipped loop, threads no loop. Yarn that is drawn through loops threads each of them once; this counts 1 where
-the
-yarn runs from left to right. Loops of a chain bind-off are not checked.
+yarn that leads down from the knit loop counts -1. Purl loops have the opposite signs. Yarn that leads up into a
+yarn-over, or past a slipped loop, threads no loop. Yarn that is drawn through loops threads each of them once; this
+counts 1 where the yarn runs from left to right. Loops of a chain bind-off are not checked.
 
 A loop that is slipped and twisted on its way up is worked in reverse, and its threadings have the opposite sign.
 

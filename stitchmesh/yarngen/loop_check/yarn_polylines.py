@@ -3,8 +3,8 @@
 """Yarns as polylines of sampled points.
 
 Each control point has ``SAMPLES_PER_POINT`` sampled points; the first of them is at the knot of the control point.
-Points are numbered along the yarn. In a closed yarn of n points, point k + n is point k one turn later; on a lattice
-it is shifted by the lattice step of the yarn.
+Points are numbered along the yarn. In a closed yarn of n points, point k + n is point k one turn later; on a lattice it
+is shifted by the lattice step of the yarn.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ loops below lie in the order that the code of the stitch gives. The yarn of the 
 - Loops that are knitted together lie in layers, each completely in front of the next, so they are not linked.
 - The two legs of a slipped loop continue upwards. The yarn of the row passes behind them, or once around them.
 
-The waypoints come from rough drawings (``assets/stitches/rough.json``). A program (``assets/stitches/refine.py``)
-moved them apart in small steps, none of which lets yarn pass through yarn.
+The waypoints come from rough drawings (``assets/stitches/rough.json``). A program (``assets/stitches/refine.py``) moved
+them apart in small steps, none of which lets yarn pass through yarn.
 
 Source: Yuksel et al. 2012, section 4.2, figures 4 and 5.
 """

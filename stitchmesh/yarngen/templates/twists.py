@@ -35,8 +35,7 @@ def twisted(template: Template, twists: tuple[int, ...]) -> Template:
     Args:
         template: the template of a stitch with yarn on its top sides.
         twists: half turns of the loops from left to right, -1, 0 or 1. At 1 the leg from the left lies in front where
-            the
-            legs cross.
+            the legs cross.
     """
     parts = list(template.parts)
     for loop, turn in enumerate(twists):

@@ -82,8 +82,7 @@ def piercings(part: Part, head: Part) -> int:
     """How often a part passes through a head from behind to the front, minus how often it passes back.
 
     A head runs clockwise, upwards on its left side. A part in front that leaves the head over its edge therefore
-    crosses it
-    from right to left. A part that crosses behind the head does not pass through it there.
+    crosses it from right to left. A part that crosses behind the head does not pass through it there.
     """
     front, hand = crossings_between(part, head)
     return -sum(h for f, h in zip(front, hand, strict=True) if f > 0)
