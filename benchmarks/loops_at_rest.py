@@ -32,8 +32,8 @@ from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.generate import drawn_yarns
-from stitchmesh.yarngen.loop_check.pieces import drawing_radius, yarn_pieces
+from stitchmesh.yarngen.generate import yarns_along_routes
+from stitchmesh.yarngen.loop_check.pieces import generation_radius, yarn_pieces
 
 LIFT = 8.0
 """How far the head of a loop is lifted, in yarn radii: two thicknesses of the fabric."""
@@ -120,7 +120,7 @@ def lifted(fabric: sm.StitchMesh, yarns: YarnSet) -> YarnSet:
 
 def front_at(fabric: sm.StitchMesh, yarns: YarnSet, where: np.ndarray) -> np.ndarray:
     """The side of the fabric that was drawn in front, unit vector, where it lies around some control points."""
-    drawn = drawn_yarns(yarn_pieces(fabric, yarns).course, drawing_radius(fabric, yarns)).points
+    drawn = yarns_along_routes(yarn_pieces(fabric, yarns).routes, generation_radius(fabric, yarns)).points
     near = np.argsort(np.linalg.norm(drawn - drawn[where].mean(axis=0), axis=1))[:NEIGHBOURHOOD]
     now, then = (places[near] - places[near].mean(axis=0) for places in (yarns.points, drawn))
     return Rotation.align_vectors(now, then)[0].apply([0.0, 0.0, 1.0])

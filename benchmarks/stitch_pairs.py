@@ -25,7 +25,7 @@ from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns, mean_stitch_width
-from stitchmesh.yarngen.clearance import SAMPLES, may_touch
+from stitchmesh.yarngen.clearance import SAMPLES_PER_SEGMENT, may_touch
 from stitchmesh.yarngen.loop_check.loop_linking import expected_linking, loop_linking
 from stitchmesh.yarngen.loop_check.loops import find_arcs
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
@@ -43,7 +43,7 @@ class Tally:
 
     pieces: int = 0
     yarns: int = 0
-    passes: int = 0
+    threadings: int = 0
     wrong: int = 0
     distances: dict[Stitch, float] = field(default_factory=dict)
     """Smallest distance of any piece with a stitch in it [radii]."""
@@ -56,9 +56,10 @@ def main() -> None:
     told.add_argument("--every", type=int, default=1, help="take every so many pairs")
     given = told.parse_args()
     tallies = {name: tally(pairs[:: given.every], given.quality) for name, pairs in kinds().items()}
-    print("| pairs | pieces | yarns | passes named | wrong | smallest distance [r] |\n|---|---:|---:|---:|---:|---:|")
+    print("| pairs | pieces | yarns | threadings defined | wrong | smallest distance [r] |")
+    print("|---|---:|---:|---:|---:|---:|")
     for name, found in tallies.items():
-        print(f"| {name} | {found.pieces} | {found.yarns} | {found.passes} | {found.wrong} | "
+        print(f"| {name} | {found.pieces} | {found.yarns} | {found.threadings} | {found.wrong} | "
               f"{min(found.distances.values()):.2f} |")  # fmt: skip
     print("\n| stitch | " + " | ".join(tallies) + " |\n|---|" + "---:|" * len(tallies))
     for stitch, making in VOCABULARY.items():
@@ -90,8 +91,8 @@ def tally(pairs: list[tuple[Stitch, Stitch, Block]], quality: str) -> Tally:
         named, are = expected_linking(arcs), loop_linking(arcs, yarns)
         found.pieces += len(some)
         found.yarns += yarns.yarn_count
-        found.passes += named.passes.count_nonzero() + len(named.turns)
-        found.wrong += int((abs(named.passes - are.passes) > 0.5).sum()) + int((named.turns != are.turns).sum())
+        found.threadings += named.threadings.count_nonzero() + len(named.turns)
+        found.wrong += int((abs(named.threadings - are.threadings) > 0.5).sum()) + int((named.turns != are.turns).sum())
         nearest = distances(fabric, yarns, np.repeat(np.arange(len(parts)), [part.face_count for part in parts]))
         for (a, b, _), distance in zip(some, nearest, strict=True):
             for stitch in (a, b):
@@ -101,8 +102,13 @@ def tally(pairs: list[tuple[Stitch, Stitch, Block]], quality: str) -> Tally:
 
 def distances(fabric: StitchMesh, yarns: YarnSet, piece: IntArray) -> list[float]:
     """Smallest distance within each piece [radii at an eighth of the stitch width]; ``piece`` is that of each face."""
-    points = np.concatenate([curve[: len(curve) // SAMPLES * SAMPLES] for curve in yarns.sampled(SAMPLES)])
-    segment = np.repeat(np.arange(len(yarns.segment_yarn)), SAMPLES)
+    points = np.concatenate(
+        [
+            curve[: len(curve) // SAMPLES_PER_SEGMENT * SAMPLES_PER_SEGMENT]
+            for curve in yarns.sampled(SAMPLES_PER_SEGMENT)
+        ]
+    )
+    segment = np.repeat(np.arange(len(yarns.segment_yarn)), SAMPLES_PER_SEGMENT)
     radius = RADIUS_OVER_WIDTH * mean_stitch_width(fabric)
     pairs = cKDTree(points).query_pairs(WITHIN * radius, output_type="ndarray")
     pairs = pairs[may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]])]

@@ -29,7 +29,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.templates.surrounding import surrounded
+from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import template
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH, STITCH_HEIGHT
 
@@ -83,7 +83,7 @@ def _parts(fabric: StitchMesh, face: int, *, is_head: bool) -> list[int]:
 def take_picture(stitch: Stitch) -> None:
     """Draw one stitch and its surrounding."""
     path = PICTURES / f"{VOCABULARY[stitch].code}.png"
-    fabric, centre = surrounded(stitch)
+    fabric, centre = surround_stitch(stitch)
     yarns = generate_yarns(fabric, yarn_radius=RADIUS_OVER_WIDTH)
     curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), 4)
     tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=14)
@@ -114,7 +114,7 @@ def distance(stitch: Stitch, twists: tuple[int, ...]) -> float:
     """Smallest distance in knit and purl surroundings [radii]."""
     found = []
     for plain in (Stitch.KNIT, Stitch.PURL):
-        yarns = generate_yarns(surrounded(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
+        yarns = generate_yarns(surround_stitch(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
         found.append(smallest_distance(yarns, WITHIN)[0])
     return min(found) / RADIUS_OVER_WIDTH
 

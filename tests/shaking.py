@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays shaken by one unit in the last place: what is decided from them must stay as it is."""
+"""Arrays changed by one unit in the last place, for tests that such a change does not change a decision."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import numpy as np
 from stitchmesh.mesh import FloatArray
 
 SHAKES = 10_000
+"""Number of changed copies of an array in a test."""
 
 
 def shaken(values: FloatArray, seed: int) -> FloatArray:
-    """Each number moved up or down by one unit in its last place; for odd seeds, in that of the largest of all.
+    """Each number moved up or down by one unit in its last place.
 
-    The latter is what rounding leaves of a number that is the difference of larger ones, as of zero.
+    For odd seeds the unit is that of the largest number: the rounding error of a number, such as zero, that is the
+    difference of larger ones.
     """
     up = np.random.default_rng(seed).random(np.shape(values)) < 0.5
     if seed % 2:
@@ -23,5 +25,5 @@ def shaken(values: FloatArray, seed: int) -> FloatArray:
 
 
 def shaken_many(values: FloatArray, count: int = SHAKES) -> FloatArray:
-    """An array shaken again and again, shape (count, *shape)."""
+    """Copies of an array, each changed by a seed of its own, shape (count, *shape)."""
     return np.stack([shaken(values, seed) for seed in range(count)])

@@ -28,8 +28,8 @@ from scipy.interpolate import CubicSpline
 from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.yarngen.templates import drawings
-from stitchmesh.yarngen.templates.drawings import PartDrawing, as_template
-from stitchmesh.yarngen.templates.surrounding import surrounded
+from stitchmesh.yarngen.templates.drawings import PartDrawing, template_from_drawing
+from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import template
 from stitchmesh.yarngen.templates.template import (
     RADIUS_OVER_WIDTH,
@@ -37,10 +37,10 @@ from stitchmesh.yarngen.templates.template import (
     Crossing,
     Part,
     Template,
-    spline_places,
+    centripetal_parameters,
     top,
 )
-from stitchmesh.yarngen.templates.twists import HALF_GAP, LONGEST_TURN, SHARE, turning
+from stitchmesh.yarngen.templates.twists import HALF_GAP, LARGEST_SHARE_OF_PART, LONGEST_TURN, turn_angle
 
 Array = NDArray[np.float64]
 
@@ -126,7 +126,7 @@ def strands_along(parts: list[Part], curves: list[Array]) -> list[Strand]:
         arc = arc_lengths(curve)
         count = max(4, round(arc[-1] / WAYPOINT_SPACING) + 1)
         waypoints = CubicSpline(arc, curve)(np.linspace(0.0, arc[-1], count))
-        places = spline_places(waypoints / RADII)
+        places = centripetal_parameters(waypoints / RADII)
         spline = CubicSpline(places, np.eye(count), bc_type="natural")
         fine = arc_lengths(spline(np.linspace(0.0, places[-1], FINE)) @ waypoints)
         strands.append(Strand(part, waypoints, spline, fine, sum(len(each.waypoints) for each in strands)))
@@ -172,14 +172,14 @@ def _leg(strands: list[Strand], slot: Crossing) -> tuple[int, int]:
 
 def _turn(strands: list[Strand], lines: list[Line], legs: list[tuple[int, int]], turn: int) -> None:
     """Twist the two legs of a loop about each other, as ``yarngen.templates.twists`` does."""
-    length = min(LONGEST_TURN * RADII[0], *(SHARE * strands[number].arc[-1] for number, _ in legs))
+    length = min(LONGEST_TURN * RADII[0], *(LARGEST_SHARE_OF_PART * strands[number].arc[-1] for number, _ in legs))
     arrivals = [strands[number].waypoints[-end] for number, end in legs]
     for side, (number, end) in enumerate(legs):
         from_top = strands[number].even_arcs
         from_top = from_top[-1] - from_top if end else from_top
         turned = np.flatnonzero(from_top < length)
         from_top = from_top[turned]
-        angle = turning(1.0 - from_top / length)[:, None]
+        angle = turn_angle(1.0 - from_top / length)[:, None]
         other, other_end = strands[legs[1 - side][0]], legs[1 - side][1]
         across = other.weights(other.arc[-1] - from_top if other_end else from_top, total_of(strands))
         line = lines[number]
@@ -190,7 +190,7 @@ def _turn(strands: list[Strand], lines: list[Line], legs: list[tuple[int, int]],
 
 def around(shape: Template, stitch: Stitch, plain: Stitch) -> Points:
     """Points of the plain stitches around a stitch, in the coordinates of its template."""
-    fabric, centre = surrounded(stitch, (), plain)
+    fabric, centre = surround_stitch(stitch, (), plain)
     beside = template(plain, 1, 1)
     points, arcs, ends = [], [], []
     for face in np.delete(np.arange(fabric.face_count), centre):
@@ -326,7 +326,7 @@ def gradient_and_nearest(scene: Scene) -> tuple[Array, float]:
 
 def refine(code: str, parts: list[PartDrawing]) -> list[PartDrawing]:
     """Return the drawing of a stitch with its yarn separated."""
-    shape = as_template(code, parts)
+    shape = template_from_drawing(code, parts)
     plain = [around(shape, CODES[code], each) for each in (Stitch.KNIT, Stitch.PURL)]
     curves = [part.curve * RADII for part in shape.parts]
     for round_ in range(ROUNDS):

@@ -43,7 +43,7 @@ from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 LOOP_OVER_WIDTH = 4.07
 """Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""
-THICKEST = 0.16
+LARGEST_RADIUS_OVER_WIDTH = 0.16
 """Largest yarn radius over the stitch width for which loops are generated; thicker yarn grows from this radius."""
 CLOSER = 1.5
 """Exponent of the looseness in the number of contact samples. Contact spheres that interlock hold a loop back. In a
@@ -55,6 +55,7 @@ SIZES = (0.1, 10.0)
 """Smallest and largest period over the period of the generated repeat."""
 ROUNDING = 1e-12
 """Relative rounding error of a product of factors or a quotient of lengths."""
+
 
 @dataclass(frozen=True, eq=False)
 class Swatch:
@@ -156,7 +157,9 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         rows=options.rows,
     )  # fmt: skip
     check_loops_begin(fabric)
-    yarns = generate_yarns(fabric, yarn_radius=min(options.yarn_radius, THICKEST * width), quality=quality)
+    yarns = generate_yarns(
+        fabric, yarn_radius=min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width), quality=quality
+    )
     if not plain_stitches(fabric).any():
         # no plain stitch can be measured; a plain stitch generated at this width would have the loop length
         return fabric, even_rest_lengths(yarns, fabric)

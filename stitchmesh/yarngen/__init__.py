@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarn generation: from stitch faces to yarn curves (Yuksel et al. 2012, sections 4 and 6.2).
 
-Names are loaded when first used, so that the command line reads the defaults of ``finish`` without SciPy.
+A public name is imported when it is first used. The command line therefore reads the defaults of ``finish`` without
+importing SciPy.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _HOME = {
     "check_loops": "loop_check.loop_linking",
     "regenerate_yarns": "regenerate",
 }
-"""Module of each public name."""
+"""Name of the module that defines each public name."""
 
 __all__ = [
     "YarnFinish",

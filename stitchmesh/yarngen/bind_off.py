@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bind-off row: a face above every top side on the border, so that the last loops are held.
 
-Like the cable faces of Yuksel et al. 2012 it exists only while yarn is generated (section 4.3).
+Like the cable faces of Yuksel et al. 2012, the bind-off row exists only while yarn is generated (section 4.3).
 """
 
 from __future__ import annotations
@@ -17,17 +17,21 @@ from stitchmesh.mesh.courses import find_courses
 from stitchmesh.mesh.stitch import Stitch
 
 DRAWN_HEIGHT = 0.8
-"""Height of a bind-off face over the mean height of the stitches below it; the drawn yarn needs no more."""
-FEW_LOOPS = 16
-"""Loops of a border ring up to which a chain has no room: knitters break the yarn and draw it through them."""
+"""Height of a bind-off face with a drawn-through yarn, over the mean height of the stitches below it."""
+SMALL_RING_LOOPS = 16
+"""Largest number of loops of a small border ring. Such a ring is too short for a chain bind-off; knitters break the
+yarn and draw it through these loops."""
 
 
 def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMesh:
-    """The stitch mesh with one more row above each border that has top sides; the given faces keep their numbers.
+    """The stitch mesh with one more row above each border that has top sides.
+
+    The given faces keep their numbers; the new faces follow them.
 
     Args:
         fabric: stitch faces.
-        height: of the faces added, over the mean height of the stitches below; small rings have ``DRAWN_HEIGHT``.
+        height: height of the new faces, over the mean height of the stitches below; faces above small rings always have
+            ``DRAWN_HEIGHT``.
     """
     sides = np.flatnonzero((fabric.side_role == TOP) & (fabric.twin == BORDER))
     if len(sides) == 0:
@@ -43,7 +47,9 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
     count = len(sides)
     plain = np.zeros(4 * count, dtype=np.int64)
     whole = StitchMesh(
-        vertices=np.concatenate([fabric.vertices, _raised(fabric, border_vertices, place.reshape(2, -1), height)]),
+        vertices=np.concatenate(
+            [fabric.vertices, _raised_vertices(fabric, border_vertices, place.reshape(2, -1), height)]
+        ),
         face_start=np.concatenate([fabric.face_start, fabric.face_start[-1] + 4 * np.arange(1, count + 1)]),
         face_vertex=np.concatenate([fabric.face_vertex, quads.ravel()]),
         twin=twin,
@@ -56,11 +62,18 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
         cable_shift=np.concatenate([fabric.cable_shift, plain]),
         cable_layer=np.concatenate([fabric.cable_layer, plain]),
     )
-    return whole if (fabric.yarn == fabric.yarn[0]).all() else _bound_off_in_one_yarn(whole, fabric.face_count)
+    return whole if (fabric.yarn == fabric.yarn[0]).all() else _with_one_yarn_per_bind_off(whole, fabric.face_count)
 
 
-def _bound_off_in_one_yarn(whole: StitchMesh, first: int) -> StitchMesh:
-    """Each bind-off row, from face ``first`` on, in the yarn that most of it stands on; the lower one if in doubt."""
+def _with_one_yarn_per_bind_off(whole: StitchMesh, first: int) -> StitchMesh:
+    """The mesh with one yarn in each bind-off row: the most frequent yarn of the stitches below it.
+
+    Of equally frequent yarns the one with the lowest number is taken.
+
+    Args:
+        whole: the stitch mesh with its bind-off rows.
+        first: number of the first bind-off face.
+    """
     yarn = whole.yarn.copy()
     for course in find_courses(whole):
         faces = [face for face in course.faces if face >= first]
@@ -70,13 +83,13 @@ def _bound_off_in_one_yarn(whole: StitchMesh, first: int) -> StitchMesh:
 
 
 def small_rings(fabric: StitchMesh) -> list[IntArray]:
-    """Top sides of each border ring of so few loops that they are always drawn together, as a crown or a fingertip."""
+    """Top sides of each small border ring, such as a crown or a fingertip, through which a yarn is always drawn."""
     loops = fabric.boundary_loops
-    return [loop for loop in loops if len(loop) <= FEW_LOOPS and (fabric.side_role[loop] == TOP).all()]
+    return [loop for loop in loops if len(loop) <= SMALL_RING_LOOPS and (fabric.side_role[loop] == TOP).all()]
 
 
 def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: IntArray) -> None:
-    """The right wale side of a bind-off face meets the left wale side of the one that starts where it ends."""
+    """Set the twins of wale sides between bind-off faces that share a vertex of the border."""
     by_left = {int(vertex): int(side) for vertex, side in zip(left, first, strict=True)}
     for vertex, side in zip(right, first, strict=True):
         neighbour = by_left.get(int(vertex))
@@ -84,13 +97,19 @@ def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: Int
             twin[side + 1], twin[neighbour + 3] = neighbour + 3, side + 1
 
 
-def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: float) -> FloatArray:
-    """Border vertices moved on along the wales that end there [cm], ``sides`` by their places, shape (2, S).
+def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: float) -> FloatArray:
+    """New vertices above border vertices [cm], shape (n, 3), along the wales that end there.
 
-    Where the border is a small ring, a crown say, wales run together; there the row stands up along the normal.
+    Where the border is a small ring, as at a crown, the wales converge. The new row then points along the normal.
+
+    Args:
+        fabric: stitch faces.
+        vertices: border vertices, ascending, shape (n,).
+        sides: index into ``vertices`` of the right and the left end of each top side, shape (2, S).
+        share: height of the new faces, over the mean height of the stitches below.
     """
-    few = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
-    shares = np.where(np.isin(vertices, np.concatenate(few)) if few else False, DRAWN_HEIGHT, share)
+    rings = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
+    shares = np.where(np.isin(vertices, np.concatenate(rings)) if rings else False, DRAWN_HEIGHT, share)
     base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
     raised = base + vertex_step(up, border_lean(base, up, sides), fabric.vertex_normal[vertices])
     for foot, head in _steps(fabric):
@@ -100,7 +119,7 @@ def _raised(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: floa
 
 
 def _steps(fabric: StitchMesh) -> list[tuple[int, int]]:
-    """Foot and head of steps one row high between two top borders, where a bind-off face stands beside a stitch."""
+    """Foot and head vertices of steps one row high between two top borders; a stitch and a bind-off face meet there."""
     steps = []
     wales = np.flatnonzero(fabric.is_wale & (fabric.twin == BORDER))
     before = {fabric.next_border_side(int(side)): int(side) for loop in fabric.boundary_loops for side in loop}
@@ -112,7 +131,10 @@ def _steps(fabric: StitchMesh) -> list[tuple[int, int]]:
 
 
 def _mean_wale(fabric: StitchMesh) -> FloatArray:
-    """Mean of the wale edges that end in each vertex, else of the faces around it, upwards [cm], shape (V, 3)."""
+    """Mean upward vector of the wale edges that end in each vertex [cm], shape (V, 3).
+
+    A vertex at which no wale edge ends takes the mean of the wale sides of the faces around it.
+    """
     is_right, sides = fabric.side_role == RIGHT, np.arange(fabric.side_count)
     ends, starts = np.where(is_right, fabric.side_next, sides), np.where(is_right, sides, fabric.side_next)
     wales = np.flatnonzero(fabric.is_wale)
@@ -120,9 +142,10 @@ def _mean_wale(fabric: StitchMesh) -> FloatArray:
     total, count = np.zeros_like(fabric.vertices), np.zeros(len(fabric.vertices))
     np.add.at(total, fabric.face_vertex[ends[wales]], up)
     np.add.at(count, fabric.face_vertex[ends[wales]], 1.0)
-    within = np.flatnonzero(count[fabric.face_vertex] == 0)  # corners between loops of one face: its own wales count
+    # corners between the loops of one face take the mean of the wale sides of that face
+    corners_inside = np.flatnonzero(count[fabric.face_vertex] == 0)
     rise = np.zeros((fabric.face_count, 3))
     np.add.at(rise, fabric.side_face[wales], up)
-    np.add.at(total, fabric.face_vertex[within], rise[fabric.side_face[within]])
-    np.add.at(count, fabric.face_vertex[within], 2.0)
+    np.add.at(total, fabric.face_vertex[corners_inside], rise[fabric.side_face[corners_inside]])
+    np.add.at(count, fabric.face_vertex[corners_inside], 2.0)
     return total / np.maximum(count, 1.0)[:, None]

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cables as yarn: the loops of a group cross between two rows (Yuksel et al. 2012, section 4.5).
+"""Yarn of cables: the loops of a group cross between two rows (Yuksel et al. 2012, section 4.5).
 
-Yuksel et al. put a cable face between the rows, with no wale sides. Here the rows move apart where such a face would
-lie: the inner corners of the faces below move down along their wales, those of the faces above up, and the group's
-ends stay. Each of a loop's two legs runs from its crossing below to its crossing above, the layers at heights of
-their own. A place in the gap is (course, share): how many sides from the group's left end, and how far from the row
-below to the row above.
+Yuksel et al. insert a cable face without wale sides between the rows. Here the rows move apart to make the same room:
+the inner corners of the faces below the group move down along their wales, the inner corners of the faces above it move
+up, and the two ends of the group stay in place. Each of the two legs of a loop runs from its crossing below to its
+crossing above, at the height of its layer. A position in the gap has two coordinates: ``course``, the number of sides
+from the left end of the group, and ``share``, the fraction of the way from the row below to the row above.
 """
 
 from __future__ import annotations
@@ -19,69 +19,83 @@ from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray, IntArray, StitchMes
 from stitchmesh.mesh.cable_groups import CableGroup
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.embedding import FEWEST_POINTS
-from stitchmesh.yarngen.templates.template import DENSE
+from stitchmesh.yarngen.templates.template import CURVE_POINTS
 
 OPENING = 0.42
-"""How far corners move, over the height of their face."""
-OPENING_TWICE = 0.27
-"""The same where the face opens below and above: about half its height is left for its own yarn."""
+"""Displacement of the corners, over the height of their face."""
+OPENING_ON_BOTH_SIDES = 0.27
+"""The same for a face that opens both below and above; about half of its height remains for its own yarn."""
 LAYER_GAP = 2.5
-"""Height between two layers, in yarn radii; touching yarns are 2 apart, and some cross just before they are there."""
-STEP = 1.3
-"""Height between legs of one layer that run side by side, in yarn radii."""
-RISE = 0.55
-"""Stitch widths that a leg moves sideways while it comes to its layer, on a straight way, and while it leaves it."""
-BEND = 1.8
-"""How much more steeply legs leave a row than they cross: 1 would be a straight way, 2 about a smooth step."""
-EASE, EASE_BEYOND = 0.55, 0.12
-"""Rest length of crossing legs over the length that is drawn: a crossing loop holds little more yarn than others, and
-so it draws the stitches on both sides together. For each loop beyond two that one moves there is more, or wide
-crossings would start so strained that their yarns collide."""
+"""Distance between two layers [radii]. Touching yarns are 2 apart; the distance is larger because some legs cross
+before they have reached their layers."""
+LEG_GAP = 1.3
+"""Distance along the normal between neighbouring legs of one layer that run side by side [radii]."""
+LEVEL_WIDTH = 0.55
+"""Sideways distance over which a leg moves to the height of its layer, and back at the other end [stitch widths], for a
+leg that runs straight."""
+SLOPE_EXPONENT = 1.8
+"""Exponent of the sideways motion of a leg. At 1 the leg is straight; at 2 it is close to a smooth step, which leaves
+the rows at right angles."""
+REST_LENGTH_RATIO, REST_LENGTH_RATIO_STEP = 0.55, 0.12
+"""Rest length of crossing legs over their length as generated, and its increase for each loop beyond two that a loop
+crosses. A crossing loop holds little more yarn than other loops, so it pulls the stitches on both sides together.
+Without the increase, wide cables would start with so large a strain that their yarns collide."""
 
 
-def opened_corners(fabric: StitchMesh, groups: list[CableGroup]) -> FloatArray:
-    """Corner positions with room for the crossings [cm], shape (C, 3)."""
+def open_corners(fabric: StitchMesh, groups: list[CableGroup]) -> FloatArray:
+    """Corner positions that leave room for the crossing legs [cm], shape (C, 3).
+
+    Args:
+        fabric: stitch faces, including the bind-off row.
+        groups: the groups of loops that cross.
+    """
     if not groups:
         return fabric.corner_position
     below = [side for group in groups for side in group.sides[:-1].tolist()]
     corners = np.unique([corner for side in below for corner in _corners_right_of(fabric, side)])
     position = fabric.corner_position.copy()
-    position[corners] += _opening(fabric, corners)[:, None] * _across_face(fabric, corners)
+    position[corners] += _opening(fabric, corners)[:, None] * _to_opposite_course(fabric, corners)
     return position
 
 
 def cross_loops(
-    fabric: StitchMesh, groups: list[CableGroup], corner_position: FloatArray, radius: float, density: float,
+    fabric: StitchMesh, groups: list[CableGroup], corner_position: FloatArray, radius: float, points_per_width: float,
     bridges: Bridges,
 ) -> None:  # fmt: skip
-    """Lead the legs of each group's loops to their places in the row above.
+    """Add the legs of each group of crossing loops, which lead to the new places of the loops in the row above.
 
     Args:
-        fabric: stitch faces, bind-off row included.
-        groups: loops that cross.
-        corner_position: corners with room for the crossings [cm], shape (C, 3).
+        fabric: stitch faces, including the bind-off row.
+        groups: the groups of loops that cross.
+        corner_position: corners that leave room for the legs (``open_corners``) [cm], shape (C, 3).
         radius: yarn radius [cm].
-        density: points per stitch width.
-        bridges: to which the legs are added.
+        points_per_width: points per stitch width of yarn.
+        bridges: the legs are added to these bridges.
     """
     for group in groups:
         gap = _gap(fabric, group, corner_position)
         legs = _legs(group, gap, radius)
-        points_per_length = density / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
-        ease = ease_of(group)
+        points_per_length = points_per_width / float(np.linalg.norm(gap.below[:, 1] - gap.below[:, 0], axis=1).mean())
+        rest_length_ratio = crossing_rest_length_ratio(group)
         below, above = group.sides.tolist(), fabric.twin[group.sides][group.destination].tolist()
-        ways = (_images_above(fabric, group)[group.destination] - group.image).tolist()
+        images_above = (_images_above(fabric, group)[group.destination] - group.image).tolist()
         for loop, leg in np.ndindex(legs.shape[:2]):
-            # along its top side a loop's right leg comes first, along the bottom side above the left one
+            # a top side begins at the right leg of its loop, the bottom side above it begins at the left leg
             start, end = crossing_number(below[loop], 1 - leg), crossing_number(above[loop], leg)
-            points = _evenly(legs[loop, leg], points_per_length) - fabric.shift(group.image[loop])
-            bridges.join(start, end, points, ease=ease, image=(ways[loop][0], ways[loop][1]))
+            points = _resample(legs[loop, leg], points_per_length) - fabric.shift(group.image[loop])
+            bridges.join(
+                start,
+                end,
+                points,
+                rest_length_ratio=rest_length_ratio,
+                image=(images_above[loop][0], images_above[loop][1]),
+            )
 
 
-def ease_of(group: CableGroup) -> float:
-    """Rest length of a group's crossing legs over the length that is drawn."""
+def crossing_rest_length_ratio(group: CableGroup) -> float:
+    """Rest length of the crossing legs of a group, over their length as generated."""
     farthest = int(np.abs(group.destination - np.arange(len(group.destination))).max())
-    return min(EASE + EASE_BEYOND * max(farthest - 2, 0), 1.0)
+    return min(REST_LENGTH_RATIO + REST_LENGTH_RATIO_STEP * max(farthest - 2, 0), 1.0)
 
 
 def _corners_right_of(fabric: StitchMesh, side: int) -> list[int]:
@@ -98,17 +112,23 @@ def _corners_right_of(fabric: StitchMesh, side: int) -> list[int]:
 
 
 def _opening(fabric: StitchMesh, corners: IntArray) -> FloatArray:
-    """How far corners move, over the height of their face; alike where faces of one row meet, shape (n,)."""
+    """Displacement of corners, over the height of their face, shape (n,).
+
+    Corners of one row that meet in a vertex have the same displacement.
+    """
     face, is_top = fabric.side_face[corners], fabric.side_place[corners] > fabric.n_bottom[fabric.side_face[corners]]
-    twice = np.isin(face, face[is_top]) & np.isin(face, face[~is_top])
+    opens_on_both_sides = np.isin(face, face[is_top]) & np.isin(face, face[~is_top])
     meeting, place = np.unique(2 * fabric.face_vertex[corners] + is_top, return_inverse=True)
     opening = np.full(len(meeting), OPENING)
-    opening[place[twice]] = OPENING_TWICE
+    opening[place[opens_on_both_sides]] = OPENING_ON_BOTH_SIDES
     return opening[place]
 
 
-def _across_face(fabric: StitchMesh, corners: IntArray) -> FloatArray:
-    """From corners of a top course down to the bottom course of their face, and the other way [cm], shape (n, 3)."""
+def _to_opposite_course(fabric: StitchMesh, corners: IntArray) -> FloatArray:
+    """Vector from each corner across its face [cm], shape (n, 3).
+
+    It points down for corners of the top course and up for corners of the bottom course.
+    """
     face = fabric.side_face[corners]
     position, place = fabric.corner_position, fabric.side_place[corners]
     n_bottom, n_top = fabric.n_bottom[face], fabric.n_top[face]
@@ -118,23 +138,29 @@ def _across_face(fabric: StitchMesh, corners: IntArray) -> FloatArray:
     from_left = np.where(is_top, n_bottom + n_top + 1 - place, place)
     share = np.where(sides > 0, from_left / np.maximum(sides, 1), 0.5)[:, None]
     up = share * (position[right + 1] - position[right]) + (1.0 - share) * (position[left] - position[first])
-    across: FloatArray = np.where(is_top, -1.0, 1.0)[:, None] * up
-    return across
+    vectors: FloatArray = np.where(is_top, -1.0, 1.0)[:, None] * up
+    return vectors
 
 
 @dataclass(frozen=True, eq=False)
 class _Gap:
-    """Room between two rows; ends of each side from left to right, as they lie beside the group's first."""
+    """The gap between two rows at a group, in the lattice image of the first side of the group."""
 
     below: FloatArray
-    """Ends of the top sides of the row below [cm], shape (n, 2, 3)."""
+    """Left and right ends of the top sides of the row below [cm], shape (n, 2, 3)."""
     above: FloatArray
-    """Ends of the bottom sides of the row above [cm], shape (n, 2, 3)."""
+    """Left and right ends of the bottom sides of the row above [cm], shape (n, 2, 3)."""
     normal: FloatArray
-    """Normals at these ends, shape (n, 2, 3)."""
+    """Unit normals at the ends of the sides below, shape (n, 2, 3)."""
 
     def points(self, course: FloatArray, share: FloatArray, height: FloatArray) -> FloatArray:
-        """Positions of places in the gap at heights [cm], shape (m, 3)."""
+        """Points of the gap [cm], shape (m, 3).
+
+        Args:
+            course: number of sides from the left end of the group, shape (m,).
+            share: fraction of the way from the row below to the row above, shape (m,).
+            height: distance along the normal [cm], shape (m,).
+        """
         side = np.clip(course.astype(int), 0, len(self.below) - 1)
         along, up = (course - side)[:, None], share[:, None]
         ends = (1.0 - up)[:, None] * self.below[side] + up[:, None] * self.above[side]
@@ -145,26 +171,27 @@ class _Gap:
 
 
 def _images_above(fabric: StitchMesh, group: CableGroup) -> IntArray:
-    """Lattice image of the face across each side of a group, seen from the face of its first side, shape (n, 2)."""
+    """Lattice image of the face above each side of a group, seen from the face below its first side, shape (n, 2)."""
     return group.image + fabric.side_image[group.sides]
 
 
 def _gap(fabric: StitchMesh, group: CableGroup, corner_position: FloatArray) -> _Gap:
+    """The gap between the rows at a group, from the displaced corners [cm], shape (C, 3)."""
     below, above = group.sides, fabric.twin[group.sides]
     left_to_right = np.stack([fabric.side_next[below], below], axis=1)
-    away, across = fabric.shift(group.image), fabric.shift(_images_above(fabric, group))
+    shift_below, shift_above = fabric.shift(group.image), fabric.shift(_images_above(fabric, group))
     return _Gap(
-        below=corner_position[left_to_right] + away[:, None],
-        above=corner_position[np.stack([above, fabric.side_next[above]], axis=1)] + across[:, None],
+        below=corner_position[left_to_right] + shift_below[:, None],
+        above=corner_position[np.stack([above, fabric.side_next[above]], axis=1)] + shift_above[:, None],
         normal=fabric.vertex_normal[fabric.face_vertex[left_to_right]],
     )
 
 
 def _leg_heights(group: CableGroup) -> FloatArray:
-    """Height at which each loop's left and right leg cross, in yarn radii, shape (n, 2).
+    """Height at which the left and the right leg of each loop cross [radii], shape (n, 2).
 
-    Legs that move far run flat and near to one another: so neighbours in one layer take turns at levels of their own,
-    the more the farther they move.
+    Legs that move far run flat and close to each other. Neighbouring legs of one layer therefore alternate between
+    several heights; the number of heights grows with the distance that the legs move.
     """
     heights = np.zeros((len(group.sides), 2))
     floor = 0.0
@@ -172,27 +199,27 @@ def _leg_heights(group: CableGroup) -> FloatArray:
         loops = np.flatnonzero(group.layer == layer)
         farthest = int(np.abs(group.destination - np.arange(len(group.sides)))[loops].max())
         levels = 1 + farthest // 2
-        heights[loops] = floor + STEP * (np.arange(2 * len(loops)) % levels).reshape(-1, 2)
-        floor += STEP * (levels - 1) + LAYER_GAP
+        heights[loops] = floor + LEG_GAP * (np.arange(2 * len(loops)) % levels).reshape(-1, 2)
+        floor += LEG_GAP * (levels - 1) + LAYER_GAP
     return heights - 0.5 * (floor - LAYER_GAP)
 
 
 def _legs(group: CableGroup, gap: _Gap, radius: float) -> FloatArray:
-    """Dense courses of each loop's left and right leg [cm], shape (n, 2, DENSE, 3)."""
+    """Densely sampled left and right legs of each loop [cm], shape (n, 2, CURVE_POINTS, 3)."""
     moved = (group.destination - np.arange(len(group.sides)))[:, None, None]
     first = np.arange(len(group.sides))[:, None, None] + np.array([[0.25], [0.75]])
-    share = np.linspace(0.0, 1.0, DENSE)
-    leaving, coming = share**BEND, (1.0 - share) ** BEND
-    course = first + moved * leaving / (leaving + coming)
-    risen = np.clip(np.minimum(share, 1.0 - share) * np.maximum(np.abs(moved), 1) / RISE, 0.0, 1.0)
-    height = radius * _leg_heights(group)[:, :, None] * np.sin(0.5 * np.pi * risen)
+    share = np.linspace(0.0, 1.0, CURVE_POINTS)
+    start_distance, end_distance = share**SLOPE_EXPONENT, (1.0 - share) ** SLOPE_EXPONENT
+    course = first + moved * start_distance / (start_distance + end_distance)
+    level_share = np.clip(np.minimum(share, 1.0 - share) * np.maximum(np.abs(moved), 1) / LEVEL_WIDTH, 0.0, 1.0)
+    height = radius * _leg_heights(group)[:, :, None] * np.sin(0.5 * np.pi * level_share)
     shares = np.broadcast_to(share, course.shape)
     points: FloatArray = gap.points(course.ravel(), shares.ravel(), height.ravel()).reshape(*course.shape, 3)
     return points
 
 
-def _evenly(curve: FloatArray, points_per_length: float) -> FloatArray:
-    """Points of a curve at even distances, half a step from its ends [cm], shape (n, 3)."""
+def _resample(curve: FloatArray, points_per_length: float) -> FloatArray:
+    """Points of a curve at equal arc lengths, the first and the last half a step from its ends [cm], shape (n, 3)."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
     count = max(FEWEST_POINTS, round(points_per_length * arc[-1]))
     places = (np.arange(count) + 0.5) / count * arc[-1]

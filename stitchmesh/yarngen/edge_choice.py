@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which template draws each face of a first or last row, for the cast-on and bind-off that are chosen."""
+"""Choice of the template for each face of a first or last row, by the selected cast-on and bind-off."""
 
 from __future__ import annotations
 
@@ -15,23 +15,24 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.templates.edge_templates import Edge
 
 
-def edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
-    """How each face is drawn (``Edge``), shape (F,).
+def choose_edges(whole: StitchMesh, bridges: Bridges, finish: YarnFinish) -> IntArray:
+    """Template of each face of a first or last row (``Edge``), shape (F,).
 
     Args:
         whole: the stitch mesh with its bind-off row.
-        bridges: its row ends: a row bound off is worked away from the end at which yarn reaches it.
-        finish: what is chosen.
+        bridges: the row ends; a bind-off row is worked away from the end at which the yarn arrives.
+        finish: the selected cast-on and bind-off.
     """
     edge = np.full(whole.face_count, Edge.BY_STITCH)
     if finish.cast_on == "open":
         edge[whole.stitch == Stitch.CAST_ON] = Edge.YARN_OVERS
     if finish.bind_off == "chain":
-        _draw_chains(whole, bridges, edge)
+        _choose_chains(whole, bridges, edge)
     return edge
 
 
-def _draw_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
+def _choose_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
+    """Set the templates of all rows that are bound off in a chain; small rings keep their drawn-through yarn."""
     bound = whole.stitch == Stitch.BIND_OFF
     edge[bound] = Edge.CHAIN
     for ring in small_rings(whole):
@@ -40,12 +41,12 @@ def _draw_chains(whole: StitchMesh, bridges: Bridges, edge: IntArray) -> None:
         row = list(course_through(whole, face, climbing=True).faces)
         if len(row) == 1:
             edge[face] = Edge.CHAIN_ALONE
-        elif _starts_right(bridges, int(whole.left_wale[face]), int(whole.right_wale[row[-1]])):
+        elif _yarn_arrives_right(bridges, int(whole.left_wale[face]), int(whole.right_wale[row[-1]])):
             edge[row] = [Edge.LEFTWARD_LAST, *[Edge.LEFTWARD_CHAIN] * (len(row) - 2), Edge.LEFTWARD_FIRST]
         else:
             edge[row] = [Edge.CHAIN_FIRST, *[Edge.CHAIN] * (len(row) - 2), Edge.CHAIN_LAST]
 
 
-def _starts_right(bridges: Bridges, left: int, right: int) -> bool:
-    """Whether yarn reaches a row at its right end alone."""
-    return crossing_number(right) in bridges.ways and crossing_number(left) not in bridges.ways
+def _yarn_arrives_right(bridges: Bridges, left: int, right: int) -> bool:
+    """Whether the yarn arrives at the right end of a row and not at its left end."""
+    return crossing_number(right) in bridges.paths and crossing_number(left) not in bridges.paths

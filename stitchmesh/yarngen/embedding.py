@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Place the templates' yarn on the faces of a stitch mesh.
+"""Place the yarn of the templates on the faces of a stitch mesh.
 
-A template point is carried to its face by mean value coordinates and moved along the surface normal, interpolated
-with the same coordinates, by its height (Yuksel et al. 2012, section 4).
+A point of a template is mapped to its face by mean value coordinates. Its height moves it along the surface normal,
+which is interpolated by the same coordinates (Yuksel et al. 2012, section 4).
 """
 
 from __future__ import annotations
@@ -21,31 +21,32 @@ from stitchmesh.yarngen.templates.table import template
 from stitchmesh.yarngen.templates.template import Template
 
 FEWEST_POINTS = 2
-"""Points of the shortest part, so that its direction is known."""
+"""Number of points of the shortest part. Two points are needed to define a direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedParts:
-    """Yarn parts on a stitch mesh, in compressed rows."""
+    """The yarn parts on a stitch mesh, stored one after another."""
 
     points: FloatArray
-    """Points that the yarn passes through [cm], shape (N, 3)."""
+    """Points through which the yarn passes [cm], shape (N, 3)."""
     start: IntArray
-    """Where each part's points start, shape (P + 1,)."""
+    """Index of the first point of each part, shape (P + 1,)."""
     face: IntArray
     """Stitch face of each part, shape (P,)."""
     row: IntArray
-    """Knitting row of each part: a head's is the row below, shape (P,)."""
+    """Row in which each part was knitted, shape (P,). The head of a loop below belongs to the row that made that
+    loop."""
     index: IntArray
     """Number of each part within its template, shape (P,)."""
     end_side: IntArray
-    """Side at the start and at the end of each part, shape (P, 2)."""
+    """Sides that each part crosses at its start and at its end, shape (P, 2)."""
     end_slot: IntArray
-    """Which crossing of that side, counted along it, shape (P, 2)."""
+    """Slots of these crossings, counted along the side, shape (P, 2)."""
 
 
 def points_per_width(points_per_stitch: int) -> float:
-    """Points along a stitch width of yarn, where a plain loop has so many."""
+    """Number of points along one stitch width of yarn, if a plain loop has ``points_per_stitch`` points."""
     return points_per_stitch / sum(part.length for part in knit().parts)
 
 
@@ -53,17 +54,18 @@ def place_parts(
     fabric: StitchMesh, radius: float, points_per_stitch: int, *, corner_position: FloatArray | None = None,
     edge: IntArray | None = None,
 ) -> PlacedParts:  # fmt: skip
-    """The yarn parts of all faces.
+    """The yarn parts of all faces of a stitch mesh.
 
     Args:
         fabric: stitch faces.
         radius: yarn radius [cm].
-        points_per_stitch: points along one plain loop; other parts get their share by length.
-        corner_position: where the corners of the faces are [cm], shape (C, 3), if not where the fabric has them.
-        edge: how faces of the first and last rows are drawn (``Edge``), shape (F,); as their stitch says if not given.
+        points_per_stitch: points along one plain loop; other parts have points in proportion to their length.
+        corner_position: positions of the corners of the faces [cm], shape (C, 3); those of the fabric if not given.
+        edge: templates of the faces of first and last rows (``Edge``), shape (F,); the templates of their stitches if
+            not given.
 
     Raises:
-        YarnError: a face's stitch has no yarn template.
+        YarnError: the stitch of a face has no yarn template.
     """
     edge = np.full(fabric.face_count, Edge.BY_STITCH) if edge is None else edge
     kinds = np.stack([edge, fabric.stitch, fabric.n_bottom, fabric.n_top, *_twists(fabric).T], axis=1)
@@ -71,31 +73,36 @@ def place_parts(
     position = fabric.corner_position if corner_position is None else corner_position
     density = points_per_width(points_per_stitch)
     groups = []
-    for number, (drawn, stitch, n_bottom, n_top, *twists) in enumerate(unique.tolist()):
+    for number, (edge_kind, stitch, n_bottom, n_top, *twists) in enumerate(unique.tolist()):
         faces = np.flatnonzero(kind == number)
         sides = n_bottom, n_top, tuple(twists[:n_top])
-        shape = template(Stitch(stitch), *sides) if drawn == Edge.BY_STITCH else edge_template(Edge(drawn), *sides)
-        groups += _place(fabric, faces, shape, position, radius, density)
-    return _joined(groups)
+        shape = (
+            template(Stitch(stitch), *sides) if edge_kind == Edge.BY_STITCH else edge_template(Edge(edge_kind), *sides)
+        )
+        groups += _place_template(fabric, faces, shape, position, radius, density)
+    return _concatenated(groups)
 
 
 def _twists(fabric: StitchMesh) -> IntArray:
-    """Half turns of each face's loops on top from left to right, zero where there is none, shape (F, most tops)."""
+    """Half turns of the loops on top of each face from left to right, zero where there is no loop, shape (F, T).
+
+    T is the largest number of top sides of a face.
+    """
     loop = np.arange(fabric.n_top.max())
-    side = (fabric.face_start[:-1] + fabric.n_bottom + fabric.n_top)[:, None] - loop  # top sides run right to left
+    side = (fabric.face_start[:-1] + fabric.n_bottom + fabric.n_top)[:, None] - loop  # top sides run from right to left
     return np.where(loop < fabric.n_top[:, None], fabric.twist[side], 0)
 
 
-def _place(
+def _place_template(
     fabric: StitchMesh, faces: IntArray, shape: Template, corner_position: FloatArray, radius: float, density: float
 ) -> list[PlacedParts]:
-    """The parts of all faces of one kind, one group for each part of the template."""
+    """The parts of all faces that share a template, one group for each part of the template."""
     first = fabric.face_start[:-1][faces]
     corners = first[:, None] + np.arange(len(shape.polygon))
     position, normal = corner_position[corners], fabric.vertex_normal[fabric.face_vertex[corners]]
     groups = []
     for index, part in enumerate(shape.parts):
-        flat = part.evenly(max(FEWEST_POINTS, round(density * part.length)))
+        flat = part.resampled(max(FEWEST_POINTS, round(density * part.length)))
         weights = mean_value_weights(shape.polygon, flat[:, :2])
         out = np.einsum("pc,fcd->fpd", weights, normal)
         out /= np.maximum(np.linalg.norm(out, axis=2, keepdims=True), 1e-12)
@@ -117,9 +124,12 @@ def _place(
 
 
 def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:
-    """Row in which the loop on each bottom side was made, slipped stitches passed by; the face's own at a border."""
+    """Row in which the loop on each bottom side was made, shape (n,).
+
+    The search follows slipped loops down to the row that made them. At a border the result is the face's own row.
+    """
     slipped_from = _slipped_from(fabric)
-    for _ in range(fabric.face_count):  # slipped all the way around a ring of rows, a loop has no beginning
+    for _ in range(fabric.face_count):  # a loop that is slipped in every row of a closed ring of rows has no beginning
         across = np.where(fabric.twin[sides] < 0, sides, fabric.twin[sides])
         slipped = slipped_from[across] >= 0
         if not slipped.any():
@@ -129,17 +139,18 @@ def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:
 
 
 def _slipped_from(fabric: StitchMesh) -> IntArray:
-    """For the top side of each slipped loop the bottom side that it comes from, else -1, shape (C,)."""
+    """For the top side of each slipped loop the bottom side where the loop enters, -1 for other sides, shape (C,)."""
     result = np.full(fabric.side_count, -1)
-    for stitch, making in VOCABULARY.items():
-        for loop, made in enumerate(making.made):
-            if made == "s":  # such a stitch has one bottom side, its face's first
+    for stitch, definition in VOCABULARY.items():
+        for loop, made in enumerate(definition.made):
+            if made == "s":  # a stitch that slips a loop has one bottom side, the first side of its face
                 first = fabric.face_start[:-1][fabric.stitch == stitch]
-                result[first + making.n_bottom + making.n_top - loop] = first
+                result[first + definition.n_bottom + definition.n_top - loop] = first
     return result
 
 
-def _joined(groups: list[PlacedParts]) -> PlacedParts:
+def _concatenated(groups: list[PlacedParts]) -> PlacedParts:
+    """All groups of parts as one."""
     counts = np.concatenate([np.diff(group.start) for group in groups])
     return PlacedParts(
         points=np.concatenate([group.points for group in groups]),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How first and last rows are finished, and which floats are cut."""
+"""Options for the finish of first and last rows, and for the longest float."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from dataclasses import dataclass
 from stitchmesh.errors import ParameterError
 
 BIND_OFFS = ("drawn", "chain")
-"""A yarn drawn through the last loops, or each loop knitted and the one before passed over it, but in small rings."""
+"""Bind-offs. ``drawn``: a yarn is drawn through the last loops. ``chain``: each loop is knitted and the loop before it
+is passed over it, except in small rings."""
 CAST_ONS = ("backward", "open")
-"""Backward loops, which do not open, or yarn-overs."""
+"""Cast-ons. ``backward``: loops whose legs cross, so that they do not open. ``open``: yarn-overs."""
 
 
 @dataclass(frozen=True)
 class YarnFinish:
-    """First and last rows, and floats.
+    """How first and last rows are finished, and how long floats may be.
 
     Raises:
-        ParameterError: there is no such bind-off or cast-on, or the longest float is negative.
+        ParameterError: the bind-off or the cast-on is unknown, or the longest float is negative.
     """
 
     bind_off: str = "drawn"
@@ -38,3 +39,4 @@ class YarnFinish:
 
 
 DEFAULT_FINISH = YarnFinish()
+"""The finish that is used where none is given."""

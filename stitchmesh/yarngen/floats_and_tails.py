@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Several yarns in a row: floats behind the stitches of other yarns, and tails where a yarn is cut.
+"""Rows with several yarns: floats behind the stitches of other yarns, and tails where a yarn is cut.
 
-A yarn that pauses is carried on the wrong side to its next stitch in the row, or to the row's end. It runs in a lane of
-its own, the yarn of the lowest number lowest, ``CLEAR`` behind the deepest yarn that it passes; and where yarns change
-between two stitches, the one of the lower number crosses the wale side below the other. So yarns of one row lie in the
-same order all along it and never twist about one another. A yarn that would be carried too far is cut.
+A yarn that pauses in a row is carried on the wrong side to its next stitch in the row, or to the end of the row. The
+carried yarn is a float. Each float runs in a lane, which is a fixed height of the face: the yarn with the lowest number
+takes the lowest lane. The lane is ``FLOAT_CLEARANCE`` behind the deepest yarn that the float passes. Where yarns change
+between two stitches, the yarn with the lower number crosses the wale side below the other yarn. The yarns of one row
+therefore keep the same order along the whole row and never twist around each other. A yarn is cut where its float would
+be too long.
 """
 
 from __future__ import annotations
@@ -22,65 +24,76 @@ from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.row_ends import Strand, Strands, tail_points
 from stitchmesh.yarngen.templates.table import template
 
-CLEAR = 2.2
-"""Distance of a float behind the deepest yarn that it passes, and of deeper lanes behind the others [radii]."""
-LANES = (0.0, 0.45)
-"""How far up a face the lanes run, over its height; further yarns run in the same places behind them."""
-AT_CHANGE = (-0.02, 0.33)
-"""Where the lower and the higher of two yarns pass the wale side between their stitches, over its height."""
+FLOAT_CLEARANCE = 2.2
+"""Distance of a float behind the deepest yarn that it passes, and between lanes that lie behind each other [radii]."""
+LANE_SHARES = (0.0, 0.45)
+"""Height of each lane above the bottom of the face, over the height of the face. If a row has more yarns than lanes,
+the other yarns use the same heights further behind."""
+CHANGE_SHARES = (-0.02, 0.33)
+"""Height at which the yarn of the lower number and the yarn of the higher number cross the wale side between their
+stitches, over the height of the face."""
 CHANGE_DEPTH = 1.6
-"""How far behind the fabric they pass it [radii]."""
-PARTED = (0.08, 0.08)
-"""How far two stitches of different yarns are drawn apart at the foot of the wale side between them, and how far the
-one of the lower number down and the other up: shares of their width and height."""
-TURN_APART = 2.4
-"""How far behind one another yarns turn to the next row [radii]."""
-TAIL = (0.5, 0.85, 1.2)
-"""How far a tail hangs behind the fabric, over the stitch width."""
-APART = 0.15
-"""How far a tail stands away from the wale side where its yarn is cut, over the stitch width."""
+"""Depth behind the fabric at which both yarns cross that wale side [radii]."""
+CHANGE_OFFSET = (0.08, 0.08)
+"""Displacement of the feet of two neighbouring stitches of different yarns at the wale side between them. First number:
+displacement away from the wale side, over the width of the stitch. Second number: displacement of the lower yarn down
+and of the higher yarn up, over the height of the stitch."""
+TURN_SPACING = 2.4
+"""Distance between the depths at which the yarns of a row turn to the next row [radii]."""
+TAIL_DEPTHS = (0.5, 0.85, 1.2)
+"""Depths of the points of a tail behind the fabric, over the stitch width."""
+TAIL_OFFSET = 0.15
+"""Distance of a tail from the wale side at which its yarn is cut, over the stitch width."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """The stitches that floats are laid behind."""
+    """The rows of a stitch mesh behind which floats run."""
 
     fabric: StitchMesh
+    """The stitch mesh, including the bind-off row."""
     radius: float
     """Yarn radius [cm]."""
-    per_width: float
-    """Points along a stitch width of yarn."""
+    points_per_width: float
+    """Number of points along one stitch width of yarn."""
 
     @cached_property
     def following(self) -> IntArray:
-        """The next face of each in its row, ``BORDER`` where there is none, shape (F,)."""
+        """The next face to the right of each face in its row, ``BORDER`` where there is none, shape (F,)."""
         return right_neighbours(self.fabric)
 
     @cached_property
     def preceding(self) -> IntArray:
-        """The face before each in its row, ``BORDER`` where there is none, shape (F,)."""
+        """The next face to the left of each face in its row, ``BORDER`` where there is none, shape (F,)."""
         return left_neighbours(self.fabric)
 
     @cached_property
     def yarns(self) -> list[list[int]]:
-        """Numbers of the yarns in each face's turn of its row, ascending."""
+        """For each face the numbers of all yarns in its row, in ascending order."""
         courses = find_courses(self.fabric)
         each = [np.unique(self.fabric.yarn[list(course.faces)]).tolist() for course in courses]
         return [each[course] for course in course_of_faces(self.fabric, courses)]
 
     @cached_property
     def changes(self) -> list[int]:
-        """Faces whose next one is of another yarn."""
+        """Faces whose next face in the row has another yarn."""
         yarn = self.fabric.yarn
         return np.flatnonzero((self.following != BORDER) & (yarn[self.following] != yarn)).tolist()
 
     def images(self, faces: list[int]) -> IntArray:
-        """Lattice image of faces beside one another from left to right, seen from the first, shape (n, 2)."""
+        """Lattice images of faces that lie side by side from left to right, seen from the first face, shape (n, 2)."""
         steps = self.fabric.side_image[self.fabric.right_wale[faces]]
         return np.cumsum(steps, axis=0) - steps
 
-    def place(self, face: int, across: float, up: float, height: float) -> FloatArray:
-        """A point of a face: shares of its width and height, and its height over the fabric [cm]."""
+    def point(self, face: int, across: float, up: float, height: float) -> FloatArray:
+        """A point of a face [cm], shape (3,).
+
+        Args:
+            face: number of the face.
+            across: distance from the left wale side, over the width of the face.
+            up: distance from the bottom, over the height of the face.
+            height: distance from the face along its normal [cm].
+        """
         low, high = self.fabric.face_start[face], self.fabric.left_wale[face]
         right = self.fabric.right_wale[face]
         corners = np.array([low, right, self.fabric.side_next[right], high])
@@ -89,146 +102,183 @@ class Rows:
         return weights @ self.fabric.corner_position[corners] + height * normal / np.linalg.norm(normal)
 
     def lane(self, face: int, yarn: int) -> tuple[float, float]:
-        """How far up a face a yarn floats behind it, and at what height [cm]."""
+        """Height of the lane of a yarn above the bottom of a face, over the height of the face, and its depth [cm]."""
         rank = int(np.searchsorted(self.yarns[face], yarn))
         deepest = _deepest(*(int(n[face]) for n in (self.fabric.stitch, self.fabric.n_bottom, self.fabric.n_top)))
-        return LANES[rank % len(LANES)], (deepest - CLEAR * (1 + rank // len(LANES))) * self.radius
+        return LANE_SHARES[rank % len(LANE_SHARES)], (
+            deepest - FLOAT_CLEARANCE * (1 + rank // len(LANE_SHARES))
+        ) * self.radius
 
-    def behind(self, faces: list[int], yarn: int) -> list[FloatArray]:
-        """Points [cm] of a yarn that floats behind faces from left to right, in the lattice image of the first."""
-        count = max(2, round(self.per_width))
+    def float_points(self, faces: list[int], yarn: int) -> list[FloatArray]:
+        """Points of a yarn that floats behind faces [cm], each of shape (3,), in the lattice image of the first face.
+
+        Args:
+            faces: the faces, from left to right.
+            yarn: number of the yarn.
+        """
+        count = max(2, round(self.points_per_width))
         shares = (np.arange(count) + 0.5) / count
         away = self.fabric.shift(self.images(faces))
         return [
-            self.place(face, share, *self.lane(face, yarn)) + shift
+            self.point(face, share, *self.lane(face, yarn)) + shift
             for face, shift in zip(faces, away, strict=True)
             for share in shares
         ]
 
-    def passing(self, face: int, yarn: int, other: int) -> FloatArray:
-        """Where a yarn passes the right wale side of a face at which it changes with another [cm]."""
-        return self.place(face, 1.0, AT_CHANGE[yarn > other], -CHANGE_DEPTH * self.radius)
+    def change_point(self, face: int, yarn: int, other: int) -> FloatArray:
+        """Point at which a yarn crosses the right wale side of a face next to another yarn [cm], shape (3,)."""
+        return self.point(face, 1.0, CHANGE_SHARES[yarn > other], -CHANGE_DEPTH * self.radius)
 
-    def reach(self, face: int, neighbour: IntArray, longest: int) -> list[int]:
-        """The other faces that lie between a face and the next of its yarn, or so many as a yarn is carried behind."""
-        passed: list[int] = []
+    def faces_between(self, face: int, neighbour: IntArray, longest: int) -> list[int]:
+        """Faces of other yarns between a face and the next face of the same yarn.
+
+        Args:
+            face: the face at which the search begins.
+            neighbour: the next face of each face in the direction of the search, shape (F,).
+            longest: largest number of stitches behind which a yarn is carried; the search stops one face later.
+        """
+        faces: list[int] = []
         beyond = int(neighbour[face])
-        while beyond != BORDER and len(passed) <= longest and self.fabric.yarn[beyond] != self.fabric.yarn[face]:
-            passed.append(beyond)
+        while beyond != BORDER and len(faces) <= longest and self.fabric.yarn[beyond] != self.fabric.yarn[face]:
+            faces.append(beyond)
             beyond = int(neighbour[beyond])
-        return passed
+        return faces
 
 
 def lay_floats(rows: Rows, longest: int, bridges: Bridges) -> None:
-    """Carry or cut every yarn where it changes along a row.
+    """Carry every yarn that changes along a row to its next stitch, or cut it and end it in tails.
 
     Args:
-        rows: the stitches.
-        longest: stitches behind which a yarn is carried.
-        bridges: takes the floats and the tails; holds the row ends.
+        rows: the rows of stitches.
+        longest: largest number of stitches behind which a yarn is carried.
+        bridges: holds the row ends; the floats and the tails are added.
     """
     fabric, yarn = rows.fabric, rows.fabric.yarn
     for face in rows.changes:
-        passed = rows.reach(face, rows.following, longest)
-        target = int(rows.following[passed[-1]])
-        if target != BORDER and len(passed) <= longest and abs(fabric.row[target] - fabric.row[face]) <= 1:
-            own, first, last = (int(yarn[each]) for each in (face, passed[0], passed[-1]))
-            images = rows.images([face, *passed, target])
+        faces = rows.faces_between(face, rows.following, longest)
+        target = int(rows.following[faces[-1]])
+        if target != BORDER and len(faces) <= longest and abs(fabric.row[target] - fabric.row[face]) <= 1:
+            own, first, last = (int(yarn[each]) for each in (face, faces[0], faces[-1]))
+            images = rows.images([face, *faces, target])
             begins, ends = fabric.shift(images[[1, -2]])
-            points = [rows.passing(face, own, first), *(point + begins for point in rows.behind(passed, own))]
-            points.append(rows.passing(passed[-1], own, last) + ends)
+            points = [rows.change_point(face, own, first), *(point + begins for point in rows.float_points(faces, own))]
+            points.append(rows.change_point(faces[-1], own, last) + ends)
             crossings = crossing_number(fabric.right_wale[face]), crossing_number(fabric.left_wale[target])
             image = int(images[-1, 0]), int(images[-1, 1])
-            bridges.join(*crossings, np.array(points), image=image, floats=True)
+            bridges.join(*crossings, np.array(points), image=image, is_float=True)
     for face in rows.changes:
         after = int(rows.following[face])
-        _tie(rows, bridges, int(fabric.right_wale[face]), _cut_tail(rows, face, after, 1))
-        _tie(rows, bridges, int(fabric.left_wale[after]), _cut_tail(rows, after, face, -1))
+        _end_in_tail(rows, bridges, int(fabric.right_wale[face]), _cut_tail(rows, face, after, 1))
+        _end_in_tail(rows, bridges, int(fabric.left_wale[after]), _cut_tail(rows, after, face, -1))
     side_yarn = yarn[fabric.side_face]
     for side in np.flatnonzero(fabric.is_wale & fabric.mismatched & (side_yarn != side_yarn[fabric.twin])).tolist():
-        _tie(rows, bridges, side, tail_points(fabric, side))
+        _end_in_tail(rows, bridges, side, tail_points(fabric, side))
 
 
-def parted_corners(rows: Rows, corner_position: FloatArray) -> FloatArray:
-    """Corners with room for the yarns that change between two stitches [cm], shape (C, 3), from where they are."""
+def separate_corners(rows: Rows, corner_position: FloatArray) -> FloatArray:
+    """Corners of the faces, displaced where two neighbouring stitches have different yarns [cm], shape (C, 3).
+
+    The displacement (``CHANGE_OFFSET``) makes room for the yarns that change there.
+
+    Args:
+        rows: the rows of stitches.
+        corner_position: corners before the displacement [cm], shape (C, 3).
+    """
     fabric, position = rows.fabric, corner_position.copy()
-    apart, rise = PARTED
+    across_share, up_share = CHANGE_OFFSET
     for face in rows.changes:
         after = int(rows.following[face])
         sign = 1.0 if fabric.yarn[face] > fabric.yarn[after] else -1.0
-        for each, way in ((face, -1.0), (after, 1.0)):
+        for each, direction in ((face, -1.0), (after, 1.0)):
             left, right = fabric.face_start[each], fabric.right_wale[each]
             foot, head = (right, fabric.side_next[right]) if each == face else (left, fabric.left_wale[each])
             across = corner_position[right] - corner_position[left]
             up = corner_position[head] - corner_position[foot]
-            position[foot] += way * apart * across - way * sign * rise * up
+            position[foot] += direction * across_share * across - direction * sign * up_share * up
     return position
 
 
-def strands_at_ends(rows: Rows, longest: int) -> Strands:
-    """The yarns that are carried to each row end to which more than one comes."""
+def carried_strands(rows: Rows, longest: int) -> Strands:
+    """The strands at each row end that more than one yarn reaches.
+
+    Args:
+        rows: the rows of stitches.
+        longest: largest number of stitches behind which a yarn is carried.
+
+    Returns:
+        The strands by border side and yarn; empty if the fabric has one yarn.
+    """
     fabric = rows.fabric
     if (fabric.yarn == fabric.yarn[0]).all():
         return {}
     right = fabric.right_wale[fabric.twin[fabric.right_wale] == BORDER]
     left = fabric.left_wale[fabric.twin[fabric.left_wale] == BORDER]
-    found = {int(side): _last_stitches(rows, int(side), rows.preceding, longest) for side in right}
-    found |= {int(side): _last_stitches(rows, int(side), rows.following, longest) for side in left}
+    found = {int(side): _last_faces(rows, int(side), rows.preceding, longest) for side in right}
+    found |= {int(side): _last_faces(rows, int(side), rows.following, longest) for side in left}
     return {side: _strands(rows, side, last) for side, last in found.items() if len(last) > 1}
 
 
-def _last_stitches(rows: Rows, side: int, neighbour: IntArray, longest: int) -> dict[int, list[int]]:
-    """For each yarn its last face before a row's end and those between, from the row's end inwards."""
+def _last_faces(rows: Rows, side: int, neighbour: IntArray, longest: int) -> dict[int, list[int]]:
+    """For each yarn that reaches a row end, the faces from the row end to the last stitch of that yarn."""
     face = int(rows.fabric.side_face[side])
     row = int(rows.fabric.row[face])
     found: dict[int, list[int]] = {}
-    passed: list[int] = []
-    while face != BORDER and len(passed) <= longest and rows.fabric.row[face] == row and face not in passed:
-        found.setdefault(int(rows.fabric.yarn[face]), [*passed, face])
-        passed.append(face)
+    faces: list[int] = []
+    while face != BORDER and len(faces) <= longest and rows.fabric.row[face] == row and face not in faces:
+        found.setdefault(int(rows.fabric.yarn[face]), [*faces, face])
+        faces.append(face)
         face = int(neighbour[face])
     return found
 
 
 def _strands(rows: Rows, side: int, last: dict[int, list[int]]) -> dict[int, Strand]:
+    """The strands at a row end by the number of their yarn, from the faces that ``_last_faces`` returns."""
     fabric, result = rows.fabric, {}
     is_right = fabric.side_role[side] == RIGHT
     for rank, yarn in enumerate(sorted(last)):
-        *passed, face = last[yarn]
+        *faces, face = last[yarn]
         own = fabric.right_wale[face] if is_right else fabric.left_wale[face]
         points, tail = [], tail_points(fabric, side)
-        if passed:
-            tail = _cut_tail(rows, face, passed[-1], 1 if is_right else -1)
-            left_of_change = face if is_right else passed[-1]
-            points.append(rows.passing(left_of_change, yarn, int(fabric.yarn[passed[-1]])))
-            lanes = rows.behind(passed[::-1] if is_right else passed, yarn)
+        if faces:
+            tail = _cut_tail(rows, face, faces[-1], 1 if is_right else -1)
+            left_of_change = face if is_right else faces[-1]
+            points.append(rows.change_point(left_of_change, yarn, int(fabric.yarn[faces[-1]])))
+            lanes = rows.float_points(faces[::-1] if is_right else faces, yarn)
             points += lanes if is_right else lanes[::-1]
-        deep = rank * TURN_APART * rows.radius
+        depth = rank * TURN_SPACING * rows.radius
         end = int(fabric.side_face[side])
-        points.append(rows.place(end, float(is_right), AT_CHANGE[min(rank, 1)], -deep))
-        result[yarn] = Strand(crossing_number(own), np.array(points), deep, tail)
+        points.append(rows.point(end, float(is_right), CHANGE_SHARES[min(rank, 1)], -depth))
+        result[yarn] = Strand(crossing_number(own), np.array(points), depth, tail)
     return result
 
 
-def _cut_tail(rows: Rows, face: int, beside: int, way: int) -> FloatArray:
-    """Points of the tail where the yarn of a face is cut at the wale side to the face beside it [cm]."""
+def _cut_tail(rows: Rows, face: int, beside: int, direction: int) -> FloatArray:
+    """Points of the tail of a yarn that is cut at the wale side between two faces [cm], shape (n, 3).
+
+    Args:
+        rows: the rows of stitches.
+        face: face of the yarn that is cut.
+        beside: the neighbouring face, which has another yarn.
+        direction: 1 if the neighbouring face lies to the right, -1 if it lies to the left.
+    """
     fabric = rows.fabric
-    left = face if way > 0 else beside
-    begins = 0.0 if way > 0 else fabric.shift(fabric.side_image[fabric.left_wale[face]])
+    left = face if direction > 0 else beside
+    begins = 0.0 if direction > 0 else fabric.shift(fabric.side_image[fabric.left_wale[face]])
     own, other = int(rows.fabric.yarn[face]), int(rows.fabric.yarn[beside])
-    width = float(np.linalg.norm(rows.place(face, 1.0, 0.5, 0.0) - rows.place(face, 0.0, 0.5, 0.0)))
-    up = AT_CHANGE[own > other]
-    away = [rows.place(left, 1.0 + way * APART, up, -depth * width) for depth in TAIL]
-    return np.array([rows.passing(left, own, other), *away]) + begins
+    width = float(np.linalg.norm(rows.point(face, 1.0, 0.5, 0.0) - rows.point(face, 0.0, 0.5, 0.0)))
+    up = CHANGE_SHARES[own > other]
+    away = [rows.point(left, 1.0 + direction * TAIL_OFFSET, up, -depth * width) for depth in TAIL_DEPTHS]
+    return np.array([rows.change_point(left, own, other), *away]) + begins
 
 
-def _tie(rows: Rows, bridges: Bridges, side: int, tail: FloatArray) -> None:
+def _end_in_tail(rows: Rows, bridges: Bridges, side: int, tail: FloatArray) -> None:
+    """End the yarn in a tail where it crosses a side, unless a bridge or a tail begins there."""
     crossing = crossing_number(side)
-    if not bridges.holds(crossing):
-        bridges.tie(crossing, tail)
+    if not bridges.redirects(crossing):
+        bridges.end_in_tail(crossing, tail)
 
 
 @lru_cache(maxsize=1024)
 def _deepest(stitch: int, n_bottom: int, n_top: int) -> float:
-    """Height of the deepest yarn of a stitch [radii]."""
+    """Height of the deepest yarn of a stitch [radii]; it is negative."""
     return min(float(part.curve[:, 2].min()) for part in template(Stitch(stitch), n_bottom, n_top).parts)

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which yarn of a stitch is its own and which is of the loop below, that it is drawn through.
+"""Which yarn of a stitch belongs to the loop below, through which the stitch is worked, and which to the stitch itself.
 
-Rows and yarns tell the two apart, but not in a repeat of one row, where a stitch is drawn through itself.
+Row and yarn numbers distinguish the two, except in a periodic fabric of one row, where a stitch is worked through its
+own image.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ from stitchmesh.yarngen.templates.table import template
 
 
 def belongs_to_loop_below(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool_]:
-    """Whether each control point is of a loop below its stitch (``Part.is_head``), shape (N,).
+    """Whether each control point belongs to a loop below its stitch (``Part.is_head``), shape (N,).
 
     Args:
-        yarns: generated from the fabric.
-        fabric: stitches without borders.
+        yarns: the yarns generated from the fabric.
+        fabric: a stitch mesh without borders.
     """
     kinds = np.stack([fabric.stitch, fabric.n_bottom, fabric.n_top], axis=1)
     unique, kind = np.unique(kinds, axis=0, return_inverse=True)

@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns of an edited fabric that start from those relaxed before the edit.
+"""Yarns of an edited fabric, placed by the relaxed yarns of the fabric before the edit.
 
-The loss of relaxation by an edit is the first limitation that Leaf et al. 2018 name. Here the yarns of the fabric are
-generated before and after the edit; a control point that lies where one lay before belongs to a stitch that the edit
-did not touch, and goes where that one was relaxed to. The others are carried along: the displacement u(x) from
-generated to relaxed places is known at all untouched points, and a touched point x takes
+An edit discards the relaxation; Leaf et al. 2018 name this as their first limitation. Here the yarns are generated
+twice, from the fabric before the edit and from the edited fabric. A new control point that coincides with an old one
+belongs to a stitch that the edit did not change; the point takes the relaxed position of the old one. All other new
+control points follow the displacement field of the unchanged ones. The displacement u(x) from generated to relaxed
+positions is known at the unchanged points. A changed point x takes
 
-    u(x) = the value at x of the affine map that fits u best at its nearest untouched neighbours x_k,
+    u(x) = the value at x of the affine map that fits u best at its nearest unchanged neighbours x_k,
     with weights w_k = exp(-|x_k - x|^2 / h^2) / (|x_k - x|^2 / h^2 + 1e-2)
 
-(moving least squares, h the mean stitch width): one smooth field for all yarns, so that what is interlocked stays so,
-which meets the relaxed points without a step.
+(moving least squares; h is the mean stitch width). The field is smooth and the same for all yarns, so interlocked yarns
+stay interlocked, and it continues the displacement of the unchanged points without a jump.
 """
 
 from __future__ import annotations
@@ -28,87 +29,108 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
 
-SAME_PLACE = 0.02
-"""Distance over the yarn radius within which a control point is the one that lay there before."""
+SAME_POINT_DISTANCE = 0.02
+"""Largest distance between a new control point and the old control point that it continues, over the yarn radius."""
 NEIGHBOURS = 64
-"""Untouched control points by which a touched one is carried along."""
+"""Number of unchanged control points from which the displacement of a changed one is computed."""
 RIDGE = 1e-3
-"""Weight, over that of the neighbours, of a field that does not vary: where they lie in a plane it decides."""
+"""Weight of a constant displacement field, over the weight of the neighbours. It determines the fit where the
+neighbours lie in a plane."""
 
 
 def regenerate_yarns(
-    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **how: Any
+    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **options: Any
 ) -> tuple[YarnSet, YarnSet]:
-    """Yarns of an edited fabric, as generated, and in the place where to start relaxing them again.
+    """Yarns of an edited fabric: as generated, and at the positions at which a new relaxation starts.
 
-    Give both to ``relax_yarns(generated, start=blended, keep_shape=after)``.
+    Pass both results to ``relax_yarns(generated, start=blended, keep_shape=after)``.
 
     Args:
-        relaxed: yarns of the fabric before the edit, relaxed.
-        before: that fabric.
-        after: the edited fabric.
-        quality: as the relaxed yarns were generated with.
-        how: what else ``generate_yarns`` was told then.
+        relaxed: relaxed yarns of the fabric before the edit.
+        before: the stitch mesh before the edit.
+        after: the edited stitch mesh.
+        quality: the quality with which the relaxed yarns were generated.
+        **options: the other arguments of ``generate_yarns`` with which the relaxed yarns were generated.
 
     Returns:
-        The yarns of ``after`` as generated, with the rest lengths and natural curvatures of ``relaxed`` where they are
-        its own, and the same yarns with all untouched stitches as relaxed.
+        The yarns of ``after`` as generated, with the rest lengths and natural curvatures of ``relaxed`` for unchanged
+        stitches; and the same yarns with all unchanged stitches at their relaxed positions.
 
     Raises:
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
         YarnError: as for ``generate_yarns``.
+
+    Source: Leaf et al. 2018 (the limitation). Moving least squares is described by Levin 1998.
     """
-    radius = float(relaxed.radius[0])  # a mean would round
-    old = generate_yarns(before, yarn_radius=radius, quality=quality, **how)
+    radius = float(relaxed.radius[0])  # the mean of equal radii could differ by rounding
+    old = generate_yarns(before, yarn_radius=radius, quality=quality, **options)
     if not np.array_equal(old.start, relaxed.start):
         raise ParameterError(
-            f"relaxed yarns: got {len(relaxed.points)} control points; this fabric and quality make {len(old.points)}, "
-            "give those that the yarns were generated with"
+            f"relaxed yarns: got {len(relaxed.points)} control points; this fabric and quality give {len(old.points)}; "
+            "give the fabric and the quality with which the yarns were generated"
         )
-    new = generate_yarns(after, yarn_radius=radius, quality=quality, **how)
-    own = untouched_points(old, new, SAME_PLACE * radius)
-    known = np.flatnonzero(own >= 0)
+    new = generate_yarns(after, yarn_radius=radius, quality=quality, **options)
+    old_number = unchanged_points(old, new, SAME_POINT_DISTANCE * radius)
+    known = np.flatnonzero(old_number >= 0)
     if len(known) < NEIGHBOURS:
         raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
     points = np.empty_like(new.points)
-    points[known] = relaxed.points[own[known]]
-    touched = np.flatnonzero(own < 0)
-    shift = relaxed.points[own[known]] - new.points[known]
-    points[touched] = new.points[touched] + _carried(
-        new.points[known], shift, new.points[touched], mean_stitch_width(after)
+    points[known] = relaxed.points[old_number[known]]
+    new_points = np.flatnonzero(old_number < 0)
+    shift = relaxed.points[old_number[known]] - new.points[known]
+    points[new_points] = new.points[new_points] + _interpolated(
+        new.points[known], shift, new.points[new_points], mean_stitch_width(after)
     )
-    natural = np.where(own >= 0, relaxed.natural_curvature[own], 0.0)  # yarn is drawn straight at rest
-    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, own), natural_curvature=natural)
+    # generated yarn is straight without load
+    natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
+    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)
     return new, replace(new, points=points)
 
 
-def untouched_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
-    """Number of the old control point that lay in the place of each new one, -1 where none did, shape (N,)."""
+def unchanged_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
+    """Number of the old control point that coincides with each new one, -1 where there is none, shape (N,).
+
+    Args:
+        old: yarns generated before the edit.
+        new: yarns generated after the edit.
+        within: largest distance between coinciding points [cm].
+    """
     distance, nearest = cKDTree(old.points).query(new.points, distance_upper_bound=within)
     return np.where(np.isfinite(distance), nearest, -1)
 
 
-def _carried(known: FloatArray, shift: FloatArray, points: FloatArray, width: float) -> FloatArray:
-    """Displacement [cm] of points by moving least squares of the known ones, shape (n, 3)."""
+def _interpolated(known: FloatArray, shift: FloatArray, points: FloatArray, width: float) -> FloatArray:
+    """Displacement [cm] at points by moving least squares of known displacements, shape (n, 3).
+
+    Args:
+        known: positions with a known displacement [cm], shape (m, 3).
+        shift: displacements of these positions [cm], shape (m, 3).
+        points: positions at which the displacement is computed [cm], shape (n, 3).
+        width: mean stitch width [cm].
+    """
     if len(points) == 0:
         return np.zeros((0, 3))
     nearest = cKDTree(known).query(points, k=NEIGHBOURS)[1]
     offset = (known[nearest] - points[:, None, :]) / width
-    square = np.sum(offset**2, axis=2)
-    square -= square.min(axis=1, keepdims=True)  # far from all, the nearest still count
-    weight = np.exp(-square) / (square + 1e-2)
+    squares = np.sum(offset**2, axis=2)
+    squares -= squares.min(axis=1, keepdims=True)  # the weights do not vanish where all neighbours are far away
+    weight = np.exp(-squares) / (squares + 1e-2)
     weight /= weight.sum(axis=1, keepdims=True)
-    basis = np.concatenate([np.ones((*square.shape, 1)), offset], axis=2)
+    basis = np.concatenate([np.ones((*squares.shape, 1)), offset], axis=2)
     normal = np.einsum("pk,pki,pkj->pij", weight, basis, basis)
     normal[:, [1, 2, 3], [1, 2, 3]] += RIDGE
     right = np.einsum("pk,pki,pkd->pid", weight, basis, shift[nearest])
     return np.linalg.solve(normal, right)[:, 0]
 
 
-def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, own: IntArray) -> FloatArray:
-    """Rest lengths [cm]: of an untouched segment its own, of others as generated times what all were changed by."""
+def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, old_number: IntArray) -> FloatArray:
+    """Rest lengths of the new yarns [cm], shape (S,).
+
+    The generated rest lengths are multiplied by the ratio of relaxed to generated rest length before the edit:
+    unchanged segments by their own ratio, the other segments by the median of all ratios.
+    """
     factor = relaxed.rest_length / old.rest_length
     segment_of = np.full(len(old.points), -1)
     segment_of[old.segment_points[:, 1]] = np.arange(len(factor))
-    before = np.where(own[new.segment_points[:, 1]] >= 0, segment_of[own[new.segment_points[:, 1]]], -1)
+    before = np.where(old_number[new.segment_points[:, 1]] >= 0, segment_of[old_number[new.segment_points[:, 1]]], -1)
     return new.rest_length * np.where(before >= 0, factor[before], np.median(factor))

@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of the yarn where a row ends at a border (Yuksel et al. 2012, section 4.3).
+"""Join or tie off the yarn where a row ends at a border (Yuksel et al. 2012, section 4.3).
 
-Rows are knitted to and fro: along each stretch of row ends, those of neighbouring rows are joined in pairs, the
-first two on the right border, the second and third on the left, so that a flat piece is one yarn. Where two
-stretches begin in one border vertex, at the foot of a slit or beside a bound-off edge, the yarn goes on across it;
-likewise where two end in one, at the head of a slit or on a shoulder. Only rows of the same yarn are joined; where
-rows are knitted with several yarns, each is. A row end without a partner is tied: its tail hangs on the wrong side.
+Rows are knitted to and fro, so the yarn turns at a row end and continues in the next row. Row ends that follow each
+other along a border form a run. Within a run, neighbouring row ends are joined in pairs: on a right border the first
+and the second, on a left border the second and the third, and so on. A flat piece is then one yarn. Where two runs
+begin at the same border vertex, at the foot of a slit or beside a bound-off edge, their first row ends are joined.
+Where two runs end at the same vertex, at the head of a slit or on a shoulder, their last row ends are joined.
+
+Only row ends of the same yarn are joined; where rows have several yarns, each yarn is joined on its own. A row end
+without a partner is tied off, and its tail hangs on the wrong side of the fabric.
 """
 
 from __future__ import annotations
@@ -19,129 +22,140 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, FloatArray, StitchMesh
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
-from stitchmesh.yarngen.templates.template import FOOT_PLACE, RADIUS_OVER_WIDTH
+from stitchmesh.yarngen.templates.template import FOOT_SHARE, RADIUS_OVER_WIDTH
 
 TURN_REACH = 0.45
-"""How far the turn between two rows reaches beyond the border, over the stitch width."""
+"""Distance by which the turn between two rows extends beyond the border, over the stitch width."""
 SHORTEST_REACH = 0.05
-"""The same where another border is so near, at the end of a slit, that turns would meet half way."""
+"""Smallest value of this distance. It is used at the end of a slit, where the turns of two opposite borders would
+otherwise meet."""
 TAIL = ((0.2, 0.15), (0.25, 0.5), (0.25, 0.85), (0.25, 1.2))
-"""Points of a tail, beyond the border and behind the fabric, over the stitch width: ends hang on the wrong side."""
-ABREAST = 0.2
-"""How far up and down the wale side tails hang that begin side by side, over its length."""
+"""Points of a tail: distance beyond the border and depth behind the fabric, both over the stitch width. Tails hang on
+the wrong side."""
+TAIL_SEPARATION = 0.2
+"""Shift of two tails that begin side by side, one up and one down the wale side, over the length of that side."""
 
 
 @dataclass(frozen=True, eq=False)
 class Strand:
-    """One of the yarns of a row, from its last stitch to the row's end."""
+    """One of the yarns of a row, between its last stitch and the end of the row."""
 
     crossing: int
-    """Where it leaves its last stitch."""
+    """Number of the crossing at which the yarn leaves its last stitch."""
     points: FloatArray
-    """Points on the way to the border [cm], shape (n, 3)."""
-    behind: float
-    """How far behind the border it turns to the next row [cm]."""
+    """Points between the last stitch and the border [cm], shape (n, 3)."""
+    depth: float
+    """Depth behind the border at which the yarn turns to the next row [cm]."""
     tail: FloatArray
-    """Points of its tail where it is not joined [cm], shape (n, 3)."""
+    """Points of the tail that is used where the strand is not joined [cm], shape (n, 3)."""
 
 
 Strands = dict[int, dict[int, Strand]]
-"""By the border side at which their row ends, and by the number of their yarn."""
+"""Strands by the border side at which their row ends, and then by the number of their yarn."""
 Pair = tuple[int, int, FloatArray]
 """Two border sides and the points of the turn between them [cm], shape (n, 3)."""
 
 
 def finish_row_ends(fabric: StitchMesh, strands: Strands | None = None) -> Bridges:
-    """Join or tie all row ends of a fabric.
+    """Join all row ends of a fabric in pairs, or tie them off.
 
     Args:
         fabric: the stitch mesh.
-        strands: yarns of the row ends that more than one comes to.
+        strands: the strands at row ends that more than one yarn reaches; other row ends have the one yarn of their
+            stitch.
+
+    Returns:
+        The bridges and tails at the row ends.
     """
-    ends = Bridges()
-    runs = [run for loop in fabric.boundary_loops for run in _runs(fabric, loop.tolist())]
-    arrive = {side: _strand(fabric, side) for run in runs for side in run} | (strands or {})
+    bridges = Bridges()
+    runs = [run for loop in fabric.boundary_loops for run in _row_end_runs(fabric, loop.tolist())]
+    strands_by_side = {side: _strand_of_stitch(fabric, side) for run in runs for side in run} | (strands or {})
     for first, second, turn in _pairs(fabric, runs):
-        for yarn in arrive[first].keys() & arrive[second].keys():
-            _join(fabric, ends, (arrive[first][yarn], arrive[second][yarn]), first, turn)
+        for yarn in strands_by_side[first].keys() & strands_by_side[second].keys():
+            _join_strands(fabric, bridges, (strands_by_side[first][yarn], strands_by_side[second][yarn]), first, turn)
         if len(turn) == 0:
-            _part_tails(fabric, arrive, first, second)
-    for each in arrive.values():
+            _separate_tails(fabric, strands_by_side, first, second)
+    for each in strands_by_side.values():
         for strand in each.values():
-            if not ends.holds(strand.crossing):
-                ends.tie(strand.crossing, strand.tail)
-    return ends
+            if not bridges.redirects(strand.crossing):
+                bridges.end_in_tail(strand.crossing, strand.tail)
+    return bridges
 
 
-def _part_tails(fabric: StitchMesh, arrive: Strands, first: int, second: int) -> None:
-    """Hang the tails of two row ends that lie side by side past one another, that of the lower number lower."""
+def _separate_tails(fabric: StitchMesh, strands_by_side: Strands, first: int, second: int) -> None:
+    """Move the tails of two row ends that lie side by side apart; the yarn of the lower number gets the lower tail."""
     yarns = fabric.yarn[fabric.side_face[[first, second]]].tolist()
     for side, yarn in zip((first, second), yarns, strict=True):
-        tail = tail_points(fabric, side, ABREAST if yarn == max(yarns) else -ABREAST)
-        arrive[side] |= {yarn: replace(arrive[side][yarn], tail=tail)}
+        tail = tail_points(fabric, side, TAIL_SEPARATION if yarn == max(yarns) else -TAIL_SEPARATION)
+        strands_by_side[side] |= {yarn: replace(strands_by_side[side][yarn], tail=tail)}
 
 
-def _strand(fabric: StitchMesh, side: int) -> dict[int, Strand]:
-    """The yarn of the stitch at a row's end."""
+def _strand_of_stitch(fabric: StitchMesh, side: int) -> dict[int, Strand]:
+    """The strand of the stitch at a row end, by the number of its yarn."""
     yarn = int(fabric.yarn[fabric.side_face[side]])
     return {yarn: Strand(crossing_number(side), np.zeros((0, 3)), 0.0, tail_points(fabric, side))}
 
 
-def _join(fabric: StitchMesh, ends: Bridges, strands: tuple[Strand, Strand], side: int, turn: FloatArray) -> None:
+def _join_strands(
+    fabric: StitchMesh, bridges: Bridges, strands: tuple[Strand, Strand], side: int, turn: FloatArray
+) -> None:
+    """Join two strands by a turn, behind the border by the larger depth of the two."""
     first, second = strands
-    turn = turn - max(first.behind, second.behind) * fabric.vertex_normal[fabric.face_vertex[side]]
-    ends.join(first.crossing, second.crossing, np.concatenate([first.points, turn, second.points[::-1]]))
+    turn = turn - max(first.depth, second.depth) * fabric.vertex_normal[fabric.face_vertex[side]]
+    bridges.join(first.crossing, second.crossing, np.concatenate([first.points, turn, second.points[::-1]]))
 
 
 def _pairs(fabric: StitchMesh, runs: list[list[int]]) -> list[Pair]:
-    """Row ends that belong together, whatever their yarns; each stands in one pair at most."""
-    reach, pairs = _reaches(fabric, runs), []
-    taken: set[int] = set()
-    at_feet = [pair for roles in ((LEFT, RIGHT), (RIGHT, RIGHT), (LEFT, LEFT)) for pair in _meetings(fabric, *roles)]
-    for first, second in at_feet:
-        if not taken & {first, second}:
+    """Pairs of row ends to be joined, whatever their yarns. A row end is in at most one pair."""
+    reach, pairs = _turn_reaches(fabric, runs), []
+    paired: set[int] = set()
+    side_by_side = [
+        pair for roles in ((LEFT, RIGHT), (RIGHT, RIGHT), (LEFT, LEFT)) for pair in _adjacent_row_ends(fabric, *roles)
+    ]
+    for first, second in side_by_side:
+        if not paired & {first, second}:
             pairs.append((first, second, np.zeros((0, 3))))
-            taken |= {first, second}
+            paired |= {first, second}
     for run in runs:
-        for low, high in _neighbours(fabric, run, taken):
-            pairs.append((low, high, _turn(fabric, low, high, min(reach[low], reach[high]))))
-            taken |= {low, high}
-    for first, second in _meetings(fabric, RIGHT, LEFT):
-        if not taken & {first, second}:
-            pairs.append((first, second, _turn(fabric, first, second, min(reach[first], reach[second]))))
-            taken |= {first, second}
+        for low, high in _pairs_along_run(fabric, run, paired):
+            pairs.append((low, high, _turn_points(fabric, low, high, min(reach[low], reach[high]))))
+            paired |= {low, high}
+    for first, second in _adjacent_row_ends(fabric, RIGHT, LEFT):
+        if not paired & {first, second}:
+            pairs.append((first, second, _turn_points(fabric, first, second, min(reach[first], reach[second]))))
+            paired |= {first, second}
     return pairs
 
 
-def _meetings(fabric: StitchMesh, role: int, next_role: int) -> list[tuple[int, int]]:
-    """Wale sides of these roles that follow each other on a border without being neighbours in one wale."""
+def _adjacent_row_ends(fabric: StitchMesh, role: int, next_role: int) -> list[tuple[int, int]]:
+    """Wale sides of two given roles that follow each other on a border and do not belong to the same wale."""
     sides = np.flatnonzero((fabric.side_role == role) & (fabric.twin == BORDER)).tolist()
     pairs = [(side, fabric.next_border_side(side)) for side in sides]
-    return [pair for pair in pairs if fabric.side_role[pair[1]] == next_role and not _stacked(fabric, *pair)]
+    return [pair for pair in pairs if fabric.side_role[pair[1]] == next_role and not _are_stacked(fabric, *pair)]
 
 
-def _stacked(fabric: StitchMesh, side: int, following: int) -> bool:
-    """Whether the faces of two sides that follow each other on a border stand on one another."""
+def _are_stacked(fabric: StitchMesh, side: int, following: int) -> bool:
+    """Whether two sides that follow each other on a border belong to faces that lie above each other in one wale."""
     return bool(fabric.twin[fabric.side_next[side]] == fabric.side_previous[following])
 
 
-def _reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:
-    """How far turns may reach beyond each side, over the stitch width: half way to the next stretch of row ends."""
+def _turn_reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:
+    """Largest reach of the turn at each side, over the stitch width: half the distance to the next run of row ends."""
     reach: dict[int, float] = {}
     middle = 0.5 * (fabric.corner_position + fabric.corner_position[fabric.side_next])
     for run in runs:
         others = [side for other in runs if other is not run for side in other]
-        gap = cKDTree(middle[others]).query(middle[run])[0] if others else np.full(len(run), np.inf)
-        for side, distance in zip(run, gap, strict=True):
-            room = 0.5 * distance / _stitch_width(fabric, side) - RADIUS_OVER_WIDTH
-            reach[side] = float(np.clip(room, SHORTEST_REACH, TURN_REACH))
+        distances_to_others = cKDTree(middle[others]).query(middle[run])[0] if others else np.full(len(run), np.inf)
+        for side, distance in zip(run, distances_to_others, strict=True):
+            available = 0.5 * distance / _stitch_width(fabric, side) - RADIUS_OVER_WIDTH
+            reach[side] = float(np.clip(available, SHORTEST_REACH, TURN_REACH))
     return reach
 
 
-def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
-    """Stretches of wale sides along a border whose faces stand on one another, each upwards."""
+def _row_end_runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
+    """Runs of row ends along a border: wale sides whose faces lie above each other, from the lowest to the highest."""
     before = [loop[-1], *loop[:-1]]
-    starts = [place for place, pair in enumerate(zip(before, loop, strict=True)) if not _stacked(fabric, *pair)]
+    starts = [place for place, pair in enumerate(zip(before, loop, strict=True)) if not _are_stacked(fabric, *pair)]
     first = starts[0] if starts else 0
     loop = loop[first:] + loop[:first]
     cuts = [start - first for start in starts] or [0]
@@ -149,32 +163,41 @@ def _runs(fabric: StitchMesh, loop: list[int]) -> list[list[int]]:
     return [run if fabric.side_role[run[0]] == RIGHT else run[::-1] for run in runs if fabric.is_wale[run[0]]]
 
 
-def _neighbours(fabric: StitchMesh, run: list[int], taken: set[int]) -> list[tuple[int, int]]:
-    """Neighbouring row ends in pairs, from below; on a left border that starts free, the first stays alone."""
-    free = [side for side in run if side not in taken]
-    alone = int(fabric.side_role[run[0]] == LEFT and len(free) == len(run))
-    return list(zip(free[alone::2], free[alone + 1 :: 2], strict=False))
+def _pairs_along_run(fabric: StitchMesh, run: list[int], paired: set[int]) -> list[tuple[int, int]]:
+    """Neighbouring row ends of a run in pairs, from below.
+
+    On a left border where no row end is paired yet, the first row end stays alone.
+    """
+    unpaired = [side for side in run if side not in paired]
+    skipped = int(fabric.side_role[run[0]] == LEFT and len(unpaired) == len(run))
+    return list(zip(unpaired[skipped::2], unpaired[skipped + 1 :: 2], strict=False))
 
 
 def tail_points(fabric: StitchMesh, side: int, rise: float = 0.0) -> FloatArray:
-    """Points of the tail of a tied row end, raised by a share of its wale side."""
-    behind = -_stitch_width(fabric, side) * fabric.vertex_normal[fabric.face_vertex[side]]
+    """Points of the tail of a row end that is tied off [cm], shape (n, 3).
+
+    Args:
+        fabric: the stitch mesh.
+        side: the wale side at which the row ends.
+        rise: distance by which the tail is moved up, over the length of the wale side.
+    """
+    backwards = -_stitch_width(fabric, side) * fabric.vertex_normal[fabric.face_vertex[side]]
     wale = fabric.corner_position[fabric.side_next[side]] - fabric.corner_position[side]
     up = rise * (wale if fabric.side_role[side] == RIGHT else -wale)
-    return np.array([_beyond(fabric, side, out) + up + depth * behind for out, depth in TAIL])
+    return np.array([_point_outside(fabric, side, outwards) + up + depth * backwards for outwards, depth in TAIL])
 
 
-def _turn(fabric: StitchMesh, low: int, high: int, reach: float) -> FloatArray:
-    """Half an ellipse from one row end to the next."""
-    near = _beyond(fabric, low, 0.8 * reach), _beyond(fabric, high, 0.8 * reach)
-    far = 0.5 * (_beyond(fabric, low, reach) + _beyond(fabric, high, reach))
+def _turn_points(fabric: StitchMesh, low: int, high: int, reach: float) -> FloatArray:
+    """Points of half an ellipse from one row end to the next [cm], shape (3, 3)."""
+    near = _point_outside(fabric, low, 0.8 * reach), _point_outside(fabric, high, 0.8 * reach)
+    far = 0.5 * (_point_outside(fabric, low, reach) + _point_outside(fabric, high, reach))
     return np.array([near[0], far, near[1]])
 
 
-def _beyond(fabric: StitchMesh, side: int, reach: float) -> FloatArray:
-    """A point outside the border, level with the foot that crosses this wale side [cm]."""
+def _point_outside(fabric: StitchMesh, side: int, reach: float) -> FloatArray:
+    """A point outside the border, level with the foot of the loop that crosses this wale side [cm], shape (3,)."""
     tail, head = fabric.corner_position[side], fabric.corner_position[fabric.side_next[side]]
-    share = FOOT_PLACE if fabric.side_role[side] == RIGHT else 1.0 - FOOT_PLACE
+    share = FOOT_SHARE if fabric.side_role[side] == RIGHT else 1.0 - FOOT_SHARE
     normal = fabric.vertex_normal[fabric.face_vertex[side]]
     outward = np.cross(head - tail, normal)
     outward /= max(float(np.linalg.norm(outward)), 1e-300)
@@ -182,8 +205,6 @@ def _beyond(fabric: StitchMesh, side: int, reach: float) -> FloatArray:
 
 
 def _stitch_width(fabric: StitchMesh, side: int) -> float:
-    """Width of the face at a wale side [cm]."""
+    """Width of the face at a wale side [cm]: its area over the length of the side."""
     area = np.linalg.norm(fabric.face_vector_area[fabric.side_face[side]])
     return float(area / fabric.side_length[side])
-
-

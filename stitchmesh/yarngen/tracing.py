@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Join yarn parts into yarns: every part end meets exactly one other, or is tied.
+"""Join yarn parts into yarns: each end of a part meets exactly one other end, or it is the end of a yarn.
 
-Ends are numbered 2p for the start of part p and 2p + 1 for its end. Across a wale side the one crossing meets its
-like; across a course side, which the two faces run along in opposite directions, crossing 0 meets crossing 1. That
-is all that mismatched wale directions need (Yuksel et al. 2012, section 4.4). Bridges lead elsewhere.
+Part p has two ends: number 2p is its start and number 2p + 1 is its end. Two faces that share a wale side have one
+crossing there, and these two crossings meet. Two faces that share a course side run along it in opposite directions, so
+crossing 0 of one face meets crossing 1 of the other. This rule also covers mismatched wale directions (Yuksel et al.
+2012, section 4.4). A bridge replaces the crossing across the side by another crossing.
 """
 
 from __future__ import annotations
@@ -17,36 +18,38 @@ from stitchmesh.yarngen.bridges import SLOTS, Bridges
 from stitchmesh.yarngen.embedding import PlacedParts
 
 TIED = -1
-"""Partner of a part end that is tied."""
+"""Marks a part end without a partner: the yarn ends there and is tied off."""
 
 
 def link_ends(fabric: StitchMesh, parts: PlacedParts, bridges: Bridges) -> IntArray:
-    """The end that each part end meets, ``TIED`` where none, shape (2 P,).
+    """The partner of each part end, ``TIED`` where the yarn ends, shape (2 P,).
 
     Args:
-        fabric: the stitch mesh, bind-off row included.
-        parts: its yarn parts.
-        bridges: where yarn goes elsewhere than across a side.
+        fabric: the stitch mesh, including the bind-off row.
+        parts: the yarn parts of the stitch mesh.
+        bridges: bridges and tails, where yarn does not continue across a side.
 
     Raises:
-        YarnError: two parts claim one crossing, or a loop is not held by the face across.
+        YarnError: two parts use the same crossing, or a loop is not held by the face across the side.
     """
     crossing = end_crossings(parts)
     if len(np.unique(crossing)) != len(crossing):
-        twice = np.flatnonzero(np.bincount(crossing) > 1)[0] // SLOTS
-        raise YarnError(f"face {fabric.side_face[twice]}: two yarn parts cross side {twice} in one place")
+        repeated_side = np.flatnonzero(np.bincount(crossing) > 1)[0] // SLOTS
+        raise YarnError(
+            f"face {fabric.side_face[repeated_side]}: two yarn parts cross side {repeated_side} in one place"
+        )
     end_at = np.full(fabric.side_count * SLOTS, TIED)
     end_at[crossing] = np.arange(len(crossing))
-    across = _crossing_across(fabric, bridges)[crossing]
-    link = np.where(across == TIED, TIED, end_at[across])
-    loose = np.flatnonzero((link == TIED) & ((across != TIED) | ~fabric.is_wale[crossing // SLOTS]))
-    if len(loose):
-        side = int(crossing[loose[0]] // SLOTS)
+    across = _opposite_crossings(fabric, bridges)[crossing]
+    partner = np.where(across == TIED, TIED, end_at[across])
+    unconnected = np.flatnonzero((partner == TIED) & ((across != TIED) | ~fabric.is_wale[crossing // SLOTS]))
+    if len(unconnected):
+        side = int(crossing[unconnected[0]] // SLOTS)
         raise YarnError(
-            f"face {fabric.side_face[side]}: the yarn that crosses {fabric.side_name(side)} meets none; put a stitch "
-            "there that holds the loop, or bind off"
+            f"face {fabric.side_face[side]}: the yarn that crosses {fabric.side_name(side)} meets no other yarn; put a "
+            "stitch there that holds the loop, or bind off"
         )
-    return link
+    return partner
 
 
 def end_crossings(parts: PlacedParts) -> IntArray:
@@ -55,35 +58,40 @@ def end_crossings(parts: PlacedParts) -> IntArray:
     return crossings
 
 
-def _crossing_across(fabric: StitchMesh, bridges: Bridges) -> IntArray:
-    """The crossing that each crossing of a side meets, shape (C * SLOTS,)."""
+def _opposite_crossings(fabric: StitchMesh, bridges: Bridges) -> IntArray:
+    """The crossing that meets each crossing of a side, ``TIED`` where none does, shape (C * SLOTS,)."""
     sides = np.repeat(np.arange(fabric.side_count), SLOTS)
     slots = np.tile(np.arange(SLOTS), fabric.side_count)
     twin = fabric.twin[sides]
-    swapped = np.where(fabric.is_wale[sides], slots, 1 - slots)
-    across = np.where(twin == BORDER, TIED, twin * SLOTS + swapped)
-    # a head over a bottom border is closed by itself: its two crossings meet
-    alone = (twin == BORDER) & ~fabric.is_wale[sides]
-    across[alone] = sides[alone] * SLOTS + 1 - slots[alone]
-    across[list(bridges.ways)] = [way.to for way in bridges.ways.values()]
+    slots_across = np.where(fabric.is_wale[sides], slots, 1 - slots)
+    across = np.where(twin == BORDER, TIED, twin * SLOTS + slots_across)
+    # a head above a bottom border is closed by itself: its two crossings meet
+    closed_by_itself = (twin == BORDER) & ~fabric.is_wale[sides]
+    across[closed_by_itself] = sides[closed_by_itself] * SLOTS + 1 - slots[closed_by_itself]
+    across[list(bridges.paths)] = [path.to for path in bridges.paths.values()]
     across[list(bridges.tails)] = TIED
     return across
 
 
-def trace(link: IntArray) -> list[tuple[list[int], bool]]:
-    """Yarns as lists of the part ends at which their parts are entered, and whether each is closed.
+def trace(partner: IntArray) -> list[tuple[list[int], bool]]:
+    """Follow the partners from part to part and return the yarns, open yarns first.
 
-    Open yarns first; every part belongs to exactly one yarn.
+    Args:
+        partner: partner of each part end, shape (2 P,), from ``link_ends``.
+
+    Returns:
+        For each yarn the list of the part ends at which the yarn enters its parts, and whether the yarn is closed. Each
+        part belongs to exactly one yarn.
     """
-    links, used = link.tolist(), np.zeros(len(link) // 2, dtype=bool)
+    partners, used = partner.tolist(), np.zeros(len(partner) // 2, dtype=bool)
     yarns = []
-    for first in [*np.flatnonzero(link == TIED).tolist(), *range(0, len(links), 2)]:
+    for first in [*np.flatnonzero(partner == TIED).tolist(), *range(0, len(partners), 2)]:
         if used[first // 2]:
             continue
         entries, end = [], first
         while end != TIED and not used[end // 2]:
             used[end // 2] = True
             entries.append(end)
-            end = links[end ^ 1]
+            end = partners[end ^ 1]
         yarns.append((entries, end != TIED))
     return yarns

@@ -253,9 +253,9 @@ def test_relax_edited_refuses_what_does_not_belong_together(folder, tmp_path, ca
     at = {name: folder / f"{name}.h5" for name in ("rested", "tube", "edited", "flat")}
     output = ["-o", tmp_path / "out.h5", "--device", "cpu"]
     words = ["relax-edited", at["rested"], "--before", at["flat"], "--after", at["edited"], *DRAFT, *output]
-    assert "give those that the yarns were generated with" in refused(capsys, tmp_path, *words)
+    assert "with which the yarns were generated" in refused(capsys, tmp_path, *words)
     words = ["relax-edited", at["rested"], "--before", at["tube"], "--after", at["edited"], *output]
-    assert "give those that the yarns were generated with" in refused(capsys, tmp_path, *words)  # another quality
+    assert "with which the yarns were generated" in refused(capsys, tmp_path, *words)  # another quality
     words = ["relax-edited", at["rested"], "--before", at["tube"], "--after", at["flat"], *DRAFT, *output]
     assert "leaves next to no stitch as it was" in refused(capsys, tmp_path, *words)
     words = ["relax-edited", at["tube"], "--before", at["tube"], "--after", at["flat"], *DRAFT, *output]

@@ -19,7 +19,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
-from stitchmesh.yarngen.generate import checked_radius, yarn_course
+from stitchmesh.yarngen.generate import checked_radius, trace_yarn_routes
 from tests.editing.random_edits import WHOLE_MESH, arrays_of, bits, random_edit
 from tests.gallery import GARMENTS
 
@@ -77,7 +77,7 @@ def test_every_kind_of_edit_is_possible_on_some_garment():
 def test_edited_fabrics_have_yarns(name):
     """Every loop is worked, and every yarn end joins one other end or is tied off; ``link_ends`` checks this."""
     fabric = edited(name, seed=3, count=60)[0].fabric
-    course = yarn_course(fabric, checked_radius(fabric, None), 4)
-    used = [entry // 2 for entries, _ in course.yarns for entry in entries]
-    assert sorted(used) == list(range(len(course.parts.face)))
+    routes = trace_yarn_routes(fabric, checked_radius(fabric, None), 4)
+    used = [entry // 2 for entries, _ in routes.yarns for entry in entries]
+    assert sorted(used) == list(range(len(routes.parts.face)))
     assert (fabric.stitch != Stitch.PANEL).all()

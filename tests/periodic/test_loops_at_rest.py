@@ -44,7 +44,7 @@ def test_a_loop_lifted_out_of_another_is_found(name: str) -> None:
     head = (yarns.face == np.flatnonzero(knit)[0]) & (yarns.part == 0)
     points = yarns.points.copy()
     points[head, 2] += 8.0 * yarns.radius[0]
-    with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was drawn"):
+    with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was generated"):
         sm.check_loops(fabric, replace(yarns, points=points))
 
 
@@ -56,11 +56,11 @@ def test_yarn_moved_to_the_other_side_of_a_slipped_loop_is_found() -> None:
     passing = own & (yarns.part == yarns.part[own].max())
     points = yarns.points.copy()
     points[passing, 2] -= 8.0 * yarns.radius[0]
-    with pytest.raises(YarnError, match="since it was drawn"):
+    with pytest.raises(YarnError, match="since it was generated"):
         sm.check_loops(fabric, replace(yarns, points=points))
 
 
 def test_only_one_of_yarns_and_stitches_on_a_lattice_is_refused() -> None:
     fabric, yarns = at_rest("stockinette")
-    with pytest.raises(YarnError, match="of yarns and stitch mesh one repeats on a lattice"):
+    with pytest.raises(YarnError, match="of the yarns and the stitch mesh only one has a lattice"):
         sm.check_loops(fabric, replace(yarns, lattice=None, lattice_step=None))

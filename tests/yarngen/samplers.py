@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flat pieces of knitting from rows of stitches: every stitch beside and above every other.
+"""Flat pieces of knitting from rows of stitches, in which every stitch can be beside or above every other.
 
-A row is a list of stitches from left to right. Its faces stand on the course line below, one bottom side after the
-other, and make the course line above. Course lines are shifted and their stitches widened so that they fit those
-below and above them as well as they can: squares of how much stitches lean and of how much they are wider or
-narrower than one are least.
+A row is a list of stitches from left to right. Its faces lie above the lower course line, one bottom side after the
+other, and form the upper course line. Course lines are shifted and their stitches widened so that they fit the lines
+below and above them: the sum of squares of how much stitches lean and of how much their widths differ from one is
+smallest.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from stitchmesh.yarngen.templates.template import STITCH_HEIGHT
 Row = Sequence[Stitch]
 FACE_ARRAYS = ("n_bottom", "n_top", "stitch", "row", "twist")
 APART = 3.0
-"""Distance between separate pieces, in stitch widths; tails hang a quarter beyond their borders."""
+"""Distance between separate pieces [stitch widths]. Tails extend a quarter of a stitch width beyond the borders."""
 EVEN = 1.0
-"""Weight of even widths against wales that lean as they are drawn."""
+"""Weight of equal widths, over the weight of wale sides that lean as in the templates."""
 
 
 def sides_of(stitch: Stitch) -> tuple[int, int]:
-    """Bottom and top sides of a stitch; of a cast-on one and one."""
+    """Numbers of bottom and top sides of a stitch; one and one for a cast-on stitch."""
     return (1, 1) if stitch == Stitch.CAST_ON else SIDE_COUNTS[stitch]
 
 
 def bottoms(row: Row) -> int:
-    """Number of loops that a row is worked on."""
+    """Number of loops on which a row is worked."""
     return sum(sides_of(stitch)[0] for stitch in row)
 
 
@@ -45,7 +45,10 @@ def tops(row: Row) -> int:
 
 
 def sampler(rows: Sequence[Row]) -> StitchMesh:
-    """A flat piece of these rows above a cast-on; each must be worked on as many loops as the one below makes."""
+    """A flat piece of these rows above a cast-on.
+
+    Each row must be worked on as many loops as the row below makes.
+    """
     whole = [[Stitch.CAST_ON] * bottoms(rows[0]), *rows]
     counts = [bottoms(whole[0]), *(tops(row) for row in whole)]
     for number, row in enumerate(rows):
@@ -68,7 +71,7 @@ def sampler(rows: Sequence[Row]) -> StitchMesh:
 
 
 def _faces_of(row: Row, lower: int, upper: int) -> list[np.ndarray]:
-    """Vertices of a row's faces, from the first vertices of the course lines below and above it."""
+    """Vertices of the faces of a row, from the first vertices of the course lines below and above the row."""
     faces = []
     for stitch in row:
         below, above = sides_of(stitch)
@@ -101,14 +104,15 @@ def _places(rows: Sequence[Row], counts: Sequence[int]) -> FloatArray:
     weight, each = np.array(weights), np.arange(len(weights))
     entries = np.concatenate([-weight, weight]), (np.tile(each, 2), np.concatenate([start, end]))
     matrix = csr_array(entries, shape=(len(each), first[-1]))
-    held = csr_array(([1.0], ([0], [0])), shape=(first[-1],) * 2)  # the piece lies anywhere
+    # the equations do not determine the position of the piece, so one vertex is held
+    held = csr_array(([1.0], ([0], [0])), shape=(first[-1],) * 2)
     x = spsolve((matrix.T @ matrix + held).tocsc(), matrix.T @ (weight * np.array(targets)))
     y = np.repeat(np.arange(len(counts)) * STITCH_HEIGHT, [count + 1 for count in counts])
     return np.stack([x, y, 0 * x], axis=1)
 
 
 Block = list[list[Stitch]]
-"""Stretches of rows that stand on one another, from below; each is worked on the loops that the one below makes."""
+"""Parts of rows above each other, from below. Each is worked on the loops that the part below makes."""
 
 
 def beside(left: Stitch, right: Stitch) -> Block:
@@ -117,13 +121,13 @@ def beside(left: Stitch, right: Stitch) -> Block:
 
 
 def above(lower: Stitch, upper: Stitch, place: int = 0) -> Block:
-    """One stitch on another, among knit stitches.
+    """One stitch above another one, among knit stitches.
 
     Args:
-        lower: makes at least one loop.
-        upper: is worked on at least one.
-        place: loop of the lower one on which the upper one's first bottom side lies; where negative, the lower one's
-            first loop lies under that bottom side of the upper one.
+        lower: a stitch that makes at least one loop.
+        upper: a stitch that is worked on at least one loop.
+        place: the loop of the lower stitch below the first bottom side of the upper stitch. If it is negative, the
+            first loop of the lower stitch is below bottom side ``-place`` of the upper stitch.
     """
     knit = Stitch.KNIT
     first, second = [knit] * (1 - min(place, 0)) + [lower], [knit] * (1 + max(place, 0)) + [upper]
@@ -132,12 +136,12 @@ def above(lower: Stitch, upper: Stitch, place: int = 0) -> Block:
 
 
 def placements(lower: Stitch, upper: Stitch) -> range:
-    """All places at which one stitch can stand on another (``above``)."""
+    """All places at which one stitch can be above another one (``above``)."""
     return range(1 - sides_of(upper)[0], sides_of(lower)[1])
 
 
 def side_by_side(pieces: Sequence[StitchMesh]) -> StitchMesh:
-    """Separate pieces as one stitch mesh, in rows that make about a square."""
+    """Separate pieces as one stitch mesh, arranged in an approximate square."""
     sizes = np.array([np.ptp(piece.vertices, axis=0)[:2] for piece in pieces]) + APART
     columns = int(np.ceil(np.sqrt(len(pieces))))
     each = np.arange(len(pieces))

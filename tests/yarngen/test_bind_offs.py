@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ways to cast on and to bind off."""
+"""Kinds of cast-on and bind-off."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
-from stitchmesh.yarngen.bind_off import FEW_LOOPS
+from stitchmesh.yarngen.bind_off import SMALL_RING_LOOPS
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.finish import YarnFinish
-from stitchmesh.yarngen.generate import yarn_course
-from stitchmesh.yarngen.templates.edge_templates import BEHIND, IN_FRONT, Edge, chain, edge_template, yarn_overs
+from stitchmesh.yarngen.generate import trace_yarn_routes
+from stitchmesh.yarngen.templates.edge_templates import BACK_SLOT, FRONT_SLOT, Edge, chain, edge_template, yarn_overs
 from stitchmesh.yarngen.templates.edges import cast_on
 from stitchmesh.yarngen.templates.template import Crossing, Part
 from tests.gallery import grid, tube
@@ -32,7 +32,7 @@ CHAIN = YarnFinish(bind_off="chain")
 
 
 def heights(first: Part, second: Part) -> list[int]:
-    """1 where the first lies in front where they cross, -1 behind."""
+    """1 where the first part lies in front at a crossing of the two parts, -1 where it lies behind."""
     return crossings(first, second)[0]
 
 
@@ -46,26 +46,26 @@ def round_piece() -> StitchMesh:
 
 @pytest.mark.parametrize("courses", [4, 5])
 def test_a_flat_piece_bound_off_in_a_chain_is_one_yarn_with_two_ends(courses):
-    """The chain is worked from the left or from the right, wherever the last row ends."""
+    """The chain is worked from the end at which the last row ends, left or right."""
     yarns = generate_yarns(flat(courses), quality="draft", bind_off="chain")
     assert yarns.yarn_count == 1 and not yarns.closed[0]
 
 
 @pytest.mark.parametrize(("courses", "first"), [(4, "left"), (5, "right")])
 def test_a_chain_is_worked_away_from_the_end_that_its_yarn_comes_from(courses, first):
-    course = yarn_course(flat(courses), 0.06, 12, CHAIN)
-    bound = np.flatnonzero(course.whole.stitch == Stitch.BIND_OFF)
-    parts = np.bincount(course.parts.face, minlength=course.whole.face_count)[bound]
-    # the first has no loop taken over it, in the last one part leads through and on to the row's end
+    routes = trace_yarn_routes(flat(courses), 0.06, 12, CHAIN)
+    bound = np.flatnonzero(routes.whole.stitch == Stitch.BIND_OFF)
+    parts = np.bincount(routes.parts.face, minlength=routes.whole.face_count)[bound]
+    # no loop is passed over the first stitch; in the last stitch one part leads through the loop to the end of the row
     assert sorted(parts.tolist()) == [3, 3, *[4] * (len(bound) - 2)]
-    over = course.parts.end_side[(course.parts.end_slot == [IN_FRONT, BEHIND]).all(axis=1), 0]
-    assert set(course.whole.side_role[over]) == {3 if first == "left" else 1}
+    over = routes.parts.end_side[(routes.parts.end_slot == [FRONT_SLOT, BACK_SLOT]).all(axis=1), 0]
+    assert set(routes.whole.side_role[over]) == {3 if first == "left" else 1}
 
 
-def test_three_strands_cross_between_the_stitches_of_a_chain():
-    course = yarn_course(round_piece(), 0.07, 12, CHAIN)
-    whole = course.whole
-    count = np.bincount(course.parts.end_side.ravel(), minlength=whole.side_count)
+def test_three_strands_cross_each_wale_side_of_a_chain():
+    routes = trace_yarn_routes(round_piece(), 0.07, 12, CHAIN)
+    whole = routes.whole
+    count = np.bincount(routes.parts.end_side.ravel(), minlength=whole.side_count)
     of_chain = whole.stitch[whole.side_face] == Stitch.BIND_OFF
     assert (count[whole.is_wale & of_chain] == 3).all()
     assert (count[whole.is_wale & ~of_chain] == 1).all()
@@ -74,27 +74,27 @@ def test_three_strands_cross_between_the_stitches_of_a_chain():
 def test_a_bound_off_loop_comes_through_the_loop_below_and_the_one_before():
     head, over, rising, falling = chain().parts
     for leg in (rising, falling):
-        # up from the wrong side to the right side of the head: behind its leg, in front of its top
+        # from the wrong side of the head to its right side: behind its leg, in front of its top
         assert sorted(heights(leg, head)) == [-1, 1]
-        # between the two legs of the loop taken over: one lies in front, one behind
+        # between the two legs of the loop that is passed over: one lies in front, one behind
         assert sorted(heights(over, leg)) == [-1, 1]
-    assert over.start == Crossing(3, IN_FRONT) and over.end == Crossing(3, BEHIND)
-    assert rising.end == Crossing(1, IN_FRONT) and falling.start == Crossing(1, BEHIND)
+    assert over.start == Crossing(3, FRONT_SLOT) and over.end == Crossing(3, BACK_SLOT)
+    assert rising.end == Crossing(1, FRONT_SLOT) and falling.start == Crossing(1, BACK_SLOT)
 
 
-def test_a_bound_off_loop_goes_on_in_the_next_face():
-    """Its legs leave one face where they enter the next, a stitch width to the left."""
+def test_a_bound_off_loop_continues_in_the_next_face():
+    """Its legs leave one face where they enter the next face, whose origin is one stitch width further."""
     _, over, rising, falling = chain().parts
     np.testing.assert_allclose(rising.curve[-1] - [1, 0, 0], over.curve[0], atol=1e-14)
     np.testing.assert_allclose(falling.curve[0] - [1, 0, 0], over.curve[-1], atol=1e-14)
 
 
-def test_the_first_loop_takes_none_over_and_the_yarn_is_drawn_through_the_last():
+def test_no_loop_is_passed_over_the_first_and_the_yarn_is_drawn_through_the_last():
     assert len(chain(first=True).parts) == 3
     head, over, drawn = chain(last=True).parts
     assert (drawn.start, drawn.end) == (Crossing(3), Crossing(1))
     assert heights(drawn, head) == [-1, 1], "up through the loop below"
-    # under the leg in front, over the leg behind, and out between them
+    # behind the front leg and in front of the back leg
     assert sorted(set(heights(over, drawn))) == [-1, 1]
     assert len(chain(first=True, last=True).parts) == 2
 
@@ -117,7 +117,7 @@ def test_a_chain_starts_at_least_three_quarters_of_a_radius_apart(piece, quality
 
 def test_the_last_loops_of_a_small_ring_are_always_drawn_together():
     fabric = tessellate(label(tube(8, 2, radius=1.0, height=0.8)), stitch_width=0.6)
-    assert (fabric.row == fabric.row.max()).sum() <= FEW_LOOPS
+    assert (fabric.row == fabric.row.max()).sum() <= SMALL_RING_LOOPS
     drawn, chained = (generate_yarns(fabric, quality="draft", bind_off=kind) for kind in ("drawn", "chain"))
     np.testing.assert_array_equal(drawn.points, chained.points)
 

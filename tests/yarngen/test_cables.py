@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cables: which loops cross, where they are worked, which lies in front, and that they have room."""
+"""Cables: which loops cross, where they are worked, which loop lies in front, and the distances between their legs."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import crossing_number
-from stitchmesh.yarngen.cables import EASE, opened_corners
+from stitchmesh.yarngen.cables import REST_LENGTH_RATIO, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.generate import yarn_course
+from stitchmesh.yarngen.generate import trace_yarn_routes
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial, relax_yarns
 from tests.gallery import tube
 from tests.yarngen.samplers import sampler
@@ -30,12 +30,12 @@ from tests.yarngen.samplers import sampler
 pytestmark = pytest.mark.decides
 
 RADIUS = 0.125
-"""Of the yarn, for stitches one wide."""
+"""Yarn radius, for stitches of width one."""
 K, P = Stitch.KNIT, Stitch.PURL
 
 
 def turned(left: int, right: int, front: str = "left") -> tuple[list[int], list[int]]:
-    """Destinations and layers of a cable: so many loops on the left cross so many on the right."""
+    """Destinations and layers of a cable in which ``left`` loops on the left cross ``right`` loops on the right."""
     in_front = front == "left"
     return [*range(right, left + right), *range(right)], [int(in_front)] * left + [int(not in_front)] * right
 
@@ -53,7 +53,7 @@ CROSSINGS = {
 
 
 def crossed(fabric: StitchMesh, row: int, column: int, crossing: tuple[list[int], list[int]]) -> StitchMesh:
-    """A flat piece with one more crossing, from this stitch of its row on."""
+    """A flat piece with one more group of crossing loops, which begins at the given stitch of the given row."""
     destination, layer = crossing
     side = line_of(fabric, row)[column : column + len(destination)]
     shifts, layers = fabric.cable_shift.copy(), fabric.cable_layer.copy()
@@ -76,7 +76,7 @@ def mixed(columns: int, rows: int) -> StitchMesh:
 
 
 def places_worked(fabric: StitchMesh, yarns: YarnSet, row: int) -> set[tuple[int, int]]:
-    """Places in the row of each loop and of the stitch above that works it, read off the yarn."""
+    """Position of each loop in its row and position of the stitch above that works it, as the yarn runs."""
     faces, above = fabric.side_face[line_of(fabric, row)].tolist(), fabric.side_face[line_of(fabric, row + 1)].tolist()
     found = set()
     for one, other in zip(yarns.face[:-1].tolist(), yarns.face[1:].tolist(), strict=True):
@@ -95,13 +95,13 @@ def test_loops_are_worked_where_they_are_moved_to(crossing):
 
 
 @pytest.mark.parametrize("crossing", CROSSINGS.values(), ids=CROSSINGS)
-def test_of_loops_that_cross_the_one_of_the_higher_layer_lies_in_front(crossing):
-    """By nearly a diameter wherever legs cross, also where they have not quite come to their layers."""
+def test_a_crossing_loop_of_a_higher_layer_lies_in_front(crossing):
+    """By nearly a diameter wherever legs cross, also where they have not quite reached the height of their layers."""
     destination, layer = crossing
     fabric = crossed(plain(10, 4), 2, 1, crossing)
-    bridges = yarn_course(fabric, RADIUS, 400).bridges  # so dense that legs are as good as straight between points
+    bridges = trace_yarn_routes(fabric, RADIUS, 400).bridges  # so dense that legs are nearly straight
     sides = line_of(fabric, 2)[1 : 1 + len(layer)]
-    legs = [[bridges.ways[crossing_number(side, slot)].points for slot in (0, 1)] for side in sides]
+    legs = [[bridges.paths[crossing_number(side, slot)].points for slot in (0, 1)] for side in sides]
     for one in range(len(layer)):
         for other in range(one + 1, len(layer)):
             if destination[one] < destination[other]:
@@ -113,7 +113,7 @@ def test_of_loops_that_cross_the_one_of_the_higher_layer_lies_in_front(crossing)
 
 
 def height_between(a: np.ndarray, b: np.ndarray) -> float:
-    """How far a curve passes in front of another where they cross, both from bottom to top."""
+    """Distance by which one curve lies in front of another where they cross; both run from bottom to top."""
     y = np.linspace(max(a[0, 1], b[0, 1]), min(a[-1, 1], b[-1, 1]), 2001)
     (ax, az), (bx, bz) = (np.stack([np.interp(y, c[:, 1], c[:, k]) for k in (0, 2)]) for c in (a, b))
     crossing = int(np.argmin(np.abs(ax - bx)))
@@ -123,7 +123,7 @@ def height_between(a: np.ndarray, b: np.ndarray) -> float:
 @pytest.mark.parametrize("quality", ["draft", "standard", "reference"])
 @pytest.mark.parametrize("crossing", CROSSINGS.values(), ids=CROSSINGS)
 def test_crossings_start_at_least_two_thirds_of_a_radius_apart(crossing, quality):
-    """Touching yarns are two radii apart; below purls as below knits."""
+    """Touching yarns are two radii apart. The ground is knit, or knit and purl."""
     for ground in (plain(10, 4), mixed(10, 4)):
         fabric = crossed(ground, 2, 1, crossing)
         distance, point = smallest_distance(generate_yarns(fabric, yarn_radius=RADIUS, quality=quality), 2 * RADIUS)
@@ -146,7 +146,7 @@ def test_loops_that_stay_are_no_cable():
     layers[line_of(fabric, 1)] = np.arange(6)
     still = replace(fabric, cable_layer=layers)
     assert cable_groups(still) == []
-    assert opened_corners(still, []) is still.corner_position
+    assert open_corners(still, []) is still.corner_position
     np.testing.assert_array_equal(generate_yarns(still).points, generate_yarns(fabric).points)
 
 
@@ -174,7 +174,7 @@ def test_twisted_loops_cross():
 
 
 def test_around_a_tube_a_cable_may_lie_anywhere():
-    """Over the end of the course line as elsewhere: the yarn is the same, turned about the tube."""
+    """A cable across the end of the course line has the same yarn as any other cable, rotated about the tube."""
     fabric = tessellate(label(tube(8, 3)), stitch_width=0.5)
     line = line_of(fabric, 2)
     here, there = crossed(fabric, 2, 0, turned(2, 2)), rolled(crossed(fabric, 2, 0, turned(2, 2)), line, -2)
@@ -182,18 +182,18 @@ def test_around_a_tube_a_cable_may_lie_anywhere():
     assert group.sides.tolist() == [line[-2], line[-1], line[0], line[1]]
     assert group.destination.tolist() == [2, 3, 0, 1]
     lengths = [np.sort(generate_yarns(each).lengths) for each in (here, there)]
-    # stitches of a tessellated octagon are not quite alike
+    # the stitches of a tessellated octagon differ a little
     np.testing.assert_allclose(lengths[0].sum(), lengths[1].sum(), rtol=1e-3)
 
 
 def rolled(fabric: StitchMesh, line: np.ndarray, places: int) -> StitchMesh:
-    """The marks of a course line moved along it."""
+    """The fabric with the marks of a course line moved along the line."""
     shifts, layers = fabric.cable_shift.copy(), fabric.cable_layer.copy()
     shifts[line], layers[line] = np.roll(shifts[line], places), np.roll(layers[line], places)
     return replace(fabric, cable_shift=shifts, cable_layer=layers)
 
 
-def test_groups_are_the_smallest_stretches_that_no_loop_leaves():
+def test_groups_are_the_smallest_ranges_that_no_loop_leaves():
     fabric = crossed(crossed(crossed(plain(9, 3), 1, 0, turned(1, 1)), 1, 2, turned(2, 1)), 1, 6, turned(1, 1))
     line = line_of(fabric, 1)
     groups = cable_groups(fabric)
@@ -203,10 +203,10 @@ def test_groups_are_the_smallest_stretches_that_no_loop_leaves():
     assert found.tolist() == line.tolist() and not is_ring
 
 
-def test_rows_move_apart_within_a_group_alone():
-    """The group's end vertices stay, and faces that meet within it move alike."""
+def test_rows_move_apart_only_within_a_group():
+    """The vertices at the ends of the group stay, and faces that meet within the group move equally."""
     fabric = crossed(plain(8, 4), 2, 2, turned(2, 2))
-    moved = (opened_corners(fabric, cable_groups(fabric)) - fabric.corner_position)[:, 1]
+    moved = (open_corners(fabric, cable_groups(fabric)) - fabric.corner_position)[:, 1]
     line = line_of(fabric, 2)[2:6]
     inner = set(fabric.face_vertex[line[:-1]].tolist())
     assert set(fabric.face_vertex[np.flatnonzero(moved)].tolist()) == inner
@@ -225,14 +225,14 @@ def test_moving_the_fabric_moves_its_cables():
     np.testing.assert_allclose(moved.points, generate_yarns(fabric).points @ turn.T + [5.0, 2, -3], atol=1e-11)
 
 
-def test_crossing_legs_hold_less_yarn_than_is_drawn_and_belong_to_their_loops():
+def test_crossing_legs_have_shorter_rest_lengths_and_belong_to_their_loops():
     fabric = crossed(plain(8, 4), 2, 2, turned(2, 2))
     yarns = generate_yarns(fabric, yarn_radius=RADIUS)
     share = yarns.rest_length / yarns.lengths
-    assert share.min() == pytest.approx(EASE) and share.max() == pytest.approx(1.0)
+    assert share.min() == pytest.approx(REST_LENGTH_RATIO) and share.max() == pytest.approx(1.0)
     legs = yarns.segment_points[share < 1.0 - 1e-6, 1:3]
     loops = fabric.side_face[line_of(fabric, 2)[2:6]]
-    # a segment counts in half where it leaves the leg
+    # a segment at the end of a leg takes the mean of both ratios
     assert (np.isin(yarns.face[legs], loops).any(axis=1)).all() and (yarns.row[legs] == 2).all()
 
 
@@ -284,7 +284,7 @@ def test_rows_that_meet_head_to_head_take_no_cable():
 
 
 def test_a_relaxed_rope_keeps_its_front():
-    """Two and two in front on a purl ground: the right ones lie in front, from lower right to upper left."""
+    """Two loops cross two others on a purl ground: the right ones lie in front, from lower right to upper left."""
     fabric = crossed(plain(8, 7, purled=2), 4, 2, turned(2, 2, "right"))
     yarns = generate_yarns(fabric, yarn_radius=RADIUS, quality="draft")
     material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)

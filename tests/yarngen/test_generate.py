@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns of whole fabrics: paths, rings, row ends, distances."""
+"""Yarns of whole fabrics: routes, closed rings, row ends and distances."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ QUALITIES = ("draft", "standard", "reference")
 
 
 def panel(bottom: int, top: int) -> StitchMesh:
-    """Two courses of ``bottom`` stitches, one course that leads to ``top``, two more; evenly shaped."""
+    """Two courses of ``bottom`` stitches, one course that changes to ``top`` stitches, and two more courses."""
     height, wide = 0.77, max(bottom, top)
     a, b = (wide - bottom) / 2, (wide - top) / 2
     levels = [(a, bottom, 0.0), (a, bottom, 1.5), (b, top, 3.0), (b, top, 4.0)]
@@ -55,7 +55,7 @@ def test_every_part_belongs_to_exactly_one_yarn(name):
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
-def test_yarns_cross_every_side_as_often_as_they_must(name):
+def test_yarns_cross_course_sides_twice_and_wale_sides_once(name):
     """Two crossings on each course side between faces, one on each wale side."""
     whole = with_bind_off(fabric_of(name))
     parts = place_parts(whole, 0.05, 12)
@@ -82,8 +82,8 @@ def test_a_flat_piece_is_one_yarn_with_two_ends(courses):
     assert yarns.yarn_count == 1 and not yarns.closed.any()
 
 
-def test_rows_against_each_other_are_linked_by_rings_of_their_own():
-    """Between two tubes knitted towards each other each pair of neighbouring stitches shares one small ring."""
+def test_rows_of_opposite_wale_direction_are_linked_by_rings_of_their_own():
+    """Between two tubes knitted towards each other, each pair of neighbouring stitches shares one small closed ring."""
     labeled = label(tube(8, 2), flip=[8])
     fabric = tessellate(labeled, stitch_width=1.0)
     around = int((fabric.row == 0).sum())
@@ -93,7 +93,7 @@ def test_rows_against_each_other_are_linked_by_rings_of_their_own():
     assert sum(len(each) == 4 for each in faces) == around
 
 
-def test_a_pole_is_drawn_together():
+def test_the_last_loops_at_a_pole_are_closed_by_a_ring():
     yarns = generate_yarns(tessellate(label(closed_cone(6)), stitch_width=0.5))
     assert yarns.closed.all()
 
@@ -108,7 +108,7 @@ def test_a_closed_torus_needs_no_cast_on():
 @pytest.mark.parametrize("quality", QUALITIES)
 @pytest.mark.parametrize(("bottom", "top"), [(6, 6), (1, 2), (2, 4), (1, 3), (2, 1), (4, 2), (3, 1)])
 def test_yarns_start_at_least_one_radius_apart(bottom, top, quality):
-    """Touching yarns are two radii apart; every stitch in a plain surrounding leaves at least one."""
+    """Touching yarns are two radii apart; every stitch among plain stitches keeps at least one radius."""
     yarns = generate_yarns(panel(bottom, top), yarn_radius=0.125, quality=quality)
     distance, point = smallest_distance(yarns, within=0.25)
     assert 0.125 < distance < 0.25, f"near control point {point}"
@@ -117,7 +117,7 @@ def test_yarns_start_at_least_one_radius_apart(bottom, top, quality):
 @pytest.mark.parametrize("quality", QUALITIES)
 @pytest.mark.parametrize(("bottom", "top"), [(3, 9), (9, 3)])
 def test_triple_changes_side_by_side_start_at_least_half_a_radius_apart(bottom, top, quality):
-    """The most crowded fabric there is."""
+    """Triple increases and decreases side by side are the densest fabric."""
     distance, _ = smallest_distance(generate_yarns(panel(bottom, top), yarn_radius=0.125, quality=quality), 0.25)
     assert 0.5 * 0.125 < distance < 0.25
 
@@ -133,7 +133,7 @@ def test_knit_and_purl_in_any_order_start_at_least_one_radius_apart(quality):
 
 
 def test_the_plain_loop_has_the_length_of_its_formula():
-    """The middle of a knitted patch in the formula's own proportions: 24.67 / 2 pi stitch widths a loop."""
+    """In the middle of a patch with the proportions of the formula, a loop is 24.67 / 2 pi stitch widths long."""
     t = np.linspace(-np.pi, np.pi, 20_001)
     curve = np.stack([t + 1.5 * np.sin(2 * t), 4 * np.cos(t), np.cos(2 * t)], axis=1)
     loop = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum() / (2 * np.pi)
@@ -144,16 +144,16 @@ def test_the_plain_loop_has_the_length_of_its_formula():
     middle = (offset < [2.001, 1.44, 1.0]).all(axis=1)
     density = 24  # control points a stitch at this quality
     mean_segment = yarns.lengths[middle].mean()
-    # heights fall to zero at the crossings, which adds a few percent of length
+    # heights fade to zero at the crossings, which adds a few percent of length
     assert mean_segment * density == pytest.approx(loop, rel=0.06)
 
 
-def test_control_points_know_their_stitch():
+def test_control_points_store_their_stitch():
     fabric = tessellate(label(tube(8, 2)), stitch_width=0.5)
     yarns = generate_yarns(fabric, quality="reference")
     assert yarns.face.min() >= 0 and yarns.face.max() < fabric.face_count
     centre = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1]) / np.diff(fabric.face_start)[:, None]
-    # a bind-off stitch stands above the face it belongs to, by at most two stitch heights
+    # a bind-off stitch lies above the face to which it belongs, by at most two stitch heights
     assert np.linalg.norm(yarns.points - centre[yarns.face], axis=1).max() < 2.5 * 0.5
 
 
@@ -168,7 +168,7 @@ def test_moving_the_fabric_moves_the_yarns():
 def test_the_yarn_lies_on_both_sides_of_the_fabric():
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
     yarns = generate_yarns(fabric, yarn_radius=0.06)
-    inside = np.isin(fabric.row[yarns.face], np.arange(1, fabric.row.max()))  # no tails, which hang behind
+    inside = np.isin(fabric.row[yarns.face], np.arange(1, fabric.row.max()))  # without tails
     depth = yarns.points[inside, 2]
     assert depth.max() == pytest.approx(-depth.min(), rel=0.2) and depth.max() > 0.06
 
@@ -191,7 +191,7 @@ def test_a_coarse_mesh_has_no_yarns_yet():
 @pytest.mark.parametrize(
     ("radius", "message"), [(0.0, "positive"), (-0.1, "positive"), (np.nan, "positive"), (0.3, "too thick")]
 )
-def test_a_yarn_has_a_sensible_radius(radius, message):
+def test_a_yarn_radius_must_be_positive_and_fit_the_stitches(radius, message):
     with pytest.raises(ParameterError, match=message):
         generate_yarns(fabric_of("flat"), yarn_radius=radius)
 
@@ -201,12 +201,12 @@ def test_a_loop_that_nothing_holds_is_refused():
     inner = int(np.flatnonzero(fabric.row == 1)[0])
     stitch = fabric.stitch.copy()
     stitch[inner] = Stitch.CAST_ON
-    with pytest.raises(YarnError, match="meets none; put a stitch there that holds the loop"):
+    with pytest.raises(YarnError, match="meets no other yarn; put a stitch there that holds the loop"):
         generate_yarns(replace(fabric, stitch=stitch))
 
 
 def test_yarns_that_start_in_one_place_are_refused():
-    """Stitches squeezed to a hundredth of their width lie in one another."""
+    """Stitches that are compressed to a hundredth of their width overlap."""
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
     squeezed = fabric.vertices * [1.0, 0.01, 1.0]
     with pytest.raises(YarnError, match=r"face \d+: yarns start 0\.\d+ radii apart, expected at least 0.25"):
@@ -214,7 +214,7 @@ def test_yarns_that_start_in_one_place_are_refused():
 
 
 def slit_tube() -> Mesh:
-    """A tube of four rows whose middle two are open along one wale: one vertex in the slit is two."""
+    """A tube of four rows whose two middle rows are open along one wale: one vertex in the slit is duplicated."""
     whole, seam = tube(8, 4, radius=4.0, height=2.0), 2 * 8
     vertices = np.concatenate([whole.vertices, whole.vertices[[seam]] - [0.6, 0.0, 0.0]])
     faces = whole.face_vertex.reshape(-1, 4).copy()
@@ -223,8 +223,8 @@ def slit_tube() -> Mesh:
     return Mesh.from_polygons(vertices, faces.tolist())
 
 
-def test_the_yarn_goes_on_across_the_foot_and_the_head_of_a_slit():
-    """Rows that end at the slit are joined to one another, so no yarn has a loose end."""
+def test_the_yarn_continues_across_the_foot_and_the_head_of_a_slit():
+    """Rows that end at the slit are joined to each other, so that no yarn has a loose end."""
     labeled = label(slit_tube())
     assert len(labeled.boundary_loops) == 3
     assert generate_yarns(tessellate(labeled, stitch_width=0.5)).closed.all()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxation survives an edit: what is untouched stays as relaxed, what is touched joins it."""
+"""Yarns of an edited fabric: unchanged stitches keep their relaxed positions, and changed stitches join them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.generate import NEAREST
-from stitchmesh.yarngen.regenerate import regenerate_yarns, untouched_points
+from stitchmesh.yarngen.generate import SMALLEST_DISTANCE_OVER_RADIUS
+from stitchmesh.yarngen.regenerate import regenerate_yarns, unchanged_points
 from stitchmesh.yarnrelax import Relaxation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from tests.gallery import GARMENTS
@@ -46,7 +46,7 @@ def relaxed() -> YarnSet:
 
 
 def edited(stitch: Stitch) -> tuple[StitchMesh, int]:
-    """The fabric with one stitch in its middle changed, and that stitch's face."""
+    """The fabric with one changed stitch in its middle, and the face of that stitch."""
     face = int(np.flatnonzero((fabric().stitch == Stitch.KNIT) & (fabric().row == 6))[2])
     return apply_change(fabric(), Marks("stitch", np.array([face]), np.array([stitch]))), face
 
@@ -58,18 +58,18 @@ def test_without_an_edit_the_relaxed_yarns_come_back():
 
 
 @pytest.mark.parametrize("stitch", [Stitch.PURL, Stitch.SLIP_BACK])
-def test_untouched_stitches_stay_as_relaxed_and_touched_ones_join_them(stitch):
+def test_unchanged_stitches_stay_as_relaxed_and_changed_ones_join_them(stitch):
     after, face = edited(stitch)
     yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
     before = generate_yarns(fabric(), quality=QUALITY)
-    own = untouched_points(before, yarns, 0.02 * yarns.radius[0])
+    own = unchanged_points(before, yarns, 0.02 * yarns.radius[0])
     np.testing.assert_array_equal(start.points[own >= 0], relaxed().points[own[own >= 0]])
     beside = np.unique(after.side_face[after.twin[after.sides_of(np.array([face]))]])
     assert set(yarns.face[own < 0]) <= {face, *beside.tolist()}
     assert face in yarns.face[own < 0]
     steps = np.linalg.norm(np.diff(start.points[: start.start[1]], axis=0), axis=1)
-    assert steps.max() < 2 * np.median(steps)  # no jump where the two meet
-    assert smallest_distance(start, 2 * yarns.radius[0])[0] >= NEAREST * yarns.radius[0]
+    assert steps.max() < 2 * np.median(steps)  # no jump between changed and unchanged stitches
+    assert smallest_distance(start, 2 * yarns.radius[0])[0] >= SMALLEST_DISTANCE_OVER_RADIUS * yarns.radius[0]
 
 
 def test_relaxing_again_takes_a_fifth_of_the_iterations():
@@ -77,9 +77,10 @@ def test_relaxing_again_takes_a_fifth_of_the_iterations():
     yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
     anew, again = at_rest(yarns, after), at_rest(yarns, after, start)
     assert anew.report["converged"] and again.report["converged"]
-    # whether yarns are at rest is found out every twenty iterations
+    # convergence is tested every twenty iterations
     assert again.report["iterations"] <= anew.report["iterations"] / 5 + ASSESSMENT_INTERVAL
-    # both stop where the energy falls by less than a tenth of the tolerance in twenty iterations, and take hundreds
+    # both relaxations take hundreds of iterations; they stop when the energy falls by less than a tenth of the
+    # tolerance in twenty iterations
     assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=2 * QUALITY.tolerance)
 
 
@@ -91,18 +92,18 @@ def test_rest_lengths_that_were_changed_stay_changed():
     np.testing.assert_allclose(yarns.rest_length, 0.9 * generated.rest_length, rtol=1e-12)  # rounding of a product
 
 
-def test_untouched_yarn_keeps_its_natural_curvature_and_new_yarn_is_straight():
+def test_unchanged_yarn_keeps_its_natural_curvature_and_new_yarn_is_straight():
     after, _ = edited(Stitch.PURL)
     curved = replace(relaxed(), natural_curvature=1.0 + np.arange(len(relaxed().points)))
     yarns, start = regenerate_yarns(curved, fabric(), after, quality=QUALITY)
-    own = untouched_points(generate_yarns(fabric(), quality=QUALITY), yarns, 0.02 * yarns.radius[0])
+    own = unchanged_points(generate_yarns(fabric(), quality=QUALITY), yarns, 0.02 * yarns.radius[0])
     assert 0 < (own < 0).sum() < len(own)
     for made in (yarns, start):
         np.testing.assert_array_equal(made.natural_curvature, np.where(own >= 0, 1.0 + own, 0.0))
 
 
 def test_yarns_of_another_quality_are_refused():
-    with pytest.raises(ParameterError, match="give those that the yarns were generated with"):
+    with pytest.raises(ParameterError, match="with which the yarns were generated"):
         regenerate_yarns(relaxed(), fabric(), fabric(), quality="reference")
 
 

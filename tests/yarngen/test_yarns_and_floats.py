@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Several yarns: stripes, stranded colourwork and its floats, blocks."""
+"""Fabrics of several yarns: stripes, stranded colourwork with floats, and blocks."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.clearance import smallest_distance
-from stitchmesh.yarngen.floats_and_tails import LANES
-from stitchmesh.yarngen.generate import YarnCourse, yarn_course
+from stitchmesh.yarngen.floats_and_tails import LANE_SHARES
+from stitchmesh.yarngen.generate import YarnRoutes, trace_yarn_routes
 from stitchmesh.yarnrelax.linking.certificate import linking_certificate
 from tests.gallery import grid, tube
 
 pytestmark = pytest.mark.decides
 
 Rule = Callable[[int, int], int]
-"""Yarn of a stitch by its row and its place in the row."""
+"""Yarn of a stitch, from its row and its position in the row."""
 ROUND = tessellate(label(tube(8, 2, radius=2.0, height=1.2)), stitch_width=0.6)
 FLAT = tessellate(label(grid(1, 1, width=5.0, height=3.2)), stitch_width=0.5)
 
 
-def dyed(fabric: StitchMesh, rule: Rule) -> StitchMesh:
+def with_yarns(fabric: StitchMesh, rule: Rule) -> StitchMesh:
     yarn = np.zeros(fabric.face_count, dtype=int)
     for course in find_courses(fabric):
         for place, face in enumerate(course.faces):
@@ -43,19 +43,19 @@ def dyed(fabric: StitchMesh, rule: Rule) -> StitchMesh:
 
 
 FABRICS = {
-    "stripes around": dyed(ROUND, lambda row, _: row // 2 % 2),
-    "stripes to and fro": dyed(FLAT, lambda row, _: row // 2 % 2),
-    "stripes in a spiral": dyed(make_spiral(ROUND), lambda row, _: row // 2 % 2),
-    "pairs around": dyed(ROUND, lambda row, place: (place // 2 + row) % 2),
-    "pairs to and fro": dyed(FLAT, lambda row, place: (row + place) // 2 % 2),
-    "pairs in a spiral": dyed(make_spiral(ROUND), lambda row, place: place // 2 % 2),
-    "a motif": dyed(FLAT, lambda row, place: int(row > 0 and 3 <= place <= 6)),
-    "one stitch": dyed(ROUND, lambda row, place: int((row, place) == (2, 3))),
-    "three yarns": dyed(FLAT, lambda row, place: place // 2 % 3),
+    "stripes around": with_yarns(ROUND, lambda row, _: row // 2 % 2),
+    "stripes to and fro": with_yarns(FLAT, lambda row, _: row // 2 % 2),
+    "stripes in a spiral": with_yarns(make_spiral(ROUND), lambda row, _: row // 2 % 2),
+    "pairs around": with_yarns(ROUND, lambda row, place: (place // 2 + row) % 2),
+    "pairs to and fro": with_yarns(FLAT, lambda row, place: (row + place) // 2 % 2),
+    "pairs in a spiral": with_yarns(make_spiral(ROUND), lambda row, place: place // 2 % 2),
+    "a motif": with_yarns(FLAT, lambda row, place: int(row > 0 and 3 <= place <= 6)),
+    "one stitch": with_yarns(ROUND, lambda row, place: int((row, place) == (2, 3))),
+    "three yarns": with_yarns(FLAT, lambda row, place: place // 2 % 3),
 }
 
 
-def linked(yarns: YarnSet) -> np.ndarray:
+def linking_numbers(yarns: YarnSet) -> np.ndarray:
     return linking_certificate(yarns, device="cpu").toarray()
 
 
@@ -64,7 +64,7 @@ def test_a_yarn_visits_the_stitches_of_its_number_and_no_others(name):
     fabric = FABRICS[name]
     yarns = generate_yarns(fabric, quality="draft")
     colour = yarns.colour[yarns.point_yarn]
-    # the feet of a stitch are of its own row; its heads are of the row below, and bound off is in one yarn
+    # the feet of a stitch belong to its own row, its heads to the row below; a bind-off row has one yarn
     own = yarns.row == fabric.row[yarns.face]
     np.testing.assert_array_equal(colour[own], fabric.yarn[yarns.face[own]])
     assert set(yarns.face[own]) == set(range(fabric.face_count))
@@ -75,7 +75,8 @@ def test_a_yarn_visits_the_stitches_of_its_number_and_no_others(name):
 @pytest.mark.parametrize("name", FABRICS)
 def test_yarns_and_floats_start_apart(name, quality):
     yarns = generate_yarns(FABRICS[name], quality=quality)
-    # touching is two radii; the tightest are a spiral's last stitch in another yarn than the bind-off beside it
+    # touching yarns are two radii apart; the smallest distance is at the last stitch of a spiral, whose yarn differs
+    # from that of the bind-off beside it
     least = {"pairs in a spiral": 0.3, "three yarns": 0.5}.get(name, 0.75)
     assert smallest_distance(yarns, within=2 * yarns.radius[0])[0] > least * yarns.radius[0]
 
@@ -90,7 +91,7 @@ def test_each_stripe_is_a_yarn_with_tails_on_the_wrong_side(name):
     fabric = FABRICS[name]
     yarns = generate_yarns(fabric, quality="draft")
     rows = int(fabric.row.max()) + 1
-    # the bind-off goes on in the yarn of the last stripe
+    # the bind-off continues in the yarn of the last stripe
     assert yarns.yarn_count == -(-rows // 2) and not yarns.closed.any()
     ends = np.concatenate([yarns.start[:-1], yarns.start[1:] - 1])
     centre = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1]) / np.diff(fabric.face_start)[:, None]
@@ -108,10 +109,10 @@ def test_each_yarn_of_stranded_rounds_is_a_ring():
         assert len(set(yarns.row[own])) == 1
 
 
-def test_yarns_of_one_round_never_twist_about_one_another():
+def test_yarns_of_one_round_are_not_linked_with_each_other():
     yarns = generate_yarns(FABRICS["pairs around"], quality="draft")
     row = yarns.row[yarns.start[:-1]]
-    numbers = linked(yarns)
+    numbers = linking_numbers(yarns)
     for first, second in np.argwhere(np.triu(row[:, None] == row, 1)):
         assert numbers[first, second] == 0
 
@@ -123,53 +124,53 @@ def test_stranded_rows_to_and_fro_are_one_yarn_each():
         assert sorted(yarns.colour) == list(range(count))
 
 
-def floats_within(course: YarnCourse) -> list[tuple[int, FloatArray]]:
-    """The stitch that each float within a row comes from, to the right, and its points behind others [cm]."""
-    whole, found = course.whole, []
-    for crossing, way in course.bridges.ways.items():
-        sides = np.array([crossing, way.to]) // SLOTS
+def floats_within(routes: YarnRoutes) -> list[tuple[int, FloatArray]]:
+    """The stitch at the left end of each float within a row, and the points of the float behind other stitches [cm]."""
+    whole, found = routes.whole, []
+    for crossing, path in routes.bridges.paths.items():
+        sides = np.array([crossing, path.to]) // SLOTS
         rows = whole.row[whole.side_face[sides]]
         if whole.side_role[sides[0]] == 1 and rows[0] == rows[1] and (whole.twin[sides] != BORDER).all():
-            # first and last the yarn passes the wale sides
-            found.append((int(whole.side_face[sides[0]]), way.points[1:-1]))
+            # the first and the last point lie on the wale sides
+            found.append((int(whole.side_face[sides[0]]), path.points[1:-1]))
     assert found
     return found
 
 
 def test_floats_lie_behind_every_stitch_that_they_pass():
     radius = 0.06
-    course = yarn_course(FABRICS["pairs to and fro"], radius, 24)
-    knit = np.repeat(course.whole.stitch[course.parts.face] == Stitch.KNIT, np.diff(course.parts.start))
-    deepest = course.parts.points[knit, 2].min()
-    for face, points in floats_within(course):
-        if course.whole.stitch[face] != Stitch.KNIT:
-            continue  # cast-on loops are less deep
-        # 2.2 radii behind the yarn's deepest point, which evenly spread points miss by a little
+    routes = trace_yarn_routes(FABRICS["pairs to and fro"], radius, 24)
+    knit = np.repeat(routes.whole.stitch[routes.parts.face] == Stitch.KNIT, np.diff(routes.parts.start))
+    deepest = routes.parts.points[knit, 2].min()
+    for face, points in floats_within(routes):
+        if routes.whole.stitch[face] != Stitch.KNIT:
+            continue  # cast-on loops have a smaller depth
+        # 2.2 radii behind the deepest point of the yarn, which the sampled points do not reach exactly
         assert -2.3 * radius < points[:, 2].max() - deepest < -2.0 * radius
 
 
 def test_the_yarn_of_the_lower_number_floats_in_the_lower_lane():
-    course = yarn_course(dyed(FLAT, lambda row, place: place // 2 % 2), 0.06, 12)
-    whole = course.whole
+    routes = trace_yarn_routes(with_yarns(FLAT, lambda row, place: place // 2 % 2), 0.06, 12)
+    whole = routes.whole
     base = whole.vertices[whole.face_vertex[whole.face_start[:-1]], 1]
-    for face, points in floats_within(course):
+    for face, points in floats_within(routes):
         lane = (points[:, 1] - base[face]) / whole.side_length[whole.right_wale[face]]
-        np.testing.assert_allclose(lane, LANES[whole.yarn[face]], atol=1e-9)  # rounding
+        np.testing.assert_allclose(lane, LANE_SHARES[whole.yarn[face]], atol=1e-9)  # rounding
 
 
 def test_a_yarn_is_cut_where_it_would_float_too_far():
-    blocks = dyed(FLAT, lambda row, place: int(3 <= place <= 6))
+    blocks = with_yarns(FLAT, lambda row, place: int(3 <= place <= 6))
     carried = generate_yarns(blocks, quality="draft", longest_float=4)
     cut = generate_yarns(blocks, quality="draft", longest_float=2)
     assert carried.yarn_count == 2
-    # three stitches from the row's ends the block within is not carried there either: each of its rows is a yarn
+    # the block is three stitches from the row ends, so its yarn is not carried to them: each of its rows is one yarn
     assert (cut.colour == 1).sum() == (FLAT.row.max() + 1)
     assert not cut.closed.any() and cut.yarn_count > carried.yarn_count
 
 
 def test_no_floats_are_laid_where_none_are_allowed():
-    course = yarn_course(FABRICS["pairs around"], 0.07, 12)
-    assert course.bridges.ways
+    routes = trace_yarn_routes(FABRICS["pairs around"], 0.07, 12)
+    assert routes.bridges.paths
     yarns = generate_yarns(FABRICS["pairs around"], quality="draft", longest_float=0)
     changes = (FABRICS["pairs around"].yarn != 0).sum() // 2
     # every pair of stitches is a yarn of its own, and the bind-off is a ring
@@ -185,20 +186,20 @@ def test_a_single_stitch_of_its_own_yarn_floats_around_the_tube_or_is_cut():
 
 
 def test_a_bind_off_row_is_of_one_yarn():
-    course = yarn_course(FABRICS["pairs around"], 0.07, 12)
-    assert len(set(course.whole.yarn[ROUND.face_count :])) == 1
+    routes = trace_yarn_routes(FABRICS["pairs around"], 0.07, 12)
+    assert len(set(routes.whole.yarn[ROUND.face_count :])) == 1
 
 
-def test_fabric_of_one_yarn_is_as_it_was():
-    """One number, whichever, makes no difference but to the colour."""
-    plain, second = (generate_yarns(dyed(FLAT, lambda row, place, n=n: n), quality="draft") for n in (0, 3))
+def test_the_number_of_the_only_yarn_affects_only_its_colour():
+    """The number of the only yarn affects nothing but the colour."""
+    plain, second = (generate_yarns(with_yarns(FLAT, lambda row, place, n=n: n), quality="draft") for n in (0, 3))
     np.testing.assert_array_equal(plain.points, second.points)
     assert plain.colour.tolist() == [0] and second.colour.tolist() == [3]
 
 
-def test_rows_of_one_yarn_go_on_from_one_to_the_next():
-    """Four rows of one yarn are three turns and no loose end between them."""
-    yarns = generate_yarns(dyed(FLAT, lambda row, _: int(row >= 4)), quality="draft")
+def test_rows_of_one_yarn_are_joined_by_turns():
+    """Four rows of one yarn are joined by three turns and have no loose ends between them."""
+    yarns = generate_yarns(with_yarns(FLAT, lambda row, _: int(row >= 4)), quality="draft")
     assert yarns.yarn_count == 2
     for first, last in pairwise(yarns.start):
         assert len(set(yarns.row[first:last])) >= 4

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns that repeat: from image to image across cables, floats and cuts, and how near they come to their images."""
+"""Yarns of periodic fabrics: lattice images across cables, floats and cuts, and distances between images."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def plain_row(yarns: str, loops: tuple[Loop, ...] = ()) -> Row:
 
 
 def moved(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
-    """What is knitted on a torus of plain stitches, moved to the right and up: the same fabric seen in another cell."""
+    """The marks of a torus of plain stitches, moved to the right and up: the same fabric, seen in another cell."""
     height = int(fabric.row.max()) + 1
 
     def roll(values: np.ndarray, sides: int) -> np.ndarray:
@@ -52,7 +52,10 @@ def moved(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
 
 
 def in_cell(yarns: YarnSet, shift: np.ndarray) -> np.ndarray:
-    """Control points modulo the lattice, moved back, sorted [cm]; the cell begins a little off where points may lie."""
+    """Control points modulo the lattice, moved back and sorted [cm].
+
+    The border of the cell is shifted a little, because control points may lie on it.
+    """
     assert yarns.lattice is not None
     size = np.array([yarns.lattice.periods[0, 0], yarns.lattice.periods[1, 1], np.inf])
     points = np.where(np.isinf(size), yarns.points, np.mod(yarns.points - shift + 1e-6, size)).round(7)
@@ -71,7 +74,7 @@ FABRICS = {
 
 
 @pytest.mark.parametrize("name", FABRICS)
-def test_what_reaches_over_the_border_of_the_cell_is_drawn_as_within(name):
+def test_yarn_across_the_border_of_the_cell_is_generated_as_inside(name):
     fabric = FABRICS[name]
     yarns = generate_yarns(fabric, yarn_radius=RADIUS)
     assert fabric.lattice is not None
@@ -79,12 +82,12 @@ def test_what_reaches_over_the_border_of_the_cell_is_drawn_as_within(name):
     for columns, rows in [(column, row) for column in range(round(wide)) for row in range(round(high))]:
         again = generate_yarns(moved(fabric, columns, rows), yarn_radius=RADIUS)
         shift = np.array([columns * WIDTH, rows * HEIGHT, 0.0])
-        # rounding, and what is left of the iteration for control points
+        # rounding, and the remaining error of the iteration for control points
         np.testing.assert_allclose(in_cell(again, shift), in_cell(yarns, np.zeros(3)), atol=2e-7)
         assert sorted(map(tuple, np.abs(again.lattice_step))) == [(1, 0)] * yarns.yarn_count
 
 
-def test_a_crossing_over_the_border_of_the_cell_knows_the_images_of_its_loops():
+def test_a_cable_across_the_border_of_the_cell_has_the_images_of_its_loops():
     (group,) = cable_groups(moved(FABRICS["a cable"], 4, 0))
     np.testing.assert_array_equal(group.image, [[0, 0], [0, 0], [1, 0], [1, 0]])
     (within,) = cable_groups(FABRICS["a cable"])
@@ -97,7 +100,7 @@ def test_a_float_longer_than_allowed_is_cut_on_a_torus_too():
     cut = generate_yarns(fabric, yarn_radius=RADIUS, longest_float=3)
     assert carried.closed.all()
     assert cut.closed[cut.colour == 1].tolist() == [False] and cut.closed[cut.colour == 0].all()
-    # a yarn that ends leads nowhere
+    # an open yarn has no lattice step
     np.testing.assert_array_equal(cut.lattice_step[cut.colour == 1], [[0, 0]])
 
 
@@ -107,14 +110,14 @@ def test_a_cut_yarn_is_the_same_wherever_the_cell_begins():
     for columns in range(1, 5):
         again = generate_yarns(moved(fabric, columns, 0), yarn_radius=RADIUS, longest_float=3)
         shift = np.array([columns * WIDTH, 0.0, 0.0])
-        np.testing.assert_allclose(in_cell(again, shift), in_cell(first, np.zeros(3)), atol=2e-7)  # as above
+        np.testing.assert_allclose(in_cell(again, shift), in_cell(first, np.zeros(3)), atol=2e-7)  # the same errors
         for yarns in (first, again):
             ends = yarns.start[np.flatnonzero(~yarns.closed)[0] :][:2]
             assert np.ptp(yarns.points[slice(*ends), 0]) < 2 * WIDTH  # a stitch and two tails
 
 
 def straight(direction: np.ndarray, lattice: Lattice, step: tuple[int, int]) -> YarnSet:
-    """A straight yarn that leads from the origin to its image."""
+    """A straight yarn from the origin to its image."""
     points = np.arange(8)[:, None] / 8 * direction
     return YarnSet(
         points=points, start=np.array([0, 8]), closed=np.array([True]), radius=np.array([0.1]),
@@ -128,25 +131,25 @@ def test_a_straight_yarn_is_as_far_from_its_images_as_the_lattice_says(step):
     lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.3, 0.25, 0.0]]))
     along = lattice.shift(np.array(step))
     length = float(np.linalg.norm(along))
-    # images of a line of the lattice are lines apart by the area of the cell over the distance along it
+    # the distance between a lattice line and its images is the area of the cell over the length of the lattice vector
     beside = 0.25 / length
-    # segments three apart may touch: between them lie two, and from point to point a quarter of one
+    # segments whose numbers differ by three may touch: two segments and a quarter lie between their nearest samples
     further_on = 9 / 32 * length
     found, _ = smallest_distance(straight(along, lattice, step), within=1.0)
-    # points stand a 32nd of the line apart
+    # samples are a 32nd of the length apart
     assert min(beside, further_on) - 1e-12 < found < min(np.hypot(beside, length / 64), further_on) + 1e-12
 
 
-def test_a_yarn_does_not_touch_what_it_goes_on_in():
+def test_a_yarn_does_not_touch_its_own_continuation():
     lattice = Lattice(np.array([[1.0, 0.0, 0.0], [0.0, 5.0, 0.0]]))
-    # nearer than the next row of images lies nothing but the yarn itself, before and after
+    # only the continuation of the yarn itself is closer than the next row of images
     assert smallest_distance(straight(np.array([1.0, 0.0, 0.0]), lattice, (1, 0)), within=0.2)[0] == np.inf
 
 
-def test_control_points_of_a_line_that_goes_on_lie_on_it():
+def test_control_points_of_an_endless_line_lie_on_it():
     points = np.linspace(0.0, 1.0, 6)[:-1, None] * [1.0, 2.0, 3.0]
     control = control_points_through(points, np.array([0, 5]), np.array([True]), np.array([[1.0, 2.0, 3.0]]))
-    np.testing.assert_allclose(control, points, atol=1e-12)  # rounding: a line's control points are its points
+    np.testing.assert_allclose(control, points, atol=1e-12)  # rounding: the control points of a line are its points
 
 
 def test_splines_pass_through_their_points_in_every_image():
@@ -171,18 +174,18 @@ def test_a_fabric_on_a_lattice_must_close():
 
 
 @pytest.mark.parametrize("name", FABRICS)
-def test_loops_on_a_lattice_are_linked_as_named(name: str) -> None:
+def test_loops_on_a_lattice_are_linked_as_defined(name: str) -> None:
     check_loops(FABRICS[name], generate_yarns(FABRICS[name], quality="draft"))
 
 
 @pytest.mark.parametrize("pattern", [name for name in pattern_names() if read_pattern(name).height <= 8])
-def test_loops_of_every_small_pattern_are_linked_as_named(pattern: str) -> None:
+def test_loops_of_every_small_pattern_are_linked_as_defined(pattern: str) -> None:
     fabric = torus_mesh(read_pattern(pattern), stitch_width=WIDTH, stitch_height=HEIGHT)
     check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
-def test_a_stitch_drawn_as_another_is_caught_on_a_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The only stitch of a cell, of which all neighbours are images."""
+def test_a_stitch_with_the_template_of_another_is_caught_on_a_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cell has a single stitch, so all its neighbours are its own images."""
     fabric = torus(Row((Cell(Stitch.KNIT),)))
     right = embedding.template
     monkeypatch.setattr(embedding, "template", lambda _, *sides: right(Stitch.PURL, *sides))
@@ -193,11 +196,11 @@ def test_a_stitch_drawn_as_another_is_caught_on_a_lattice(monkeypatch: pytest.Mo
 @pytest.mark.parametrize("copies", [(1, 1), (3, 2)])
 def test_a_larger_cell_is_the_same_fabric(copies: tuple[int, int]) -> None:
     fabric = FABRICS["a cable"]
-    cover = supercell(fabric, *copies)
-    assert cover.face_count == copies[0] * copies[1] * fabric.face_count
-    assert cover.lattice is not None
-    np.testing.assert_allclose(cover.lattice.area, copies[0] * copies[1] * fabric.lattice.area, rtol=1e-12)
-    yarns, many = generate_yarns(fabric, quality="draft"), generate_yarns(cover, quality="draft")
+    larger = supercell(fabric, *copies)
+    assert larger.face_count == copies[0] * copies[1] * fabric.face_count
+    assert larger.lattice is not None
+    np.testing.assert_allclose(larger.lattice.area, copies[0] * copies[1] * fabric.lattice.area, rtol=1e-12)
+    yarns, many = generate_yarns(fabric, quality="draft"), generate_yarns(larger, quality="draft")
     size = np.array([fabric.lattice.periods[0, 0], fabric.lattice.periods[1, 1], np.inf])
     one = np.round(np.mod(yarns.points[:, :2] + 1e-6, size[:2]), 6)
     all_of_them = np.round(np.mod(many.points[:, :2] + 1e-6, size[:2]), 6)

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the loops of yarns still hold one another as the stitches say."""
+"""The loop check: whether the loops of yarns still hold each other as the stitches define."""

@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns moved into general position by less than matters, for answers that do not hang on rounding.
+"""Yarns in general position: a tiny displacement of all points, so that no result depends on rounding.
 
-Fabric is drawn with symmetry: points lie on edges, edges in one plane, neighbours at equal distances. Which of two
-answers is found then would follow from the last bit of a coordinate. So each point counts as moved by a random
-displacement, the same at all times, which is small compared with a yarn's radius and large compared with rounding: for
-almost all displacements edges that move on straight lines pass through one another one pair at a time and never in a
-vertex (Sard's theorem), and a coordinate that changes by its last bit changes no answer.
+Generated fabric is symmetric: points lie on edges, several edges lie in one plane, and neighbours are at equal
+distances. Without a displacement, the last bit of a coordinate would select one of two results. Each point therefore
+counts as moved by a random displacement, which is the same at all times. The displacement is small compared with the
+yarn radius and large compared with rounding. For almost all displacements, edges that move on straight lines cross one
+pair at a time and never at a vertex (Sard's theorem). A change of the last bit of a coordinate then changes no result.
 
-Displaced coordinates are rounded to whole multiples of a power of two, each point once, and so are periods of a
-lattice: sums and differences of them are exact, and a point is in the same place for every edge that ends there.
+Displaced coordinates are rounded to whole multiples of a power of two, each point once. The periods of a lattice are
+rounded in the same manner. Sums and differences of these numbers are exact, so a point has the same position for every
+edge that ends there.
 """
 
 from __future__ import annotations
@@ -24,39 +25,40 @@ from stitchmesh.mesh import FloatArray
 DISPLACEMENT = 1e-6
 """Largest displacement of a point along an axis, over the mean yarn radius."""
 BITS = 46
-"""Bits of a coordinate; sums with lattice shifts, some times larger, stay below the 53 bits of double precision."""
+"""Number of bits of a coordinate. Sums with lattice shifts are some times larger and stay below the 53 bits of double
+precision."""
 FEWEST_UNITS = 2**10
-"""Smallest largest displacement [units], for yarns that are very thin compared with their fabric."""
+"""Lower bound of the largest displacement [units], for yarns that are very thin compared with their fabric."""
 
 
 def displacements(count: int, largest: float, seed: int = 0) -> FloatArray:
-    """Random displacements of points, the same on every machine, shape (count, 3).
+    """Random displacements of points [cm], the same on every machine, shape (count, 3).
 
     Args:
         count: number of points.
         largest: largest displacement along an axis [cm].
-        seed: of the random numbers.
+        seed: seed of the random numbers.
     """
     return np.random.default_rng(seed).uniform(-largest, largest, (count, 3))
 
 
 @dataclass(frozen=True)
 class WholeUnits:
-    """Whole multiples of a power of two."""
+    """Rounding of lengths to whole multiples of a unit, which is a power of two."""
 
     unit: float
-    """[cm]."""
+    """The unit [cm]."""
 
     @classmethod
     def fitting(cls, extent: float) -> WholeUnits:
-        """Such that coordinates up to an extent [cm] have ``BITS`` bits."""
+        """The unit for which coordinates up to ``extent`` [cm] have ``BITS`` bits."""
         return cls(2.0 ** (np.frexp(extent)[1] - BITS))
 
     def rounded(self, values: FloatArray) -> FloatArray:
-        """Values [cm] rounded to whole units."""
+        """Lengths [cm] rounded to whole multiples of the unit."""
         whole: FloatArray = np.rint(values / self.unit) * self.unit
         return whole
 
     def rounded_lattice(self, lattice: Lattice | None) -> Lattice | None:
-        """A lattice with its periods rounded."""
+        """A lattice with rounded periods; None for None."""
         return None if lattice is None else Lattice(self.rounded(lattice.periods))

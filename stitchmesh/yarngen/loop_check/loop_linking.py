@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Do loops hold one another as their stitches say? Linking numbers with a probe.
+"""Check that loops hold each other as their stitches define, by linking numbers of closed test curves.
 
-Loops and the links between them (``loops``), closed to rings (``closings``), have linking numbers: whole numbers that
-change only where yarn passes through yarn, or through a closing. They are compared with what the stitches name
-(``passes``), for each pair whose boxes meet; others are not linked. A link and a loop that it runs into meet in a cut
-and have none; yarn drawn through loops is told from these alone.
+Loops and links (``loops``) are closed to test curves (``closure``). The linking number of two closed curves is a whole
+number that changes only where yarn passes through yarn or through a closure. The linking numbers are compared with the
+threadings that the stitches define (``threadings``), for each pair whose bounding boxes overlap; other pairs are not
+linked. A link and the loop into which it runs meet at a cut and have no linking number. For yarn that is drawn through
+loops, only the defined threadings are checked.
 
-So it is told of yarns as they are drawn. Of yarns that moved since, where closings would be in the way, it is told
-whether they can have come from there (``pulled_through``).
+This check applies to yarns as generated. After relaxation, closures could intersect yarn that has moved. For yarns at
+other positions, the check is therefore whether the generated yarns can be deformed into them without crossings of yarn
+through yarn (``pulled_through``).
 """
 
 from __future__ import annotations
@@ -26,117 +28,120 @@ from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
-from stitchmesh.yarngen.generate import drawn_yarns
+from stitchmesh.yarngen.generate import yarns_along_routes
 from stitchmesh.yarngen.loop_check.closure import as_polygons, close_arcs
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
-from stitchmesh.yarngen.loop_check.passes import expected_passes, is_drawn, slipped_legs
-from stitchmesh.yarngen.loop_check.pieces import drawing_radius, yarn_pieces
+from stitchmesh.yarngen.loop_check.pieces import generation_radius, yarn_pieces
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
 from stitchmesh.yarngen.loop_check.pulled_through import check_pulled_through
+from stitchmesh.yarngen.loop_check.threadings import expected_threadings, is_drawn_through, slipped_legs
 from stitchmesh.yarngen.loop_check.unrolled_loops import unroll_loops
 
 WHOLE = 1e-6
-"""How far a linking number may be from a whole number."""
-Told = NDArray[np.bool_] | None
-"""Which arcs are told; None for all."""
+"""Largest difference between two linking numbers that count as equal."""
+ArcMask = NDArray[np.bool_] | None
+"""Which arcs are checked; None for all arcs."""
 
 
 @dataclass(frozen=True, eq=False)
 class LoopLinking:
-    """How yarn passes through loops, signed as in ``passes``."""
+    """How links thread loops and wind around legs of slipped loops, with the signs of ``threadings``."""
 
-    passes: csr_array
-    """How often each link passes through each loop, shape (links, loops)."""
+    threadings: csr_array
+    """How often each link threads each loop, shape (links, loops)."""
     turns: NDArray[Any]
-    """How often the link that passes each leg of a slipped loop goes around it, shape (legs,)."""
+    """How often the link that passes a leg of a slipped loop winds around that leg, shape (legs,)."""
 
 
 def expected_linking(arcs: Arcs) -> LoopLinking:
-    """What the stitches name."""
-    return LoopLinking(expected_passes(arcs), slipped_legs(arcs).turns)
+    """The linking that the stitches define."""
+    return LoopLinking(expected_threadings(arcs), slipped_legs(arcs).turns)
 
 
-def loop_linking(arcs: Arcs, yarns: YarnSet, *, links: Told = None, loops: Told = None) -> LoopLinking:
-    """What the yarns do.
+def loop_linking(arcs: Arcs, yarns: YarnSet, *, links: ArcMask = None, loops: ArcMask = None) -> LoopLinking:
+    """The linking of the yarns.
 
     Args:
         arcs: loops and links of the yarns.
-        yarns: those yarns, as generated.
-        links: which links are told; all where not given.
-        loops: which loops they may pass through; all where not given.
+        yarns: the yarns, as generated.
+        links: which links are checked, shape (links,); all if not given.
+        loops: which loops the links are checked against, shape (loops,); all if not given.
     """
     legs = slipped_legs(arcs)
-    probes = close_arcs(arcs, yarns, legs)
-    points = probes.positions(yarns)
-    curves, tested = probes.links, np.array([len(curve) > 0 for curve in probes.links])
-    tested = np.flatnonzero(tested if links is None else tested & links)
-    held = np.arange(len(arcs.loops)) if loops is None else np.flatnonzero(loops)
-    passing = as_polygons(points, [curves[k] for k in tested])
-    passed = as_polygons(points, [probes.loops[k] for k in held])
-    pairs = _near(passing, passed)
-    pairs = pairs[_can_be_told(arcs, tested[pairs[:, 0]], held[pairs[:, 1]])]
-    values = linking_numbers(passed, passing, pairs[:, ::-1])
+    test_curves = close_arcs(arcs, yarns, legs)
+    points = test_curves.positions(yarns)
+    curves, is_checked = test_curves.links, np.array([len(curve) > 0 for curve in test_curves.links])
+    link_numbers = np.flatnonzero(is_checked if links is None else is_checked & links)
+    loop_numbers = np.arange(len(arcs.loops)) if loops is None else np.flatnonzero(loops)
+    link_polygons = as_polygons(points, [curves[k] for k in link_numbers])
+    loop_polygons = as_polygons(points, [test_curves.loops[k] for k in loop_numbers])
+    pairs = _near(link_polygons, loop_polygons)
+    pairs = pairs[_are_checkable(arcs, link_numbers[pairs[:, 0]], loop_numbers[pairs[:, 1]])]
+    values = linking_numbers(loop_polygons, link_polygons, pairs[:, ::-1])
     shape = len(arcs.links), len(arcs.loops)
-    passes = coo_array((values, (tested[pairs[:, 0]], held[pairs[:, 1]])), shape=shape).tocsr()
+    threadings = coo_array((values, (link_numbers[pairs[:, 0]], loop_numbers[pairs[:, 1]])), shape=shape).tocsr()
     if len(legs.link) == 0:
-        return LoopLinking(passes, np.zeros(0))
-    each = np.arange(len(legs.link))
-    legs_closed, beside = as_polygons(points, probes.legs), as_polygons(points, [curves[k] for k in legs.link])
-    return LoopLinking(passes, linking_numbers(legs_closed, beside, np.stack([each, each], axis=1)))
+        return LoopLinking(threadings, np.zeros(0))
+    leg_numbers = np.arange(len(legs.link))
+    leg_polygons = as_polygons(points, test_curves.legs)
+    link_of_leg = as_polygons(points, [curves[k] for k in legs.link])
+    turns = linking_numbers(leg_polygons, link_of_leg, np.stack([leg_numbers, leg_numbers], axis=1))
+    return LoopLinking(threadings, turns)
 
 
 def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFAULT_FINISH) -> None:
-    """Check that each loop holds, and is held by, exactly the loops that its stitch names.
+    """Check that each loop holds, and is held by, exactly the loops that its stitch defines.
 
-    Of the yarns as drawn, linking numbers tell; of the same yarns elsewhere, whether they can be where they are without
-    passing through one another on their way from there.
+    For yarns as generated, the check compares linking numbers. For the same yarns at other positions, it also checks
+    that the generated yarns can be deformed into them without passing through each other.
 
     Args:
-        fabric: the stitch mesh, a piece or one that repeats.
+        fabric: the stitch mesh, with or without a lattice.
         yarns: the yarns generated from it, relaxed or not.
-        finish: how its first and last rows were finished.
+        finish: the finish with which the yarns were generated.
 
     Raises:
-        YarnError: the yarns were not generated from this stitch mesh; a loop passes through another more or less
-            often than its stitch says, or yarn passed through yarn; it names both.
+        YarnError: the yarns were not generated from this stitch mesh with this finish; a link threads a loop more or
+            less often than its stitch defines; or yarn has passed through yarn. The message names both places.
     """
     if (fabric.lattice is None) != (yarns.lattice is None):
-        raise YarnError("yarns: of yarns and stitch mesh one repeats on a lattice; expected both or neither")
+        raise YarnError("yarns: of the yarns and the stitch mesh only one has a lattice; expected both or neither")
     pieces = yarn_pieces(fabric, yarns, finish)
-    radius = drawing_radius(fabric, yarns)
-    drawn = drawn_yarns(pieces.course, radius)
+    radius = generation_radius(fabric, yarns)
+    generated = yarns_along_routes(pieces.routes, radius)
     if fabric.lattice is None:
-        _check_drawing(find_arcs(fabric, drawn, finish), drawn)
+        _check_generated(find_arcs(fabric, generated, finish), generated)
     else:
-        told = unroll_loops(fabric, radius, finish)
-        _check_drawing(told.arcs, told.yarns, told.links, told.loops)
-    check_pulled_through(drawn, yarns)
+        checkable = unroll_loops(fabric, radius, finish)
+        _check_generated(checkable.arcs, checkable.yarns, checkable.links, checkable.loops)
+    check_pulled_through(generated, yarns)
 
 
-def _check_drawing(arcs: Arcs, drawn: YarnSet, links: Told = None, loops: Told = None) -> None:
-    """Raise where linking numbers are not as named."""
-    expected, found = expected_linking(arcs), loop_linking(arcs, drawn, links=links, loops=loops)
-    wrong = np.stack((abs(found.passes - expected.passes) > WHOLE).nonzero(), axis=1)
+def _check_generated(arcs: Arcs, generated: YarnSet, links: ArcMask = None, loops: ArcMask = None) -> None:
+    """Raise ``YarnError`` if the linking of generated yarns differs from the linking that the stitches define."""
+    expected, found = expected_linking(arcs), loop_linking(arcs, generated, links=links, loops=loops)
+    wrong = np.stack((abs(found.threadings - expected.threadings) > WHOLE).nonzero(), axis=1)
     wrong = wrong if links is None else wrong[links[wrong[:, 0]]]
     if len(wrong):
         link, loop = (int(number) for number in wrong[0])
         raise YarnError(
-            f"{_link_name(arcs, link)}: passes {found.passes[link, loop]:g} times through {_loop_name(arcs, loop)}, "
-            f"expected {expected.passes[link, loop]:g} ({len(wrong)} such places); a stitch is drawn wrongly"
+            f"{_link_name(arcs, link)}: passes {found.threadings[link, loop]:g} times through "
+            f"{_loop_name(arcs, loop)}, expected {expected.threadings[link, loop]:g} ({len(wrong)} such places); the "
+            "template of a stitch is wrong"
         )
     legs = slipped_legs(arcs)
     wrong = np.flatnonzero(np.abs(found.turns - expected.turns) > WHOLE)
     wrong = wrong if links is None else wrong[links[legs.link[wrong]]]
     if len(wrong):
-        face = arcs.pieces.course.face_below[arcs.pieces.face[legs.piece[wrong[0]]]]
+        face = arcs.pieces.routes.face_below[arcs.pieces.face[legs.piece[wrong[0]]]]
         raise YarnError(
-            f"face {face}: yarn goes {found.turns[wrong[0]]:g} times around a leg of its slipped loop, expected "
-            f"{expected.turns[wrong[0]]} ({len(wrong)} such places); a stitch is drawn wrongly"
+            f"face {face}: yarn winds {found.turns[wrong[0]]:g} times around a leg of its slipped loop, expected "
+            f"{expected.turns[wrong[0]]} ({len(wrong)} such places); the template of a stitch is wrong"
         )
 
 
 def _near(first: Polygons, second: Polygons) -> IntArray:
-    """Pairs of polygons whose boxes meet, shape (n, 2)."""
+    """Pairs of polygons whose bounding boxes overlap, shape (n, 2)."""
     (low, high), (other_low, other_high) = first.bounds(), second.bounds()
     reach, other_reach = (np.linalg.norm(b - a, axis=1) / 2 for a, b in ((low, high), (other_low, other_high)))
     tree = cKDTree((other_low + other_high) / 2)
@@ -146,53 +151,59 @@ def _near(first: Polygons, second: Polygons) -> IntArray:
     return pairs[((low[i] <= other_high[j]) & (other_low[j] <= high[i])).all(axis=1)]
 
 
-def _can_be_told(arcs: Arcs, links: IntArray, loops: IntArray) -> NDArray[np.bool_]:
-    """Which pairs can be told: all that are named; else no link and a loop it runs into, nor yarn drawn through."""
-    drawn = np.array([is_drawn(arcs, link) for link in arcs.links])[links]
-    told: NDArray[np.bool_] = (abs(expected_passes(arcs))[links, loops] > 0) | (
-        (_attached(arcs)[links, loops] == 0) & ~drawn
+def _are_checkable(arcs: Arcs, links: IntArray, loops: IntArray) -> NDArray[np.bool_]:
+    """Which pairs of a link and a loop can be checked, shape (n,).
+
+    These are all pairs with a defined threading, and other pairs unless the link runs into the loop or is drawn through
+    loops.
+    """
+    drawn_through = np.array([is_drawn_through(arcs, link) for link in arcs.links])[links]
+    checkable: NDArray[np.bool_] = (abs(expected_threadings(arcs))[links, loops] > 0) | (
+        (_attached(arcs)[links, loops] == 0) & ~drawn_through
     )
-    return told
+    return checkable
 
 
 def _attached(arcs: Arcs) -> csr_array:
     """Which links run into which loops, shape (links, loops)."""
     pairs = [
-        (number, arcs.loop_at[point])
+        (number, arcs.loop_of_cut[point])
         for number, link in enumerate(arcs.links)
         for point in (link.first, link.last)
-        if point in arcs.loop_at
+        if point in arcs.loop_of_cut
     ]
-    return _marked(arcs, pairs)
+    return _incidence(arcs, pairs)
 
 
-def _marked(arcs: Arcs, pairs: list[tuple[int, int]]) -> csr_array:
+def _incidence(arcs: Arcs, pairs: list[tuple[int, int]]) -> csr_array:
+    """A sparse matrix with 1 at each pair of a link and a loop, shape (links, loops)."""
     rows, columns = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     shape = len(arcs.links), len(arcs.loops)
     return coo_array((np.ones(len(rows), dtype=np.int64), (rows, columns)), shape=shape).tocsr()
 
 
 def _loop_name(arcs: Arcs, number: int) -> str:
-    """A loop by the top side that it was made on."""
+    """Name of a loop, by the top side on which it was made."""
     loop = arcs.loops[number]
     cuts = {loop.first, loop.last}
     for link in arcs.links:
         for crossing, point in zip(link.ends, (link.first, link.last), strict=True):
             if point in cuts:
                 return _named(arcs, crossing)
-    return f"the ring that starts in face {arcs.pieces.course.face_below[arcs.pieces.face[loop.pieces[0]]]}"
+    return f"the ring that starts in face {arcs.pieces.routes.face_below[arcs.pieces.face[loop.pieces[0]]]}"
 
 
 def _link_name(arcs: Arcs, number: int) -> str:
-    """A link by the loops that it joins."""
+    """Name of a link, by the loops that it joins."""
     link: Arc = arcs.links[number]
-    names = [_named(arcs, crossing) for crossing, hangs in zip(link.ends, link.hangs, strict=True) if hangs]
-    face = arcs.pieces.course.face_below[arcs.pieces.face[link.pieces[0]]]
+    names = [_named(arcs, crossing) for crossing, on_needle in zip(link.ends, link.on_needle, strict=True) if on_needle]
+    face = arcs.pieces.routes.face_below[arcs.pieces.face[link.pieces[0]]]
     return f"face {face}: its yarn at {' and '.join(names)}" if names else f"face {face}: the yarn drawn through it"
 
 
 def _named(arcs: Arcs, crossing: int) -> str:
+    """Name of the loop that was made at a crossing of a top side."""
     side = crossing // SLOTS
     face = int(arcs.whole.side_face[side])
     place = int(arcs.whole.n_bottom[face] + arcs.whole.n_top[face] - arcs.whole.side_place[side])
-    return f"loop {place + 1} of face {arcs.pieces.course.face_below[face]}"
+    return f"loop {place + 1} of face {arcs.pieces.routes.face_below[face]}"

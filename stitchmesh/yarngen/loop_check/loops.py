@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of yarns and the yarn between them, found and named by the stitches that made them.
+"""Loops of yarns and the links between them, identified by the stitches that made them.
 
-Yarn is cut wherever a row's own yarn crosses a top side, the line on which loops hang from a needle. Above the cuts
-lie *loops*: from the two places where a loop crosses the top side of its stitch up to where it is held, through
-slipped stitches and cables as well. Below lie *links*: from one loop down its leg, along the row, and up into the
-next; at the ends of a row, and beside yarn that is drawn through loops, a link has one loop or none. What is drawn
-through the last loops is cut into one link for each face.
+The yarn is cut wherever the yarn of a row crosses a top side. The top sides of a row form the line of the needle on
+which the loops hang. Above the cuts are the *loops*: a loop runs from the two places where it crosses the top side of
+its stitch up to where it is held, also through slipped stitches and cables. Below the cuts are the *links*: a link runs
+from one loop down its leg, along the row, and up into the next loop. At the ends of a row, and beside yarn that is
+drawn through loops, a link has one loop or none. Yarn that is drawn through the last loops is cut into one link for
+each face.
 
-Loops and links are index ranges of sampled points and stay what they are when yarns are relaxed.
+Loops and links are index ranges of sampled points, so they do not change when the yarns are relaxed.
 """
 
 from __future__ import annotations
@@ -25,29 +26,30 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.loop_check.pieces import YarnPieces, yarn_pieces
-from stitchmesh.yarngen.loop_check.strands import SAMPLES
+from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 
-DRAWN = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
-"""Stitches whose yarn is drawn through loops and makes none."""
+DRAWN_THROUGH = (Stitch.BIND_OFF, Stitch.DRAW_THROUGH)
+"""Stitches whose yarn is drawn through loops and makes no loops."""
 
 
 @dataclass(frozen=True, eq=False)
 class Arc:
-    """A stretch of yarn between two cuts, or a ring without any."""
+    """A stretch of yarn between two cuts, or a closed yarn without cuts."""
 
     yarn: int
+    """Number of the yarn."""
     first: int
     """Sampled point at its first cut."""
     count: int
-    """Number of its sampled points."""
+    """Number of its sampled points, including both cuts."""
     last: int
     """Sampled point at its last cut."""
     pieces: tuple[int, ...]
-    """Its pieces (``YarnPieces``)."""
+    """The pieces of yarn in the arc (``YarnPieces``)."""
     ends: tuple[int, int]
-    """Crossings at its two cuts."""
-    hangs: tuple[bool, bool]
-    """Whether yarn goes on across a course side at each end: for a link, into a loop."""
+    """Crossings of face sides at its two cuts."""
+    on_needle: tuple[bool, bool]
+    """Whether the cut at each end lies on a course side. For a link, a loop continues there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,19 +57,20 @@ class Arcs:
     """All loops and links of a fabric's yarns."""
 
     pieces: YarnPieces
+    """The pieces of all yarns."""
     loops: list[Arc]
-    """Above the cuts."""
+    """The arcs above the cuts."""
     links: list[Arc]
-    """Below the cuts."""
+    """The arcs below the cuts."""
 
     @property
     def whole(self) -> StitchMesh:
         """The stitch mesh with its bind-off row."""
-        return self.pieces.course.whole
+        return self.pieces.routes.whole
 
     @cached_property
-    def turned_at(self) -> frozenset[int]:
-        """Bottom sides that loops cross with their legs exchanged, having been slipped and twisted below."""
+    def reversed_sides(self) -> frozenset[int]:
+        """Bottom sides that loops cross with exchanged legs, because the loops are slipped and twisted below."""
         found: set[int] = set()
         role = self.whole.side_role
         for loop in self.loops:
@@ -80,26 +83,30 @@ class Arcs:
         return frozenset(found)
 
     @cached_property
-    def slip_pieces(self) -> frozenset[int]:
+    def slipping_pieces(self) -> frozenset[int]:
         """Pieces in faces that slip a loop."""
-        codes = [stitch for stitch, making in VOCABULARY.items() if "s" in making.made]
+        codes = [stitch for stitch, definition in VOCABULARY.items() if "s" in definition.made]
         return frozenset(np.flatnonzero(np.isin(self.whole.stitch[self.pieces.face], codes)).tolist())
 
     @cached_property
-    def chained(self) -> frozenset[int]:
-        """Faces that are bound off in a chain, whose loops cross wale sides."""
+    def chain_faces(self) -> frozenset[int]:
+        """Faces that are bound off in a chain; their loops cross wale sides."""
         crossings = self.pieces.ends
         is_leg = self.whole.is_wale[crossings // SLOTS] & (crossings % SLOTS > 0)
         return frozenset(self.pieces.face[is_leg.any(axis=1)].tolist())
 
     @cached_property
-    def loop_at(self) -> dict[int, int]:
-        """The loop that starts or ends at each cut, by the cut's sampled point."""
+    def loop_of_cut(self) -> dict[int, int]:
+        """The number of the loop that starts or ends at each cut, by the sampled point of the cut."""
         return {point: number for number, loop in enumerate(self.loops) for point in (loop.first, loop.last)}
 
     @cached_property
-    def loop_over(self) -> dict[int, int]:
-        """The loop that crosses each bottom side, and each top side that it goes on over or was made on."""
+    def loop_of_side(self) -> dict[int, int]:
+        """The number of the loop at each course side.
+
+        For a bottom side it is the loop that crosses the side; for a top side the loop that was made there or continues
+        there.
+        """
         found = {
             crossing // SLOTS: number
             for number, loop in enumerate(self.loops)
@@ -107,8 +114,8 @@ class Arcs:
         }
         for link in self.links:
             for crossing, point in zip(link.ends, (link.first, link.last), strict=True):
-                if point in self.loop_at:
-                    found[crossing // SLOTS] = self.loop_at[point]
+                if point in self.loop_of_cut:
+                    found[crossing // SLOTS] = self.loop_of_cut[point]
         return found
 
 
@@ -118,10 +125,10 @@ def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish = DEFAULT_F
     Args:
         fabric: the stitch mesh.
         yarns: the yarns generated from it, relaxed or not.
-        finish: how its first and last rows were finished.
+        finish: the finish with which the yarns were generated.
 
     Raises:
-        YarnError: the yarns were not generated from this stitch mesh.
+        YarnError: the yarns were not generated from this stitch mesh with this finish.
     """
     pieces = yarn_pieces(fabric, yarns, finish)
     cutter = _Cutter(pieces, yarns)
@@ -133,21 +140,21 @@ def find_arcs(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish = DEFAULT_F
 
 
 class _Cutter:
-    """Cuts yarns, as lists of pieces."""
+    """Cuts yarns, given as sequences of pieces."""
 
     def __init__(self, pieces: YarnPieces, yarns: YarnSet) -> None:
-        whole = pieces.course.whole
+        whole = pieces.routes.whole
         role = whole.side_role[pieces.ends // SLOTS]
         self.ends, self.points = pieces.ends.tolist(), pieces.points.tolist()
         self.is_loop = (role == BOTTOM).any(axis=1).tolist()
         self.leaves_course = (role[:, 1] % 2 == 0).tolist()
-        self.is_drawn = np.isin(whole.stitch[pieces.face], DRAWN).tolist()
+        self.is_drawn_through = np.isin(whole.stitch[pieces.face], DRAWN_THROUGH).tolist()
         self.row = whole.row[pieces.face].tolist()
-        self.ways = pieces.course.bridges.ways
+        self.paths = pieces.routes.bridges.paths
         self.start, self.closed = yarns.start.tolist(), yarns.closed.tolist()
 
     def arcs_of(self, yarn: int, first: int, last: int) -> list[Arc]:
-        """The arcs of one yarn, whose pieces are numbered from ``first`` to before ``last``."""
+        """The arcs of one yarn, whose pieces have the numbers from ``first`` up to but not including ``last``."""
         order = list(range(first, last))
         cut = [self._is_cut(i, j) for i, j in zip(order, [*order[1:], first], strict=True)]
         if not self.closed[yarn]:
@@ -160,15 +167,18 @@ class _Cutter:
         return [self._arc(yarn, order, a, b) for a, b in pairwise([0, *ends])]
 
     def _is_cut(self, i: int, j: int) -> bool:
-        """Whether yarn is cut between piece i and the next one, j."""
+        """Whether the yarn is cut between piece i and the next piece j."""
         if self.leaves_course[i]:
             return not (self.is_loop[i] and self.is_loop[j])
-        if self.is_drawn[i] or self.is_drawn[j]:
+        if self.is_drawn_through[i] or self.is_drawn_through[j]:
             return True
-        return self.ends[i][1] in self.ways and self.row[i] != self.row[j]
+        return self.ends[i][1] in self.paths and self.row[i] != self.row[j]
 
     def _arc(self, yarn: int, order: list[int], begin: int, end: int) -> Arc:
-        """The pieces from ``begin`` to before ``end``; the points of bridges beside a loop are the loop's."""
+        """The arc of the pieces from ``begin`` up to but not including ``end``.
+
+        Points of a bridge beside a loop belong to the loop.
+        """
         own, before, after = order[begin:end], order[begin - 1], order[end % len(order)]
         is_loop = self.is_loop[own[0]]
         first = self.points[before][1] - 1 if is_loop else self._point_before(yarn, own[0])
@@ -176,24 +186,31 @@ class _Cutter:
         size = self.start[yarn + 1] - self.start[yarn]
         return Arc(
             yarn=yarn,
-            first=first * SAMPLES + SAMPLES // 2,
-            count=(last - first) % size * SAMPLES + 1,
-            last=last * SAMPLES + SAMPLES // 2,
+            first=first * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2,
+            count=(last - first) % size * SAMPLES_PER_POINT + 1,
+            last=last * SAMPLES_PER_POINT + SAMPLES_PER_POINT // 2,
             pieces=tuple(own),
             ends=(self.ends[own[0]][0], self.ends[own[-1]][1]),
-            hangs=(self._hangs(yarn, before, begin == 0), self._hangs(yarn, own[-1], end == len(order))),
+            on_needle=(
+                self._is_on_needle(yarn, before, begin == 0),
+                self._is_on_needle(yarn, own[-1], end == len(order)),
+            ),
         )
 
     def _ring(self, yarn: int, order: list[int]) -> Arc:
-        start, size = self.start[yarn] * SAMPLES, (self.start[yarn + 1] - self.start[yarn]) * SAMPLES
+        """The arc of a closed yarn without cuts."""
+        start, size = (
+            self.start[yarn] * SAMPLES_PER_POINT,
+            (self.start[yarn + 1] - self.start[yarn]) * SAMPLES_PER_POINT,
+        )
         ends = self.ends[order[0]][0], self.ends[order[-1]][1]
         return Arc(yarn, start, size, start + size - 1, tuple(order), ends, (False, False))
 
-    def _hangs(self, yarn: int, before: int, is_outer: bool) -> bool:
-        """Whether yarn is cut on a course side after a piece."""
+    def _is_on_needle(self, yarn: int, before: int, is_outer: bool) -> bool:
+        """Whether the yarn is cut on a course side after a piece."""
         return self.leaves_course[before] and (self.closed[yarn] or not is_outer)
 
     def _point_before(self, yarn: int, piece: int) -> int:
-        """Control point before a piece's own."""
+        """The control point before the first control point of a piece."""
         first = self.points[piece][0]
         return first - 1 if first > self.start[yarn] else self.start[yarn + 1] - 1

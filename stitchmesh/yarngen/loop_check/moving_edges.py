@@ -1,22 +1,25 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When two edges that move on straight lines cross, decided without rounding.
+"""Crossings of two edges that move on straight lines, decided without rounding errors.
 
-Edges from p to p + u and from q to q + v, all linear in the time t from 0 to 1, have a point in common where
-p + a u = q + b v with a and b from 0 to 1. With n = u x v and w = q - p this needs
+One edge goes from p to p + u, the other from q to q + v; all four are linear in the time t from 0 to 1. The edges have
+a common point where p + a u = q + b v with a and b from 0 to 1. With n = u x v and w = q - p this is
 
-    f = n . w = 0,        a n.n = (w x v) . n,        b n.n = (w x u) . n,
+    f = n . w = 0,        a n.n = (w x v) . n,        b n.n = (w x u) . n.
 
-a cubic f and two quartics a n.n and b n.n. In Bernstein's basis a polynomial lies between its coefficients, and a cubic
-whose coefficients change sign once has one root. An interval of time is therefore
+f is a cubic polynomial in t, and a n.n and b n.n are quartic. In the Bernstein basis a polynomial lies between its
+smallest and its largest coefficient, and a cubic polynomial whose coefficients change sign once has one root. An
+interval of time therefore contains
 
-- without a crossing if all coefficients of f have one sign, or all those of a n.n, (1 - a) n.n, b n.n or (1 - b) n.n
-  are negative,
-- with exactly one if those of f change sign once and those of the four quartics are positive,
+- no crossing if all coefficients of f have one sign, or if all coefficients of a n.n, of (1 - a) n.n, of b n.n or of
+  (1 - b) n.n are negative,
+- exactly one crossing if the coefficients of f change sign once and all coefficients of these four quartics are
+  positive.
 
-and is halved otherwise (Lane and Riesenfeld 1981). The answers are certain if the coefficients are: in double precision
-where they exceed a bound of their rounding error, else in whole numbers, for which coordinates must be whole multiples
-of a unit. Halving ends for edges in general position: f has simple roots, at which no vertex lies on an edge.
+Any other interval is halved (Lane and Riesenfeld 1981). The result is certain if the signs of the coefficients are
+certain. They are in double precision where a coefficient exceeds a bound of its rounding error. Otherwise they are
+computed with whole numbers, which requires that all coordinates are whole multiples of a unit. The halving ends for
+edges in general position, because f then has simple roots and no vertex lies on an edge at these times.
 """
 
 from __future__ import annotations
@@ -32,36 +35,37 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import FloatArray, IntArray
 
 PARTS = 4
-"""Equal parts of the time on which edges that have no plane between them all the time are looked at for one."""
+"""Number of equal intervals of time. Edges that no plane separates during the whole motion are tested again on each
+interval."""
 ROUNDING = 2.0**-42
-"""Bound of the rounding error of a coefficient, over the product of the lengths that it is made of.
+"""Bound of the rounding error of a coefficient, over the product of the lengths from which it is computed.
 
-A coefficient is a sum of less than 60 products after at most 10 roundings, and halving adds 4 roundings each time: less
-than 2^9 units of 2^-53 in all.
+A coefficient is a sum of less than 60 products after at most 10 roundings, and each halving adds 4 roundings. The error
+is less than 2^9 units of 2^-53 in all.
 """
 DOUBLE_HALVINGS, WHOLE_HALVINGS = 16, 160
-"""How often time is halved in double precision, and in whole numbers."""
+"""Largest number of halvings of time, in double precision and with whole numbers."""
 TIME_HALVINGS = 44
-"""Halvings that find the time of a crossing, once it is known to be one."""
+"""Number of halvings that determine the time of a crossing after the crossing has been found."""
 
 
 class NotInGeneralPosition(StitchMeshError):
-    """Two edges meet in a vertex, or touch without crossing."""
+    """Two edges meet at a vertex, or they touch without crossing."""
 
 
 @dataclass(frozen=True, eq=False)
 class EdgePairs:
-    """Pairs of moving edges, at the begin and at the end of their motion."""
+    """Pairs of moving edges, at the start and at the end of their motion."""
 
     u: FloatArray
-    """From the begin to the end of each first edge [cm], shape (2, n, 3)."""
+    """Vector along each first edge [cm], shape (2, n, 3)."""
     v: FloatArray
-    """From the begin to the end of each second edge [cm], shape (2, n, 3)."""
+    """Vector along each second edge [cm], shape (2, n, 3)."""
     w: FloatArray
-    """From the begin of each first edge to that of the second [cm], shape (2, n, 3)."""
+    """Vector from the first point of each first edge to the first point of the second edge [cm], shape (2, n, 3)."""
 
     def some(self, which: NDArray[Any]) -> EdgePairs:
-        """The pairs with some numbers, or those where a mask is true."""
+        """The pairs that are selected by their numbers or by a mask."""
         return EdgePairs(self.u[:, which], self.v[:, which], self.w[:, which])
 
 
@@ -72,20 +76,20 @@ class EdgeCrossings:
     pair: IntArray
     """Number of the pair, shape (c,)."""
     time: FloatArray
-    """When, from 0 to 1, shape (c,)."""
+    """Time of each crossing, from 0 to 1, shape (c,)."""
     sign: IntArray
-    """Sign of f after the crossing, shape (c,)."""
+    """Sign of f after each crossing, shape (c,)."""
 
 
 def edge_crossings(pairs: EdgePairs, unit: float) -> EdgeCrossings:
-    """All crossings of moving edges.
+    """All crossings of pairs of moving edges.
 
     Args:
-        pairs: edges in general position, all coordinates whole multiples of a unit below 2^53.
-        unit: that unit, a power of two [cm].
+        pairs: edges in general position; all coordinates are whole multiples of the unit and below 2^53 units.
+        unit: the unit, a power of two [cm].
 
     Raises:
-        NotInGeneralPosition: two edges meet in a vertex or touch without crossing.
+        NotInGeneralPosition: two edges meet at a vertex, or they touch without crossing.
     """
     near = _near(pairs)
     close = pairs.some(near)
@@ -95,7 +99,7 @@ def edge_crossings(pairs: EdgePairs, unit: float) -> EdgeCrossings:
     no_error = np.zeros((len(undecided), 1), dtype=object)
     exact, left = _isolate(*_coefficients(whole), no_error, no_error[:, None], WHOLE_HALVINGS)
     if len(left):
-        raise NotInGeneralPosition(f"{len(left)} pairs of moving edges meet in a vertex, or touch without crossing")
+        raise NotInGeneralPosition(f"{len(left)} pairs of moving edges meet at a vertex, or touch without crossing")
     return EdgeCrossings(
         near[np.concatenate([found.pair, undecided[exact.pair]])],
         np.concatenate([found.time, exact.time]),
@@ -104,7 +108,7 @@ def edge_crossings(pairs: EdgePairs, unit: float) -> EdgeCrossings:
 
 
 def _near(pairs: EdgePairs) -> IntArray:
-    """Pairs of edges that no plane with a simple normal keeps apart on some part of the time, shape (m,)."""
+    """Pairs of edges that no plane with a simple normal separates during some part of the time, shape (m,)."""
     u, v, w = (part.transpose(2, 0, 1) for part in (pairs.u, pairs.v, pairs.w))
     corners = np.stack([w, w + v, w - u, w + v - u], axis=1)  # differences of their ends, shape (3, 4, 2, n)
     near = np.arange(w.shape[2])
@@ -118,12 +122,15 @@ def _near(pairs: EdgePairs) -> IntArray:
 
 
 def _at(corners: FloatArray, time: float) -> FloatArray:
-    """Corners at a time, shape (3, 4, n)."""
+    """Corners at a given time, shape (3, 4, n)."""
     return (1.0 - time) * corners[:, :, 0] + time * corners[:, :, 1]
 
 
 def _are_apart(corners: FloatArray) -> NDArray[np.bool_]:
-    """Whether the plane through the origin across the mean of points has all on one side, (3, 8, n) to (n,)."""
+    """Whether a plane through the origin has all points on one side, shape (3, 8, n) to (n,).
+
+    The plane is perpendicular to the mean of the points.
+    """
     x, y, z = corners
     a, b, c = corners.sum(axis=1)
     height = a * x + b * y + c * z
@@ -148,7 +155,7 @@ def _coefficients(pairs: EdgePairs) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def _product(times: Callable[..., NDArray[Any]], a: list[NDArray[Any]], b: list[NDArray[Any]]) -> list[NDArray[Any]]:
-    """Product of two polynomials by their Bernstein coefficients times binomial ones (Farouki and Rajan 1988)."""
+    """Product of two polynomials, by Bernstein coefficients times binomial coefficients (Farouki and Rajan 1988)."""
     terms: list[Any] = [0] * (len(a) + len(b) - 1)
     for i, one in enumerate(a):
         for j, two in enumerate(b):
@@ -157,11 +164,13 @@ def _product(times: Callable[..., NDArray[Any]], a: list[NDArray[Any]], b: list[
 
 
 def _cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    """Cross products of vectors, by operations that also exist for whole numbers of any size."""
     (x, y, z), (p, q, r) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
     return np.stack([y * r - z * q, z * p - x * r, x * q - y * p], axis=-1)
 
 
 def _dot(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    """Scalar products of vectors, by operations that also exist for whole numbers of any size."""
     result: NDArray[Any] = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
     return result
 
@@ -176,14 +185,17 @@ def _error_bounds(pairs: EdgePairs) -> tuple[FloatArray, FloatArray]:
 def _isolate(
     f: NDArray[Any], g: NDArray[Any], f_error: NDArray[Any], g_error: NDArray[Any], halvings: int
 ) -> tuple[EdgeCrossings, IntArray]:
-    """Intervals of time with one crossing each, and the pairs that are not decided after some halvings.
+    """Find intervals of time with exactly one crossing each.
 
     Args:
         f: coefficients of the cubics, shape (n, 4).
         g: coefficients of the quartics, shape (n, 4, 5).
-        f_error: bounds of their errors, shape (n, 1).
-        g_error: bounds of their errors, shape (n, 1, 1).
-        halvings: how often to halve.
+        f_error: bounds of the errors of ``f``, shape (n, 1).
+        g_error: bounds of the errors of ``g``, shape (n, 1, 1).
+        halvings: largest number of halvings.
+
+    Returns:
+        The crossings, and the numbers of the pairs that are not decided after these halvings.
     """
     pair: IntArray = np.arange(len(f))
     begin, duration = np.zeros(len(f)), 1.0
@@ -196,7 +208,7 @@ def _isolate(
         changes_once = (from_first[:, 3] < 0) & ((from_first[:, 1] > 0) | (from_first[:, 2] < 0))
         one = ~empty & changes_once & inside
         found.append((pair[one], begin[one] + duration * _root(f[one]), sign[one, 3]))
-        lost = ~empty & (sign == 0).all(axis=1)  # more halvings would only find more such intervals
+        lost = ~empty & (sign == 0).all(axis=1)  # more halvings would not decide them
         undecided.append(pair[lost])
         rest = np.flatnonzero(~empty & ~one & ~lost)
         pair, duration = np.tile(pair[rest], 2), duration / 2.0
@@ -212,7 +224,10 @@ def _isolate(
 
 
 def _halves(c: NDArray[Any]) -> NDArray[Any]:
-    """Coefficients on both halves of the time by de Casteljau's algorithm, times 2^degree, the first halves first."""
+    """Coefficients on both halves of the time, by de Casteljau's algorithm, times 2^degree.
+
+    The result has all first halves, and then all second halves.
+    """
     degree = c.shape[-1] - 1
     rows = [c]
     for _ in range(degree):
@@ -223,7 +238,7 @@ def _halves(c: NDArray[Any]) -> NDArray[Any]:
 
 
 def _root(f: NDArray[Any]) -> FloatArray:
-    """Time from 0 to 1 at which cubics of ends of opposite sign are zero, shape (n, 4) to (n,)."""
+    """Time from 0 to 1 at which each cubic is zero, shape (n, 4) to (n,); the cubic has opposite signs at 0 and 1."""
     if len(f) == 0:
         return np.zeros(0)
     b = (f / np.abs(f).max(axis=1, keepdims=True)).astype(np.float64)

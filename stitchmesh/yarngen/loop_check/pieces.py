@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which control points of a yarn set came from which part of a stitch, in the order of the yarn.
+"""Pieces of yarns: which control points came from which part of a stitch, in the order of the yarn.
 
-A yarn set keeps stitch face and part of each control point (``YarnSet.face``, ``YarnSet.part``), wherever they have
-moved since. Bind-off faces count as the face below them and bridges as the part beside them, so the course of the
-yarns is found again from their stitch mesh and laid along the control points.
+A yarn set stores the stitch face and the part of each control point (``YarnSet.face``, ``YarnSet.part``), and a
+relaxation does not change them. A bind-off face counts as the face below it, and a bridge counts as the part beside it.
+The routes of the yarns are therefore computed again from the stitch mesh and compared with the control points.
 """
 
 from __future__ import annotations
@@ -19,99 +19,104 @@ from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
-from stitchmesh.yarngen.generate import THICKEST, YarnCourse, mean_stitch_width, yarn_course
+from stitchmesh.yarngen.generate import LARGEST_RADIUS_OVER_WIDTH, YarnRoutes, mean_stitch_width, trace_yarn_routes
 from stitchmesh.yarngen.tracing import end_crossings
 
 
 @dataclass(frozen=True, eq=False)
 class YarnPieces:
-    """Parts of stitches one after another along their yarns, each with its own control points."""
+    """The parts of stitches along each yarn, with the control points of each part."""
 
-    course: YarnCourse
-    """The course of the yarns."""
+    routes: YarnRoutes
+    """The routes of the yarns."""
     yarn: IntArray
     """Yarn of each piece, ascending, shape (P,)."""
     face: IntArray
-    """Face of ``course.whole``, shape (P,)."""
+    """Face of ``routes.whole`` of each piece, shape (P,)."""
     index: IntArray
     """Number of each piece within its template, shape (P,)."""
     ends: IntArray
-    """Crossings (``bridges``) where the yarn enters and leaves each piece, shape (P, 2)."""
+    """Crossings (``bridges``) at which the yarn enters and leaves each piece, shape (P, 2)."""
     points: IntArray
-    """Each piece's first control point and the one after its last, bridges and tails left out, shape (P, 2)."""
+    """The first control point of each piece and the one after its last, without bridges and tails, shape (P, 2)."""
     point_count: int
     """Number of control points of all yarns."""
 
     @cached_property
     def leaving(self) -> list[int]:
-        """The crossing where the yarn leaves each piece."""
+        """The crossing at which the yarn leaves each piece."""
         crossings: list[int] = self.ends[:, 1].tolist()
         return crossings
 
 
 def yarn_pieces(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish = DEFAULT_FINISH) -> YarnPieces:
-    """Lay the course of a stitch mesh's yarns along their control points.
+    """Find the pieces of the yarns of a stitch mesh.
 
     Args:
         fabric: the stitch mesh.
         yarns: the yarns generated from it, relaxed or not.
-        finish: how its first and last rows were finished.
+        finish: the finish with which the yarns were generated.
 
     Raises:
-        YarnError: the yarns were not generated from this stitch mesh.
+        YarnError: the yarns were not generated from this stitch mesh with this finish.
     """
-    radius, drawn = drawing_radius(fabric, yarns), PRESETS["draft"].control_points_per_stitch
-    pieces = _pieces(yarn_course(fabric, radius, drawn, finish))
-    likely = round(drawn * len(yarns.points) / pieces.point_count)
+    radius, points_per_draft_stitch = generation_radius(fabric, yarns), PRESETS["draft"].control_points_per_stitch
+    pieces = _pieces(trace_yarn_routes(fabric, radius, points_per_draft_stitch, finish))
+    likely = round(points_per_draft_stitch * len(yarns.points) / pieces.point_count)
     for points_per_stitch in (likely, likely - 1, likely + 1, likely - 2, likely + 2):
-        pieces = _pieces(yarn_course(fabric, radius, max(points_per_stitch, 1), finish))
-        if _fit(pieces, yarns):
+        pieces = _pieces(trace_yarn_routes(fabric, radius, max(points_per_stitch, 1), finish))
+        if _matches(pieces, yarns):
             return pieces
     raise YarnError(
-        "yarns: they do not run as in this stitch mesh; give the mesh that they were generated from, and the finish"
+        "yarns: their routes differ from those of this stitch mesh; give the mesh and the finish with which the yarns "
+        "were generated"
     )
 
 
-def drawing_radius(fabric: StitchMesh, yarns: YarnSet) -> float:
-    """The radius with which yarns are drawn [cm]: their own, unless they grew beyond what a drawing has room for."""
-    return min(float(yarns.radius[0]), THICKEST * mean_stitch_width(fabric))
+def generation_radius(fabric: StitchMesh, yarns: YarnSet) -> float:
+    """The radius with which yarns are generated again [cm].
+
+    It is the radius of the yarns, but at most the largest radius with which yarns can be generated.
+    """
+    return min(float(yarns.radius[0]), LARGEST_RADIUS_OVER_WIDTH * mean_stitch_width(fabric))
 
 
-def _pieces(course: YarnCourse) -> YarnPieces:
-    crossings = end_crossings(course.parts)
-    entries = np.array([entry for yarn, _ in course.yarns for entry in yarn], dtype=np.int64)
+def _pieces(routes: YarnRoutes) -> YarnPieces:
+    """The pieces of yarns along their routes."""
+    crossings = end_crossings(routes.parts)
+    entries = np.array([entry for yarn, _ in routes.yarns for entry in yarn], dtype=np.int64)
     ends = np.stack([crossings[entries], crossings[entries ^ 1]], axis=1)
-    own = np.diff(course.parts.start)[entries // 2]
-    before, after = _bridge_points(course, ends)
+    own = np.diff(routes.parts.start)[entries // 2]
+    before, after = _bridge_points(routes, ends)
     following = np.cumsum(before + own + after) - after
     return YarnPieces(
-        course=course,
-        yarn=np.repeat(np.arange(len(course.yarns)), [len(yarn) for yarn, _ in course.yarns]),
-        face=course.parts.face[entries // 2],
-        index=course.parts.index[entries // 2],
+        routes=routes,
+        yarn=np.repeat(np.arange(len(routes.yarns)), [len(yarn) for yarn, _ in routes.yarns]),
+        face=routes.parts.face[entries // 2],
+        index=routes.parts.index[entries // 2],
         ends=ends,
         points=np.stack([following - own, following], axis=1),
         point_count=int(following[-1] + after[-1]),
     )
 
 
-def _bridge_points(course: YarnCourse, ends: IntArray) -> tuple[IntArray, IntArray]:
-    """Points of the tail before each piece, and of the bridge or tail after it."""
-    ways, tails = course.bridges.ways, course.bridges.tails
-    is_open = np.repeat([not closed for _, closed in course.yarns], [len(yarn) for yarn, _ in course.yarns])
+def _bridge_points(routes: YarnRoutes, ends: IntArray) -> tuple[IntArray, IntArray]:
+    """Number of points of the tail before each piece, and of the bridge or tail after each piece, shape (P,) each."""
+    paths, tails = routes.bridges.paths, routes.bridges.tails
+    is_open = np.repeat([not closed for _, closed in routes.yarns], [len(yarn) for yarn, _ in routes.yarns])
     first = np.zeros(len(ends), dtype=np.int64)
-    first[np.cumsum([0] + [len(yarn) for yarn, _ in course.yarns[:-1]])] = 1
+    first[np.cumsum([0] + [len(yarn) for yarn, _ in routes.yarns[:-1]])] = 1
     before = [len(tails[c]) if c in tails else 0 for c in ends[:, 0].tolist()]
-    after = [len(ways[c].points) if c in ways else len(tails.get(c, ())) for c in ends[:, 1].tolist()]
+    after = [len(paths[c].points) if c in paths else len(tails.get(c, ())) for c in ends[:, 1].tolist()]
     return np.array(before, dtype=np.int64) * first * is_open, np.array(after, dtype=np.int64)
 
 
-def _fit(pieces: YarnPieces, yarns: YarnSet) -> bool:
-    """Whether the yarns' control points are of these pieces, one by one."""
+def _matches(pieces: YarnPieces, yarns: YarnSet) -> bool:
+    """Whether the control points of the yarns belong to these pieces, one by one."""
     if pieces.point_count != len(yarns.points) or pieces.yarn[-1] != yarns.yarn_count - 1:
         return False
     count = np.diff(pieces.points, axis=1)[:, 0]
     own = np.arange(count.sum()) + np.repeat(pieces.points[:, 0] - (np.cumsum(count) - count), count)
-    expected = np.stack([pieces.yarn, pieces.course.face_below[pieces.face], pieces.index], axis=1)
+    expected = np.stack([pieces.yarn, pieces.routes.face_below[pieces.face], pieces.index], axis=1)
     found = np.stack([yarns.point_yarn, yarns.face, yarns.part], axis=1)[own]
     return np.array_equal(np.repeat(expected, count, axis=0), found)

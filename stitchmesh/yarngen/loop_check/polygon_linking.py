@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Linking numbers of many pairs of closed polygons.
 
-Seen along a direction, the linking number of two closed curves is half the sum of the signs of their crossings. Each
-pair is seen along the normal of its first polygon, turned a little so that few corners hide one another. There each
-corner is rounded to whole units, so few that double precision holds products of two coordinates exactly. Whether two
-edges cross follows from on which side of each edge the other's corners lie. Where a corner lies on an edge, or edges
-touch, the second polygon counts as moved by (e, e^2, e^3), with e smaller than anything (Edelsbrunner and Muecke 1990).
-So every answer is that of two polygons in general position, which cross an even number of times.
+In a projection along any direction, the linking number of two closed curves is half the sum of the signs of their
+crossings. Each pair is projected along the normal of its first polygon, tilted a little so that few corners coincide.
+The corners are rounded to whole units. The units are so large that double precision represents products of two
+coordinates exactly. Two edges cross if the ends of each edge lie on different sides of the other edge. Where a corner
+lies on an edge, or edges touch, the second polygon counts as moved by (e, e^2, e^3), with e smaller than any number
+(Edelsbrunner and Muecke 1990). Every result is therefore that of two polygons in general position, whose projections
+cross an even number of times.
 """
 
 from __future__ import annotations
@@ -19,25 +20,26 @@ import numpy as np
 from stitchmesh.mesh import FloatArray, IntArray
 
 CHUNK = 200_000
-"""Pairs of edges taken at once; their arrays stay in the processor's cache."""
+"""Number of pairs of edges that are processed at once; their arrays fit into the cache of the processor."""
 UNITS = 2**24
-"""Largest coordinate of a pair of polygons [units]: products of two differences then stay below 2^51."""
+"""Largest coordinate of a pair of polygons [units]. Products of two differences then stay below 2^51."""
 ROUNDING = 1e-15
-"""Bound of the rounding error of a sum of three products, over the sum of their sizes."""
+"""Bound of the rounding error of a sum of three products, over the sum of their absolute values."""
 TURN = np.array([0.0137, 0.0071])
-"""Turn of the direction of view, in radians about the two axes of the first polygon's plane."""
+"""Tilt of the direction of projection about the two axes of the plane of the first polygon [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Closed polygons in compressed rows."""
+    """Closed polygons, stored one after another."""
 
     points: FloatArray
     """Corner positions [cm], shape (n, 3)."""
     start: IntArray
-    """Where each polygon's corners start, shape (P + 1,)."""
+    """Index of the first corner of each polygon in ``corner``, shape (P + 1,)."""
     corner: IntArray
-    """Positions that each polygon runs through, the last one joined to the first, shape (start[-1],)."""
+    """Points through which each polygon passes, shape (start[-1],). The last point of a polygon is joined to its
+    first."""
 
     @property
     def size(self) -> IntArray:
@@ -45,25 +47,26 @@ class Polygons:
         return np.diff(self.start)
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper ends of each polygon's box [cm], shape (P, 3) each."""
+        """Lower and upper corner of the bounding box of each polygon [cm], shape (P, 3) each."""
         places = self.points[self.corner]
         return np.minimum.reduceat(places, self.start[:-1]), np.maximum.reduceat(places, self.start[:-1])
 
     def padded(self, which: IntArray, size: int) -> FloatArray:
-        """Corners of some polygons [cm], the last one repeated where there are fewer, shape (n, size, 3)."""
+        """Corners of the selected polygons [cm], shape (n, size, 3); the last corner is repeated where needed."""
         place = np.minimum(np.arange(size), self.size[which][:, None] - 1)
         return self.points[self.corner[self.start[which][:, None] + place]]
 
 
 def linking_numbers(first: Polygons, second: Polygons, pairs: IntArray) -> FloatArray:
-    """Half the sum of the signs of crossings of each pair of polygons, whole numbers, shape (n,).
+    """Linking numbers of pairs of polygons, as floating-point whole numbers, shape (n,).
 
-    They are those of polygons whose corners were moved by up to a ten-millionth of the size of the pair.
+    A linking number is half the sum of the signs of the crossings. Rounding to units moves the corners by up to a
+    ten-millionth of the size of the pair.
 
     Args:
         first: closed polygons.
         second: closed polygons.
-        pairs: one of the first and one of the second, shape (n, 2).
+        pairs: number of a first polygon and number of a second polygon, shape (n, 2).
     """
     sizes = np.stack([first.size[pairs[:, 0]], second.size[pairs[:, 1]]], axis=1)
     order = np.lexsort(sizes.T)
@@ -79,7 +82,12 @@ def linking_numbers(first: Polygons, second: Polygons, pairs: IntArray) -> Float
 
 
 def _half_sums(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Half the sum of crossing signs of polygons a, shape (n, i, 3), and b, (n, j, 3), pair by pair, shape (n,)."""
+    """Half the sum of the signs of the crossings of each pair of polygons, shape (n,).
+
+    Args:
+        a: corners of the first polygons [cm], shape (n, i, 3).
+        b: corners of the second polygons [cm], shape (n, j, 3).
+    """
     frame = _frames(a)
     centre = a.mean(axis=1, keepdims=True)
     a, b = _in_units((a - centre) @ frame, (b - centre) @ frame)
@@ -92,16 +100,16 @@ def _half_sums(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _in_units(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Coordinates of pairs of polygons in whole units."""
+    """Coordinates of pairs of polygons, rounded to whole units."""
     largest = np.maximum(np.abs(a).max(axis=(1, 2)), np.abs(b).max(axis=(1, 2)))
     scale = UNITS / np.maximum(largest, 1e-300)[:, None, None]
     return np.rint(a * scale), np.rint(b * scale)
 
 
 def _sides(a: FloatArray, u: FloatArray, b: FloatArray, later: float) -> np.ndarray:
-    """Whether each corner of b lies to the left of each edge u from a, seen from above, shape (n, i, j).
+    """Whether each corner of b lies to the left of each edge u from a in the projection, shape (n, i, j).
 
-    ``later`` is 1 where b is the polygon that counts as moved, -1 where a is.
+    ``later`` is 1 where b is the polygon that counts as moved, and -1 where a is.
     """
     x = u[:, :, None, 0] * (b[:, None, :, 1] - a[:, :, None, 1])
     y = u[:, :, None, 1] * (b[:, None, :, 0] - a[:, :, None, 0])
@@ -110,8 +118,8 @@ def _sides(a: FloatArray, u: FloatArray, b: FloatArray, later: float) -> np.ndar
 
 
 def _volume_signs(u: FloatArray, v: FloatArray, gap: FloatArray) -> FloatArray:
-    """Signs of (u x v) . gap for whole numbers, where it is zero as if the gap were moved by (e, e^2, e^3), (n,)."""
-    normal = np.cross(u, v)  # exact
+    """Signs of (u x v) . gap for whole numbers, shape (n,); where it is zero, as if gap were moved by (e, e^2, e^3)."""
+    normal = np.cross(u, v)  # exact, because the products are whole numbers below 2^51
     volume = (normal * gap).sum(axis=1)
     unsure = np.flatnonzero(np.abs(volume) <= ROUNDING * (np.abs(normal) * np.abs(gap)).sum(axis=1))
     whole = [values[unsure].astype(np.int64).astype(object) for values in (normal, gap)]
@@ -123,7 +131,7 @@ def _volume_signs(u: FloatArray, v: FloatArray, gap: FloatArray) -> FloatArray:
 
 
 def _frames(a: FloatArray) -> FloatArray:
-    """Axes of each polygon's plane and the direction of view as columns, shape (n, 3, 3)."""
+    """Two axes of the plane of each polygon and the direction of projection, as columns, shape (n, 3, 3)."""
     spoke = a - a.mean(axis=1, keepdims=True)
     normal = np.cross(spoke, np.roll(spoke, -1, axis=1)).sum(axis=1)
     reach = spoke[np.arange(len(a)), np.linalg.norm(spoke, axis=2).argmax(axis=1)]
@@ -135,4 +143,5 @@ def _frames(a: FloatArray) -> FloatArray:
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
+    """Unit vectors; zero for zero vectors."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Did yarn pass through yarn since it was drawn?
+"""Whether yarn has passed through yarn since it was generated (a pull-through).
 
-The drawn yarns are led to where they are now (``way``), every pass of yarn through yarn on that way is found
-(``crossing_yarn``), and passes that undo one another are taken out (``undone_passes``). Yarn slides, turns and curls
-that way without a trace. Yarn that was pulled through leaves one, on whatever way: as the shape of a fabric does not
-tell how it got there, several are tried, on which it turns more or less evenly, and what leaves a trace in the same
-place on all of them has been pulled through.
+The generated yarns are deformed continuously into their present positions (``deformation_path``). Every crossing of
+yarn through yarn on that path is found (``crossings_along_path``), and crossings that cancel each other are removed
+(``cancelling_crossings``). Yarn that slides, turns or curls leaves no crossings. A pull-through leaves a crossing on
+every path. The shape of a fabric does not determine the path on which it was deformed. Several paths are therefore
+tried, with more or less smooth rotations. A crossing that remains in the same place on all paths is a pull-through.
 """
 
 from __future__ import annotations
@@ -18,45 +18,53 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.loop_check.cancelling_crossings import LONGEST_RING, near_crossings, uncancelled
 from stitchmesh.yarngen.loop_check.crossings_along_path import SampledPath, YarnCrossing
 from stitchmesh.yarngen.loop_check.deformation_path import DeformationPath
-from stitchmesh.yarngen.loop_check.strands import SAMPLES, Strands
+from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT, YarnPolylines
 
-WAYS = ((5, 64), (0, 32), (5, 32), (20, 32), (0, 16), (100, 64))
-"""How often rotations are evened out on the ways that are tried, and of how many control points each is."""
-AT_HOME = 1e-3
-"""Over the yarn radius: yarns that moved less have not moved."""
+PATH_SETTINGS = ((5, 64), (0, 32), (5, 32), (20, 32), (0, 16), (100, 64))
+"""Deformation paths that are tried: the number of smoothing steps of the rotations, and the number of control points
+from which each rotation is computed."""
+UNMOVED = 1e-3
+"""Yarns that moved less than this, over the yarn radius, count as unmoved."""
 
 
-def pulled_through(drawn: YarnSet, yarns: YarnSet) -> list[YarnCrossing]:
-    """Passes of yarn through yarn, by sampled points of ``strands``, which no way can do without.
+def pulled_through(generated: YarnSet, yarns: YarnSet) -> list[YarnCrossing]:
+    """Crossings of yarn through yarn that remain on every deformation path.
 
     Args:
-        drawn: the yarns as generated.
-        yarns: the same yarns as they are now.
+        generated: the yarns as generated.
+        yarns: the same yarns at their present positions.
+
+    Returns:
+        The remaining crossings on the last path, by sampled points of ``YarnPolylines``; empty if there are none.
     """
-    if np.abs(drawn.points - yarns.points).max() < AT_HOME * yarns.radius.min():
+    if np.abs(generated.points - yarns.points).max() < UNMOVED * yarns.radius.min():
         return []
-    strands, reach = Strands(drawn), LONGEST_RING * float(yarns.radius.mean())
-    traces: list[YarnCrossing] | None = None
-    for evening, neighbourhood in WAYS:
-        found = uncancelled(SampledPath.along(DeformationPath(drawn, yarns, evening, neighbourhood)))
-        if traces is not None:
-            found = [traces[k] for k in sorted({k for k, _ in near_crossings(strands, traces, found, reach)})]
-        traces = found
-        if not traces:
+    polylines, reach = YarnPolylines(generated), LONGEST_RING * float(yarns.radius.mean())
+    remaining: list[YarnCrossing] | None = None
+    for smoothing_steps, neighbour_count in PATH_SETTINGS:
+        found = uncancelled(SampledPath.along(DeformationPath(generated, yarns, smoothing_steps, neighbour_count)))
+        if remaining is not None:
+            found = [remaining[k] for k in sorted({k for k, _ in near_crossings(polylines, remaining, found, reach)})]
+        remaining = found
+        if not remaining:
             break
-    return traces or []
+    return remaining or []
 
 
-def check_pulled_through(drawn: YarnSet, yarns: YarnSet) -> None:
-    """Raise where yarn passed through yarn.
+def check_pulled_through(generated: YarnSet, yarns: YarnSet) -> None:
+    """Check that no yarn has passed through yarn.
+
+    Args:
+        generated: the yarns as generated.
+        yarns: the same yarns at their present positions.
 
     Raises:
-        YarnError: it did; names the faces of both.
+        YarnError: a yarn has passed through another one; the message names the faces of both.
     """
-    found = pulled_through(drawn, yarns)
+    found = pulled_through(generated, yarns)
     if found:
-        faces = [int(yarns.face[point // SAMPLES]) for point in (found[0].first, found[0].second)]
+        faces = [int(yarns.face[point // SAMPLES_PER_POINT]) for point in (found[0].first, found[0].second)]
         raise YarnError(
-            f"face {faces[0]}: its yarn passed through that of face {faces[1]} since it was drawn ({len(found)} such "
-            "passes); expected none, relax the generated yarns again"
+            f"face {faces[0]}: its yarn passed through that of face {faces[1]} since it was generated ({len(found)} "
+            "such crossings); expected none, relax the generated yarns again"
         )

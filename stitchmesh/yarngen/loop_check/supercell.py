@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A larger cell of a fabric that repeats: copies of its cell beside and above one another."""
+"""The supercell of a periodic fabric: copies of its cell beside and above each other."""
 
 from __future__ import annotations
 
@@ -13,7 +13,16 @@ from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 
 
 def supercell(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
-    """A stitch mesh on a lattice with so many copies of its cell, which are numbered along the courses and then up."""
+    """A stitch mesh on a lattice that consists of copies of a cell.
+
+    Args:
+        fabric: the stitch mesh of the cell, on a lattice.
+        columns: number of copies along the courses.
+        rows: number of copies along the wales.
+
+    Returns:
+        The supercell. Its copies are numbered along the courses first and then upwards.
+    """
     assert fabric.lattice is not None and fabric.corner_image is not None
     size = np.array([columns, rows])
     copy = np.stack([index.ravel() for index in np.indices((rows, columns))[::-1]], axis=1)
@@ -40,7 +49,16 @@ def supercell(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
 
 
 def _reached(copy: IntArray, image: IntArray, size: IntArray) -> tuple[IntArray, IntArray]:
-    """Number of the copy that an image leads to from each copy, and its image in the larger cell, shapes (n, k), ..."""
+    """The copy that each image leads to from each copy, and its image in the supercell.
+
+    Args:
+        copy: column and row of each copy, shape (n, 2).
+        image: lattice images in the cell, shape (k, 2).
+        size: numbers of columns and rows.
+
+    Returns:
+        Numbers of the copies, shape (n, k), and lattice images of the supercell, shape (n, k, 2).
+    """
     there = copy[:, None] + image
     inside = there % size
     return inside[..., 0] + inside[..., 1] * size[0], there // size

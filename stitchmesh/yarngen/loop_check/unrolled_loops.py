@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of a fabric that repeats, told apart from their images.
+"""Loops of a periodic fabric, unrolled so that they can be distinguished from their lattice images.
 
-In a cell of a stitch or two a loop meets its own images, and closings would have to be led from image to image. So the
-cell stands in the middle of copies of it, and all yarn is drawn in the image in which its stitch lies: arcs that do not
-cross the border of all copies together run on as they do in a piece of fabric, and those of the middle are told.
+In a cell of one or two stitches a loop meets its own images, and its closure would have to continue from image to
+image. The cell is therefore put in the middle of a supercell, and all yarn is placed in the lattice image of its
+stitch. Arcs that do not cross the border of the supercell are then continuous, as in a piece of fabric that is not
+periodic. The links of the middle cell are checked.
 """
 
 from __future__ import annotations
@@ -19,76 +20,94 @@ from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.finish import YarnFinish
-from stitchmesh.yarngen.generate import drawn_yarns, images_of_points, yarn_course
+from stitchmesh.yarngen.generate import control_point_images, trace_yarn_routes, yarns_along_routes
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
-from stitchmesh.yarngen.loop_check.passes import expected_passes, spanned_sides
-from stitchmesh.yarngen.loop_check.strands import SAMPLES
 from stitchmesh.yarngen.loop_check.supercell import supercell
+from stitchmesh.yarngen.loop_check.threadings import expected_threadings, spanned_sides
+from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 
 MARGINS = (5, 10, 20, 40)
-"""Stitches and rows around the cell: the first of them within which all arcs of the middle lie is taken."""
+"""Numbers of stitches and rows around the cell. They are tried in this order, until all arcs of the middle cell are
+complete."""
 
 
 @dataclass(frozen=True, eq=False)
 class UnrolledLoops:
-    """Arcs that can be told."""
+    """The arcs of a supercell, and which of them can be checked."""
 
     arcs: Arcs
-    """All loops and links."""
+    """All loops and links of the supercell."""
     yarns: YarnSet
-    """Their yarns, without a lattice."""
+    """The yarns of the arcs, without a lattice."""
     links: NDArray[np.bool_]
-    """Which links are to be told, shape (links,)."""
+    """Which links are checked, shape (links,): those of the middle cell."""
     loops: NDArray[np.bool_]
-    """Which loops they may pass through, shape (loops,)."""
+    """Which loops the links are checked against, shape (loops,): those that do not cross the border of the
+    supercell."""
     image: IntArray
-    """The image of the larger cell in which each control point's stitch was drawn, shape (N, 2)."""
+    """The lattice image of the supercell in which the stitch of each control point lies, shape (N, 2)."""
 
 
 def unroll_loops(fabric: StitchMesh, radius: float, finish: YarnFinish) -> UnrolledLoops:
-    """The drawn yarns of a fabric on a lattice, unrolled, and the arcs of one cell."""
+    """Generate the yarns of a periodic fabric and unroll the loops of one cell.
+
+    Args:
+        fabric: the stitch mesh, on a lattice.
+        radius: yarn radius [cm].
+        finish: the finish of its yarns.
+
+    Raises:
+        YarnError: a loop or a float is longer than the largest margin.
+    """
     for margin in MARGINS:
-        found = _within(fabric, radius, finish, margin)
-        if _is_whole(found):
+        found = _unroll_with_margin(fabric, radius, finish, margin)
+        if _is_complete(found):
             return found
     raise YarnError(f"yarns: a loop or float is longer than {MARGINS[-1]} stitches or rows; expected shorter ones")
 
 
-def _within(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) -> UnrolledLoops:
+def _unroll_with_margin(fabric: StitchMesh, radius: float, finish: YarnFinish, margin: int) -> UnrolledLoops:
+    """The unrolled loops of a supercell with ``margin`` stitches and rows around the cell."""
     size = np.array([np.bincount(fabric.row).min(), fabric.row.max() + 1])
-    beside = -(-margin // size)
-    columns, rows = (2 * beside + 1).tolist()
-    cover = supercell(fabric, columns, rows)
-    course = yarn_course(cover, radius, PRESETS["draft"].control_points_per_stitch, finish)
-    drawn = drawn_yarns(course, radius)
-    image = images_of_points(course)
-    assert cover.lattice is not None
-    flat = replace(drawn, points=drawn.points - cover.lattice.shift(image), lattice=None, lattice_step=None)
-    arcs = _named_by_cell(find_arcs(cover, flat, finish), fabric.face_count)
-    middle = int(beside[0] + columns * beside[1])
-    own = np.array([arcs.pieces.face[link.pieces[0]] // fabric.face_count == middle for link in arcs.links])
-    return UnrolledLoops(arcs, flat, own, np.array([_runs_on(flat, image, loop) for loop in arcs.loops]), image)
+    cells_beside = -(-margin // size)
+    columns, rows = (2 * cells_beside + 1).tolist()
+    larger_mesh = supercell(fabric, columns, rows)
+    routes = trace_yarn_routes(larger_mesh, radius, PRESETS["draft"].control_points_per_stitch, finish)
+    generated = yarns_along_routes(routes, radius)
+    image = control_point_images(routes)
+    assert larger_mesh.lattice is not None
+    flat = replace(
+        generated, points=generated.points - larger_mesh.lattice.shift(image), lattice=None, lattice_step=None
+    )
+    arcs = _with_cell_face_numbers(find_arcs(larger_mesh, flat, finish), fabric.face_count)
+    middle_copy = int(cells_beside[0] + columns * cells_beside[1])
+    is_checked = np.array([arcs.pieces.face[link.pieces[0]] // fabric.face_count == middle_copy for link in arcs.links])
+    return UnrolledLoops(
+        arcs, flat, is_checked, np.array([_lies_in_one_image(flat, image, loop) for loop in arcs.loops]), image
+    )
 
 
-def _named_by_cell(arcs: Arcs, face_count: int) -> Arcs:
-    """Arcs whose faces have the numbers of those in the cell that they are copies of."""
-    course = arcs.pieces.course
-    return replace(arcs, pieces=replace(arcs.pieces, course=replace(course, face_below=course.face_below % face_count)))
+def _with_cell_face_numbers(arcs: Arcs, face_count: int) -> Arcs:
+    """The arcs with the face numbers of the cell instead of those of the supercell."""
+    routes = arcs.pieces.routes
+    return replace(arcs, pieces=replace(arcs.pieces, routes=replace(routes, face_below=routes.face_below % face_count)))
 
 
-def _runs_on(yarns: YarnSet, image: IntArray, arc: Arc) -> bool:
-    """Whether an arc stays in one image, with the control points beside it that shape its ends."""
+def _lies_in_one_image(yarns: YarnSet, image: IntArray, arc: Arc) -> bool:
+    """Whether an arc, with the control points beside it that shape its ends, lies in one image of the supercell."""
     start, after = yarns.start[arc.yarn : arc.yarn + 2]
-    first = arc.first // SAMPLES - start
-    places = np.arange(first - 1, first + arc.count // SAMPLES + 4)
+    first = arc.first // SAMPLES_PER_POINT - start
+    places = np.arange(first - 1, first + arc.count // SAMPLES_PER_POINT + 4)
     images = image[start + places % (after - start)]
     return bool((images == images[0]).all())
 
 
-def _is_whole(told: UnrolledLoops) -> bool:
-    """Whether all loops that the links to be told name or pass beside, and these links, are in one image."""
-    arcs = told.arcs
-    named = np.flatnonzero(abs(expected_passes(arcs))[told.links].sum(axis=0))
-    links = [arcs.links[k] for k in np.flatnonzero(told.links)]
-    spanned = [arcs.loop_over[side] for link in links for side, _ in spanned_sides(arcs, link)]
-    return bool(told.loops[[*named, *spanned]].all()) and all(_runs_on(told.yarns, told.image, link) for link in links)
+def _is_complete(unrolled: UnrolledLoops) -> bool:
+    """Whether the checked links, and all loops that they thread or pass, lie in one image of the supercell each."""
+    arcs = unrolled.arcs
+    threaded = np.flatnonzero(abs(expected_threadings(arcs))[unrolled.links].sum(axis=0))
+    links = [arcs.links[k] for k in np.flatnonzero(unrolled.links)]
+    spanned = [arcs.loop_of_side[side] for link in links for side, _ in spanned_sides(arcs, link)]
+    return bool(unrolled.loops[[*threaded, *spanned]].all()) and all(
+        _lies_in_one_image(unrolled.yarns, unrolled.image, link) for link in links
+    )

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What one stitch looks like: the yarn parts in a flat face."""
+"""Templates of stitches: the yarn parts of one stitch on a flat face."""

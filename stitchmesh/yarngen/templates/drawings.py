@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drawings of stitches: waypoints of their yarn parts, read from ``drawings.json``.
 
-Of stitches that are mirror images of one another, or one another turned over, one is drawn. Its heads lie in the
-order of its code; the yarn of its own row hooks from loop to loop:
+Some stitches are mirror images of each other, or the same stitch turned over; one of them is drawn. The heads of the
+loops below lie in the order that the code of the stitch gives. The yarn of the stitch's own row runs from loop to loop:
 
-- A knit loop comes through the head below from behind and passes in front of its top, a purl loop the other way.
-- Between knit and purl the yarn goes through the head and once around its top.
-- A yarn-over lies outside the head, on the side where the loops beside it go in.
-- Loops knitted together lie in layers, one wholly in front of the other, so that they are not linked.
-- A slipped loop's two legs go on upwards; the row's yarn passes behind them, or once around them.
+- A knit loop comes through the head below from behind and passes in front of its top; a purl loop does the opposite.
+- Between a knit and a purl loop of one stitch the yarn passes through the head and once around its top.
+- A yarn-over lies outside the head, on the side on which the neighbouring loops enter the head.
+- Loops that are knitted together lie in layers, each completely in front of the next, so they are not linked.
+- The two legs of a slipped loop continue upwards. The yarn of the row passes behind them, or once around them.
 
-The waypoints come from rough drawings (``assets/stitches/rough.json``), moved apart in small steps, none of which
-lets yarn pass through yarn (``assets/stitches/refine.py``).
+The waypoints come from rough drawings (``assets/stitches/rough.json``). A program (``assets/stitches/refine.py``) moved
+them apart in small steps, none of which lets yarn pass through yarn.
 
 Source: Yuksel et al. 2012, section 4.2, figures 4 and 5.
 """
@@ -25,36 +25,38 @@ from importlib.resources import files
 from typing import TypedDict
 
 from stitchmesh.mesh.stitch import CODES, VOCABULARY
-from stitchmesh.yarngen.templates.template import Crossing, Template, bottom, drawn, left_wale, right_wale, top
+from stitchmesh.yarngen.templates.template import Crossing, Template, bottom, left_wale, right_wale, spline_part, top
 
 Waypoint = tuple[float, float, float]
-"""x in stitch widths, share of the height, height in radii."""
-SLOT = {"left": 0, "right": 1}
+"""x in stitch widths, distance from the bottom over the height of the face, and height in yarn radii."""
+SLOTS = {"left": 0, "right": 1}
+"""Slot of a course side by its name in a drawing."""
 
-# "from" is no name that a class body can hold
+# the functional form is needed because the keyword "from" cannot be a name in a class body
 PartDrawing = TypedDict("PartDrawing", {"from": str, "to": str, "head": bool, "through": list[Waypoint]})
-"""A part: its crossings, whether it is yarn of the loop below, and its waypoints in between."""
+"""One yarn part: the crossings at its ends, whether it belongs to the loop below, and the waypoints between its
+ends."""
 
 
 @cache
 def drawings() -> dict[str, list[PartDrawing]]:
-    """The drawn parts of each stitch by its code."""
+    """The drawn yarn parts of each stitch, by the code of the stitch."""
     text = files("stitchmesh.yarngen.templates").joinpath("drawings.json").read_text()
     rows: dict[str, list[PartDrawing]] = json.loads(text)
     return rows
 
 
-def as_template(code: str, parts: list[PartDrawing]) -> Template:
+def template_from_drawing(code: str, parts: list[PartDrawing]) -> Template:
     """The template that a drawing describes.
 
     Args:
-        code: of the stitch, which says how many sides its face has.
-        parts: its drawn parts.
+        code: code of the stitch; it determines the number of sides of the face.
+        parts: the drawn yarn parts.
     """
-    making = VOCABULARY[CODES[code]]
-    n = making.n_bottom, making.n_top
+    definition = VOCABULARY[CODES[code]]
+    n = definition.n_bottom, definition.n_top
     shapes = [
-        drawn(*n, _crossing(n, part["from"]), _crossing(n, part["to"]), part["through"], is_head=part["head"])
+        spline_part(*n, _crossing(n, part["from"]), _crossing(n, part["to"]), part["through"], is_head=part["head"])
         for part in parts
     ]
     return Template(*n, tuple(shapes))
@@ -68,5 +70,5 @@ def _crossing(n: tuple[int, int], name: str) -> Crossing:
         return right_wale(n[0])
     row, loop, slot = name.split()
     if row == "bottom":
-        return bottom(int(loop) - 1, SLOT[slot])
-    return top(*n, int(loop) - 1, SLOT[slot])
+        return bottom(int(loop) - 1, SLOTS[slot])
+    return top(*n, int(loop) - 1, SLOTS[slot])

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Other first and last stitches: yarn-overs to cast on, and the chain that knitters bind off with.
+"""Optional first and last stitches: yarn-overs as a cast-on, and the chain bind-off of hand knitting.
 
-In the chain each loop of the last row is knitted, and the bound-off loop before it is passed over the new one: every
-bound-off loop lies along the edge, comes through the loop below it and is held by the next. So three strands cross
-between two stitches: the yarn a ninth of the way up, and the two legs of a bound-off loop, that of the yarn coming in
-in front, that of the yarn going on behind. The first loop has none to take over it; through the last the yarn is drawn.
+In a chain bind-off each loop of the last row is knitted, and the bound-off loop before it is passed over the new one.
+Every bound-off loop lies along the edge, comes through the loop below it and is held by the next one. Three strands
+therefore cross between two stitches: the yarn, at a ninth of the height, and the two legs of a bound-off loop. The
+first of these legs passes in front, the second behind. No loop is passed over the first loop; the yarn itself is drawn
+through the last loop.
 """
 
 from __future__ import annotations
@@ -16,55 +17,70 @@ from enum import IntEnum
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stitchmesh.yarngen.templates.edges import placed
+from stitchmesh.yarngen.templates.edges import column_waypoint
 from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.template import (
-    DENSE,
+    CURVE_POINTS,
     Crossing,
     Part,
     Template,
     bottom,
+    centripetal_parameters,
     crossing_point,
-    drawn,
     left_wale,
     mirrored,
     right_wale,
-    spline_places,
+    spline_part,
     top,
 )
 from stitchmesh.yarngen.templates.twists import twisted
 
 Waypoints = Sequence[tuple[float, float, float]]
-"""(x, y, height), lengths in stitch widths and heights in radii."""
+"""Waypoints (x, y, height): x and y in stitch widths, height in yarn radii."""
 
 CHAIN_HEIGHT = 1.7
-"""Height of a face of the chain over that of a plain stitch: its loops stand above the head below."""
-IN_FRONT, BEHIND = 1, 2
-"""Crossings of a wale side by the two legs of a bound-off loop."""
-OVER: Waypoints = (
+"""Height of a face of the chain over that of a plain stitch, because its loops stand above the head below."""
+FRONT_SLOT, BACK_SLOT = 1, 2
+"""Slots of a wale side at which the front and the back leg of a bound-off loop cross it."""
+OVER_WAYPOINTS: Waypoints = (
     (0.0, 0.93, 3.2), (0.28, 0.88, 3.3), (0.55, 0.84, 3.1), (0.76, 0.82, 1.9), (0.84, 0.82, 0.0), (0.76, 0.82, -1.9),
     (0.55, 0.84, -3.1), (0.28, 0.88, -3.3), (0.0, 0.93, -3.2),
 )  # fmt: skip
-"""The loop of the stitch before, taken over this stitch's."""
-FOOT: Waypoints = ((0.12, 0.1, -0.9), (0.24, 0.14, -0.9), (0.36, 0.28, 0.0))
-"""The yarn from the stitch before to the loop below, behind."""
-INNER: Waypoints = ((0.34, 0.47, 0.9), (0.29, 0.62, 1.25), (0.32, 0.74, 0.9), (0.36, 0.88, 0.2))
-"""A leg of the bound-off loop, up through the loop below and the one taken over it."""
-RISING: Waypoints = (*FOOT, *INNER, (0.42, 1.08, 1.0), (0.68, 1.14, 2.6), (1.0, 0.93, 3.2))
-"""The first leg, to the stitch after in front."""
-FALLING: Waypoints = (
+"""The bound-off loop of the stitch before, which is passed over the loop of this stitch."""
+FOOT_WAYPOINTS: Waypoints = ((0.12, 0.1, -0.9), (0.24, 0.14, -0.9), (0.36, 0.28, 0.0))
+"""The yarn from the stitch before to the loop below, behind the fabric."""
+INNER_WAYPOINTS: Waypoints = ((0.34, 0.47, 0.9), (0.29, 0.62, 1.25), (0.32, 0.74, 0.9), (0.36, 0.88, 0.2))
+"""A leg of the bound-off loop, up through the loop below and through the loop that is passed over it."""
+RISING_WAYPOINTS: Waypoints = (
+    *FOOT_WAYPOINTS,
+    *INNER_WAYPOINTS,
+    (0.42, 1.08, 1.0),
+    (0.68, 1.14, 2.6),
+    (1.0, 0.93, 3.2),
+)
+"""The first leg of the bound-off loop, which leads to the next stitch in front."""
+FALLING_WAYPOINTS: Waypoints = (
     (1.0, 0.93, -3.2), (0.82, 1.1, -2.4), (0.66, 1.05, -1.0),
-    *((1.0 - x, y, h) for x, y, h in (*INNER[::-1], *FOOT[::-1])),
+    *((1.0 - x, y, h) for x, y, h in (*INNER_WAYPOINTS[::-1], *FOOT_WAYPOINTS[::-1])),
 )  # fmt: skip
-"""The second leg, from the stitch after, behind, and on to it."""
-DRAWN: Waypoints = (*FOOT, *INNER, (0.46, 1.02, 0.6), (0.72, 1.06, 0.8), (0.97, 0.84, 1.4), (1.0, 0.5, 1.2))
-"""The yarn through the last loop and on to the row's end."""
-YARN_OVER = ((0.23, 0.18, -0.6), (0.364, 0.37, 0.0), (0.356, 0.66, 0.9))
-"""The first leg of a loop on no loop: across its width, up its height, height in radii; the second is its mirror."""
+"""The second leg of the bound-off loop, which comes back from the next stitch behind, and the yarn on to that
+stitch."""
+DRAWN_WAYPOINTS: Waypoints = (
+    *FOOT_WAYPOINTS,
+    *INNER_WAYPOINTS,
+    (0.46, 1.02, 0.6),
+    (0.72, 1.06, 0.8),
+    (0.97, 0.84, 1.4),
+    (1.0, 0.5, 1.2),
+)
+"""The yarn through the last loop and on to the end of the row."""
+YARN_OVER_WAYPOINTS = ((0.23, 0.18, -0.6), (0.364, 0.37, 0.0), (0.356, 0.66, 0.9))
+"""The first leg of a yarn-over: position across its column, height over that of the face, and height in yarn radii. The
+second leg is the mirror image."""
 
 
 class Edge(IntEnum):
-    """How a face of the first or last row is drawn."""
+    """Template of a face of the first or last row. The names with LEFTWARD are chains worked from right to left."""
 
     BY_STITCH = 0
     YARN_OVERS = 1
@@ -78,13 +94,13 @@ class Edge(IntEnum):
 
 
 def edge_template(edge: Edge, n_bottom: int, n_top: int, twists: tuple[int, ...]) -> Template:
-    """The yarn of a face of the first or last row that is not drawn as its stitch says.
+    """The yarn of a face of the first or last row that does not use the template of its stitch.
 
     Args:
-        edge: how it is drawn.
-        n_bottom: bottom sides of the face, one where it is bound off.
-        n_top: top sides of the face, one where it is bound off.
-        twists: half turns of the loops on top, from left to right; none where shorter.
+        edge: which template.
+        n_bottom: bottom sides of the face; one for a chain.
+        n_top: top sides of the face; one for a chain.
+        twists: half turns of the loops on top, from left to right; loops beyond the end of the tuple have none.
     """
     if edge == Edge.YARN_OVERS:
         return twisted(yarn_overs(n_bottom, n_top), twists)
@@ -96,46 +112,56 @@ def edge_template(edge: Edge, n_bottom: int, n_top: int, twists: tuple[int, ...]
 
 
 def yarn_overs(n_bottom: int, n_top: int) -> Template:
-    """Open loops on every top side; bottom sides stay empty."""
+    """Yarn-overs on every top side; no yarn crosses the bottom sides."""
     n = (n_bottom, n_top)
     parts = []
     start: Crossing = left_wale(*n)
     for loop in range(n_top):
-        rising = [placed(n, loop, n_top, *point) for point in YARN_OVER]
-        parts.append(drawn(*n, start, top(*n, loop, 0), [*_falling(n, loop - 1), *rising]))
+        first_leg = [column_waypoint(n, loop, n_top, *point) for point in YARN_OVER_WAYPOINTS]
+        parts.append(spline_part(*n, start, top(*n, loop, 0), [*_second_leg(n, loop - 1), *first_leg]))
         start = top(*n, loop, 1)
-    parts.append(drawn(*n, start, right_wale(n_bottom), _falling(n, n_top - 1)))
+    parts.append(spline_part(*n, start, right_wale(n_bottom), _second_leg(n, n_top - 1)))
     return Template(*n, tuple(parts))
 
 
-def _falling(n: tuple[int, int], loop: int) -> list[tuple[float, float, float]]:
-    """The second leg of a yarn-over, none before the first."""
-    return [placed(n, loop, n[1], 1.0 - u, v, h) for u, v, h in YARN_OVER[::-1]] if loop >= 0 else []
+def _second_leg(n: tuple[int, int], loop: int) -> list[tuple[float, float, float]]:
+    """Waypoints of the second leg of a yarn-over; empty for a negative loop number."""
+    return [column_waypoint(n, loop, n[1], 1.0 - u, v, h) for u, v, h in YARN_OVER_WAYPOINTS[::-1]] if loop >= 0 else []
 
 
 def chain(*, first: bool = False, last: bool = False) -> Template:
-    """A loop bound off, worked from left to right, with the loop before it unless it is the first."""
+    """One stitch of a chain bind-off, worked from left to right.
+
+    Args:
+        first: whether the stitch is the first of the chain, over which no loop is passed.
+        last: whether the stitch is the last of the chain, through which the yarn is drawn.
+    """
     head = next(part for part in knit().parts if part.is_head)
     parts = [Part(bottom(0, 0), bottom(0, 1), head.curve / [1.0, CHAIN_HEIGHT, 1.0], is_head=True)]
     left, right = left_wale(1, 1), right_wale(1)
     if not first:
-        parts.append(_smooth(Crossing(left.place, IN_FRONT), Crossing(left.place, BEHIND), OVER, is_head=True))
+        parts.append(
+            _part_through(
+                Crossing(left.place, FRONT_SLOT), Crossing(left.place, BACK_SLOT), OVER_WAYPOINTS, is_head=True
+            )
+        )
     if last:
-        parts.append(_smooth(left, right, (_foot(left), *DRAWN, _foot(right))))
+        parts.append(_part_through(left, right, (_foot(left), *DRAWN_WAYPOINTS, _foot(right))))
     else:
-        parts.append(_smooth(left, Crossing(right.place, IN_FRONT), (_foot(left), *RISING)))
-        parts.append(_smooth(Crossing(right.place, BEHIND), right, (*FALLING, _foot(right))))
+        parts.append(_part_through(left, Crossing(right.place, FRONT_SLOT), (_foot(left), *RISING_WAYPOINTS)))
+        parts.append(_part_through(Crossing(right.place, BACK_SLOT), right, (*FALLING_WAYPOINTS, _foot(right))))
     return Template(1, 1, tuple(parts))
 
 
 def _foot(wale: Crossing) -> tuple[float, float, float]:
+    """Waypoint at which the foot of a loop crosses a wale side, in the proportions of a face of the chain."""
     x, y, _ = crossing_point(1, 1, wale)
     return x, y * CHAIN_HEIGHT, 0.0
 
 
-def _smooth(start: Crossing, end: Crossing, waypoints: Waypoints, *, is_head: bool = False) -> Part:
-    """A part drawn smoothly through waypoints, the ends among them."""
+def _part_through(start: Crossing, end: Crossing, waypoints: Waypoints, *, is_head: bool = False) -> Part:
+    """A part along a natural cubic spline through waypoints; the first and the last waypoint are its ends."""
     points = np.array(waypoints)
-    places = spline_places(points)
-    curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], DENSE))
+    places = centripetal_parameters(points)
+    curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], CURVE_POINTS))
     return Part(start, end, curve / [1.0, CHAIN_HEIGHT, 1.0], is_head)

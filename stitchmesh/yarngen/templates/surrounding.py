@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One stitch in a plain surrounding: the small flat fabric on which its drawing is judged.
+"""One stitch surrounded by plain stitches: a small flat fabric on which a drawing of the stitch is tested.
 
-A row of plain stitches, the stitch with one plain stitch on either side, another row of plain stitches. All faces
-have the proportions of their templates, so that nothing is bent.
+The fabric has three rows: a row of plain stitches, the stitch with one plain stitch on either side, and another row of
+plain stitches. All faces have the proportions of their templates, so that the embedding does not deform the yarn.
 """
 
 from __future__ import annotations
@@ -16,16 +16,18 @@ from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarngen.templates.template import STITCH_HEIGHT
 
 
-def surrounded(stitch: Stitch, twists: tuple[int, ...] = (), plain: Stitch = Stitch.KNIT) -> tuple[StitchMesh, int]:
-    """A flat fabric of three rows around one stitch, and the number of its face; stitches are 1 cm wide.
+def surround_stitch(
+    stitch: Stitch, twists: tuple[int, ...] = (), plain: Stitch = Stitch.KNIT
+) -> tuple[StitchMesh, int]:
+    """A flat fabric of three rows around one stitch, and the number of the face of the stitch. Stitches are 1 cm wide.
 
     Args:
-        stitch: one of the vocabulary.
+        stitch: a stitch of the vocabulary.
         twists: half turns of the loops on its top sides, from left to right.
-        plain: what is around it.
+        plain: type of the other stitches.
     """
-    making = VOCABULARY[stitch]
-    low, high = making.n_bottom, making.n_top
+    definition = VOCABULARY[stitch]
+    low, high = definition.n_bottom, definition.n_top
     lines = [_course(count, max(low, high)) for count in (low, low, high, high)]
     heights = STITCH_HEIGHT * np.arange(-1, 3)
     vertices = [(x, y, 0.0) for line, y in zip(lines, heights, strict=True) for x in line]
@@ -38,16 +40,17 @@ def surrounded(stitch: Stitch, twists: tuple[int, ...] = (), plain: Stitch = Sti
 
 
 def _course(count: int, widest: int) -> np.ndarray:
-    """Vertices of a course line of so many stitches and one on either side of them."""
+    """The x of each vertex of a course line with ``count`` stitches and one more on either side, shape (count + 3,)."""
     return (widest - count) / 2 + np.arange(-1.0, count + 2)
 
 
 def _quads(lower: int, upper: int, count: int) -> list[list[int]]:
+    """Vertices of ``count`` neighbouring quads between two course lines, from their first vertices."""
     return [[lower + k, lower + k + 1, upper + k + 1, upper + k] for k in range(count)]
 
 
 def _row_of(lower: int, upper: int, low: int, high: int) -> list[list[int]]:
-    """A quad, a face of ``low`` bottom and ``high`` top sides, and a quad."""
+    """Vertices of a row: a quad, a face with ``low`` bottom and ``high`` top sides, and a quad."""
     middle = [lower + 1 + k for k in range(low + 1)] + [upper + 1 + k for k in reversed(range(high + 1))]
     return [*_quads(lower, upper, 1), middle, *_quads(lower + low + 1, upper + high + 1, 1)]
 
@@ -56,6 +59,7 @@ def _knitted(
     vertices: list, faces: list[list[int]], centre: int, sides: tuple[int, int], stitch: Stitch, plain: Stitch,
     twists: tuple[int, ...],
 ) -> StitchMesh:  # fmt: skip
+    """The stitch mesh of these faces."""
     face_start = np.concatenate([[0], np.cumsum([len(face) for face in faces])])
     face_vertex = np.concatenate(faces)
     kind, bottom, top, row = (np.full(len(faces), value) for value in (plain, 1, 1, 0))

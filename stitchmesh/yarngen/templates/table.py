@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The template table: how the yarn runs in each kind of stitch.
+"""The template table: the yarn of each kind of stitch.
 
-A stitch is drawn, or it is the mirror image of one that is, or that one turned over, or both.
+A stitch has a drawing of its own, or its template is the mirror image of a drawn one, a drawn one turned over, or both.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import stitch as symmetry
 from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
-from stitchmesh.yarngen.templates.drawings import as_template, drawings
+from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
 from stitchmesh.yarngen.templates.edges import cast_on, draw_through
 from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.template import Template, mirrored, turned_over
@@ -24,22 +24,23 @@ ANY_SIDES: dict[Stitch, Callable[[int, int], Template]] = {
     Stitch.BIND_OFF: draw_through,
     Stitch.DRAW_THROUGH: draw_through,
 }
-"""Stitches drawn for the sides that their face has."""
+"""Stitches whose template is computed for the number of sides of their face."""
 
 
 @lru_cache(maxsize=1024)
 def template(stitch: Stitch, n_bottom: int, n_top: int, twists: tuple[int, ...] = ()) -> Template:
-    """The yarn of a stitch on a face with these sides.
+    """The yarn of a stitch on a face with the given numbers of sides.
 
     Args:
-        stitch: its type.
+        stitch: type of the stitch.
         n_bottom: bottom sides of the face.
         n_top: top sides of the face.
-        twists: half turns of the loops on top, from left to right; none where shorter. Cast-on loops are twisted by
-            nature, by 1 where not marked; what holds the last loops has none on top and leaves it unheeded.
+        twists: half turns of the loops on top, from left to right; loops beyond the end of the tuple have none. Cast-on
+            loops always cross, as at 1 if they have no mark. A yarn drawn through loops has no loops on top and ignores
+            the twists.
 
     Raises:
-        YarnError: the stitch has no template, or not on such a face.
+        YarnError: the stitch has no template for such a face.
     """
     if stitch == Stitch.CAST_ON:
         return cast_on(n_bottom, n_top, twists)
@@ -55,8 +56,10 @@ def template(stitch: Stitch, n_bottom: int, n_top: int, twists: tuple[int, ...] 
 
 @cache
 def _untwisted() -> dict[Stitch, Template]:
-    """The template of every stitch whose face has fixed sides."""
-    table = {Stitch.KNIT: knit()} | {CODES[code]: as_template(code, parts) for code, parts in drawings().items()}
+    """The template of every stitch whose face has a fixed number of sides, without twists."""
+    table = {Stitch.KNIT: knit()} | {
+        CODES[code]: template_from_drawing(code, parts) for code, parts in drawings().items()
+    }
     for stitch, shape in list(table.items()):
         table.setdefault(symmetry.mirrored(stitch), mirrored(shape))
     for stitch, shape in list(table.items()):

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a stitch template is: the yarn parts in one stitch face, on a flat polygon with heights.
+"""Stitch templates: the yarn parts of one stitch face on a flat polygon.
 
-A template lies in a trapezoid: each bottom and top side is one stitch wide, the wale sides are straight. Positions
-are (x, y) in stitch widths and a height in yarn radii, positive towards the right side of the fabric. Yarn crosses
-the sides of a face at common places and at height zero, so that any two stitches join: course sides a quarter and
-three quarters along, wale sides a ninth of the way up, where a foot passes from stitch to stitch.
+A template lies in a trapezoid. Each bottom and top side is one stitch wide, and the wale sides are straight. A point is
+(x, y) in stitch widths and a height in yarn radii; the height is positive towards the right side of the fabric. Yarn
+crosses the sides of all faces at the same positions and at height zero, so that any two stitches fit together: course
+sides at a quarter and at three quarters of their length, wale sides at a ninth of their length from below, where the
+foot of a loop leads to the next stitch.
 """
 
 from __future__ import annotations
@@ -20,21 +21,23 @@ from scipy.interpolate import CubicSpline
 from stitchmesh.mesh import FloatArray
 
 STITCH_HEIGHT = 4.5 / (2 * np.pi)
-"""Course spacing of the plain loop in stitch widths."""
-FOOT_PLACE = 0.5 / 4.5
-"""How far up its wale side a face is entered by its row."""
+"""Course spacing of the plain loop [stitch widths]."""
+FOOT_SHARE = 0.5 / 4.5
+"""Height at which the yarn of a row crosses a wale side, over the length of the side."""
 RADIUS_OVER_WIDTH = 1 / 8
-"""Yarn radius in stitch widths for which the heights of the templates are drawn."""
-DENSE = 200
-"""Points by which the course of a part is drawn before it is divided evenly."""
+"""Yarn radius for which the heights of the templates are designed [stitch widths]."""
+CURVE_POINTS = 200
+"""Number of points of the dense curve of a part, before the part is resampled."""
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a part meets a side: its place counted from the lower left, and 0 or 1 along the side's direction."""
+    """The place where a part crosses a side of its face."""
 
     place: int
+    """Number of the side, counted from the lower left."""
     slot: int = 0
+    """Slot of the crossing, counted along the direction of the side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,42 +45,62 @@ class Part:
     """A piece of yarn between two crossings."""
 
     start: Crossing
+    """Crossing at which the part starts."""
     end: Crossing
+    """Crossing at which the part ends."""
     curve: FloatArray
-    """Dense points (x, y, height) from crossing to crossing, shape (n, 3)."""
+    """Dense points (x, y, height) from the start to the end, shape (n, 3)."""
     is_head: bool
-    """Whether it is yarn of the loop below, its head or a leg that is slipped, rather than of the face's own row."""
+    """Whether the part belongs to the loop below (its head, or a leg that is slipped), and not to the row of the
+    face."""
 
     @cached_property
-    def _arc(self) -> FloatArray:
+    def _arc_lengths(self) -> FloatArray:
+        """Arc length from the start to each point of the curve [stitch widths], shape (n,)."""
         steps = np.diff(self.curve * [1.0, 1.0, RADIUS_OVER_WIDTH], axis=0)
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=1))])
 
     @property
     def length(self) -> float:
         """Length in stitch widths."""
-        return float(self._arc[-1])
+        return float(self._arc_lengths[-1])
 
-    def evenly(self, count: int) -> FloatArray:
-        """``count`` points at even arc length, half a step from the ends, shape (count, 3)."""
+    def resampled(self, count: int) -> FloatArray:
+        """``count`` points at equal arc lengths, the first and the last half a step from the ends, shape (count, 3)."""
         return self._at((np.arange(count) + 0.5) / count * self.length)
 
-    def leg(self, crossing: Crossing, length: float, count: int) -> FloatArray:
-        """The last stretch towards one of its ends: ``count`` points at even arc length, shape (count, 3)."""
-        places = np.linspace(self.length - length, self.length, count)
-        return self._at(places if crossing == self.end else self.length - places)
+    def end_stretch(self, crossing: Crossing, length: float, count: int) -> FloatArray:
+        """The last stretch of the part before a crossing.
 
-    def with_leg(self, crossing: Crossing, length: float, leg: FloatArray, to: Crossing) -> Part:
-        """The part whose last stretch towards ``crossing`` is replaced by one that leads elsewhere."""
+        Args:
+            crossing: the start or the end of the part.
+            length: arc length of the stretch [stitch widths].
+            count: number of points.
+
+        Returns:
+            Points at equal arc lengths, the last one at the crossing, shape (count, 3).
+        """
+        arc_lengths = np.linspace(self.length - length, self.length, count)
+        return self._at(arc_lengths if crossing == self.end else self.length - arc_lengths)
+
+    def with_end_replaced(self, crossing: Crossing, length: float, end_stretch: FloatArray, to: Crossing) -> Part:
+        """The part with its last stretch before a crossing replaced.
+
+        Args:
+            crossing: the crossing at which the part ends now.
+            length: arc length of the stretch that is replaced [stitch widths].
+            end_stretch: points of the new stretch towards the crossing ``to``, shape (n, 3).
+            to: the crossing at which the part ends then.
+        """
         if crossing == self.end:
-            kept = self.curve[self._arc < self.length - length]
-            return replace(self, end=to, curve=np.concatenate([kept, leg]))
-        kept = self.curve[self._arc > length]
-        return replace(self, start=to, curve=np.concatenate([leg[::-1], kept]))
+            kept = self.curve[self._arc_lengths < self.length - length]
+            return replace(self, end=to, curve=np.concatenate([kept, end_stretch]))
+        kept = self.curve[self._arc_lengths > length]
+        return replace(self, start=to, curve=np.concatenate([end_stretch[::-1], kept]))
 
-    def _at(self, places: FloatArray) -> FloatArray:
-        """Points at these arc lengths [stitch widths], shape (n, 3)."""
-        return np.stack([np.interp(places, self._arc, axis) for axis in self.curve.T], axis=1)
+    def _at(self, arc_lengths: FloatArray) -> FloatArray:
+        """Points at the given arc lengths [stitch widths], shape (n, 3)."""
+        return np.stack([np.interp(arc_lengths, self._arc_lengths, axis) for axis in self.curve.T], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,17 +108,23 @@ class Template:
     """All yarn parts of one kind of stitch face."""
 
     n_bottom: int
+    """Number of bottom sides of the face."""
     n_top: int
+    """Number of top sides of the face."""
     parts: tuple[Part, ...]
+    """The yarn parts."""
 
     @cached_property
     def polygon(self) -> FloatArray:
-        """Corners of the face from the lower left, shape (n_bottom + n_top + 2, 2)."""
+        """Corners of the face from the lower left [stitch widths], shape (n_bottom + n_top + 2, 2)."""
         return trapezoid(self.n_bottom, self.n_top)
 
 
 def trapezoid(n_bottom: int, n_top: int) -> FloatArray:
-    """Corners of a flat face from the lower left; a side without loops is one corner."""
+    """Corners of a flat face from the lower left [stitch widths], shape (n_bottom + n_top + 2, 2).
+
+    A course without loops is a single corner.
+    """
     widest = max(n_bottom, n_top)
     low = (widest - n_bottom) / 2 + np.arange(n_bottom + 1)
     high = ((widest - n_top) / 2 + np.arange(n_top + 1))[::-1]
@@ -104,12 +133,15 @@ def trapezoid(n_bottom: int, n_top: int) -> FloatArray:
 
 
 def bottom(loop: int, slot: int) -> Crossing:
-    """Crossing of a bottom side, counted left to right; slot 0 is its left one."""
+    """Crossing of a bottom side. Loops are counted from left to right; slot 0 is the left crossing of the side."""
     return Crossing(loop, slot)
 
 
 def top(n_bottom: int, n_top: int, loop: int, slot: int) -> Crossing:
-    """Crossing of a top side, counted left to right; slot 0 is its left one (the side itself runs leftwards)."""
+    """Crossing of a top side. Loops are counted from left to right; slot 0 is the left crossing of the side.
+
+    The side itself runs from right to left, so its slots in ``Crossing`` are exchanged.
+    """
     return Crossing(n_bottom + n_top - loop, 1 - slot)
 
 
@@ -124,53 +156,63 @@ def left_wale(n_bottom: int, n_top: int) -> Crossing:
 
 
 def crossing_point(n_bottom: int, n_top: int, crossing: Crossing) -> tuple[float, float, float]:
-    """Where a crossing lies: (x, y, 0)."""
+    """Position (x, y, 0) of a crossing [stitch widths]."""
     corners = trapezoid(n_bottom, n_top)
     start, end = corners[crossing.place], corners[(crossing.place + 1) % len(corners)]
     if crossing.place == n_bottom:
-        share = FOOT_PLACE
+        share = FOOT_SHARE
     elif crossing.place == n_bottom + n_top + 1:
-        share = 1.0 - FOOT_PLACE
+        share = 1.0 - FOOT_SHARE
     else:
         share = 0.25 + 0.5 * crossing.slot
     x, y = start + share * (end - start)
     return float(x), float(y), 0.0
 
 
-def drawn(
+def spline_part(
     n_bottom: int, n_top: int, start: Crossing, end: Crossing, waypoints: Sequence[tuple[float, float, float]],
     *, is_head: bool = False,
 ) -> Part:  # fmt: skip
-    """A part drawn smoothly through waypoints (x, share of the height, height in radii) between two crossings."""
+    """A part along a natural cubic spline through waypoints between two crossings.
+
+    Args:
+        n_bottom: bottom sides of the face.
+        n_top: top sides of the face.
+        start: crossing at the start.
+        end: crossing at the end.
+        waypoints: x in stitch widths, distance from the bottom over the height of the face, height in yarn radii.
+        is_head: whether the part belongs to the loop below.
+    """
     inner = [(x, v * STITCH_HEIGHT, h) for x, v, h in waypoints]
     ends = crossing_point(n_bottom, n_top, start), crossing_point(n_bottom, n_top, end)
     points = np.array([ends[0], *inner, ends[1]])
-    places = spline_places(points)
-    curve = CubicSpline(places, points, bc_type="natural")(np.linspace(0.0, places[-1], DENSE))
+    arc_lengths = centripetal_parameters(points)
+    curve = CubicSpline(arc_lengths, points, bc_type="natural")(np.linspace(0.0, arc_lengths[-1], CURVE_POINTS))
     return Part(start, end, curve, is_head)
 
 
-def spline_places(points: FloatArray) -> FloatArray:
-    """Centripetal parameters of a spline through (x, y, height) points, which makes no loops between them."""
+def centripetal_parameters(points: FloatArray) -> FloatArray:
+    """Centripetal parameters, shape (n,), of a spline through (x, y, height) points; they prevent extra loops."""
     chord = np.linalg.norm(np.diff(points * [1.0, 1.0, RADIUS_OVER_WIDTH], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(chord**0.5)])
 
 
 def mirrored(template: Template) -> Template:
-    """The template seen in a mirror that swaps left and right; the row still runs from left to right."""
+    """The template mirrored from left to right. The row of the mirrored template still runs from left to right."""
     nb, nt = template.n_bottom, template.n_top
     widest = max(nb, nt)
     parts = []
     for part in reversed(template.parts):
         ends = _mirror_crossing(part.start, nb, nt), _mirror_crossing(part.end, nb, nt)
         curve = part.curve * [-1.0, 1.0, 1.0] + [widest, 0.0, 0.0]
-        if not (part.is_head and part.end.place > nb):  # the legs of a slipped loop still run upwards
+        if not (part.is_head and part.end.place > nb):  # the legs of a slipped loop keep their upward direction
             ends, curve = ends[::-1], curve[::-1]
         parts.append(Part(*ends, curve, part.is_head))
     return Template(nb, nt, tuple(parts))
 
 
 def _mirror_crossing(crossing: Crossing, nb: int, nt: int) -> Crossing:
+    """The crossing at the mirrored place of a face with ``nb`` bottom and ``nt`` top sides."""
     if crossing.place == nb:
         return Crossing(left_wale(nb, nt).place, crossing.slot)
     if crossing.place == nb + nt + 1:
@@ -181,6 +223,6 @@ def _mirror_crossing(crossing: Crossing, nb: int, nt: int) -> Crossing:
 
 
 def turned_over(template: Template) -> Template:
-    """The template with its heights reversed: what is knit becomes purl."""
-    parts = tuple(Part(p.start, p.end, p.curve * [1.0, 1.0, -1.0], p.is_head) for p in template.parts)
+    """The template with reversed heights, which turns knit into purl."""
+    parts = tuple(Part(part.start, part.end, part.curve * [1.0, 1.0, -1.0], part.is_head) for part in template.parts)
     return Template(template.n_bottom, template.n_top, parts)

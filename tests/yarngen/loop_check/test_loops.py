@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Probes that tell what a loop passes through: their linking numbers, and that wrong yarn does not get past them."""
+"""Linking numbers of test curves: what a loop passes through, and that yarn with a wrong course is found."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.loop_check.loop_linking import LoopLinking, check_loops, expected_linking, loop_linking
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
-from stitchmesh.yarngen.loop_check.strands import SAMPLES
+from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.yarngen.templates.template import Part, Template
 from stitchmesh.yarnrelax import relax_yarns
 from tests.gallery import FLAT_AND_ROUND
@@ -66,30 +66,30 @@ def gauss_integral(first: FloatArray, second: FloatArray) -> float:
 
 
 SQUARE = np.array([[1.0, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]])
-"""Counter-clockwise seen from above."""
+"""A square, counter-clockwise seen from above."""
 UPRIGHT = np.array([[0.0, 0, -1], [0.1, 0, 1], [5, 0, 1], [5, 0, -1]])
-"""Comes up through the square and goes down outside."""
+"""A curve that passes up through the square and down outside it."""
 
 
-def test_what_comes_up_through_a_loop_counts_one() -> None:
+def test_a_curve_up_through_a_loop_counts_one() -> None:
     assert linking(SQUARE, UPRIGHT) == 1.0
     assert linking(UPRIGHT, SQUARE) == 1.0
     assert linking(SQUARE[::-1], UPRIGHT) == linking(SQUARE, UPRIGHT[::-1]) == -1.0
     assert linking(SQUARE, UPRIGHT + np.array([3.0, 0, 0])) == 0.0
 
 
-def test_crossings_count_as_the_gauss_integral_says() -> None:
+def test_linking_numbers_equal_the_gauss_integral() -> None:
     noise = np.random.default_rng(4)
     curves = [noise.normal(size=(size, 3)) for size in (5, 9, 7, 12, 10, 11)]
     pairs = np.array([(i, j) for i in range(6) for j in range(6) if i < j])
     found = linking_numbers(polygons(curves), polygons(curves), pairs)
-    # angles of some tens of edges, each to 1e-16 or, where nearly flat, its root
+    # sums of some tens of angles, each exact to 1e-16, or to the square root of 1e-16 for nearly flat solid angles
     np.testing.assert_allclose(found, [gauss_integral(curves[i], curves[j]) for i, j in pairs], atol=1e-6)
     assert np.abs(found).max() >= 1
 
 
 def test_polygons_with_edges_on_one_line_do_not_cross() -> None:
-    """Closed by the straight needle line of a flat piece, neighbouring loops and links have edges on one line."""
+    """Loops and links of a flat piece have edges on one line, the line of the needle that closes them."""
     random = np.random.default_rng(5)
     arch = np.array([[0.0, 0, 0], [0.3, 0.9, 0.1], [0.7, 0.9, -0.1], [1.0, 0, 0]])
     for seed in range(300):
@@ -99,8 +99,9 @@ def test_polygons_with_edges_on_one_line_do_not_cross() -> None:
 
 
 RING = np.array([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0], [-1, 2, 0.0]])
-"""Flat, with a corner in the middle of a side and a repeated one."""
+"""A flat polygon with a corner in the middle of a side and a repeated corner."""
 STANDING = np.array([[0, 1, 0], [0, 1, 1], [0, -1, 1], [0, -1, 0], [0, -1, -1], [0, 1, -1.0]])
+"""A polygon perpendicular to it, whose corners lie in one plane."""
 DEGENERATE = {
     "linked, corners in one plane": (STANDING, 1),
     "corners above corners": (RING + np.array([0, 0, 1]), 0),
@@ -113,8 +114,8 @@ DEGENERATE = {
 
 
 @pytest.mark.parametrize("name", DEGENERATE)
-def test_degenerate_polygons_link_as_they_do_however_shaken(name: str) -> None:
-    """10,000 times; of those that touch, a last bit decides, but what it decides is a whole number."""
+def test_shaken_degenerate_polygons_have_the_same_linking(name: str) -> None:
+    """The linking is the same in 10,000 shaken copies. For polygons that touch, it is at least a whole number."""
     other, expected = DEGENERATE[name]
     rings, others = shaken_many(RING), shaken_many(other)[::-1]
     one, two = (Polygons(points.reshape(-1, 3), np.arange(SHAKES + 1) * points.shape[1], np.arange(points[..., 0].size))
@@ -141,67 +142,67 @@ def test_every_top_side_has_its_loop_and_yarn_is_cut_without_a_gap(name: str) ->
     yarns = generate_yarns(fabric, quality="draft")
     arcs = find_arcs(fabric, yarns)
     made = fabric.side_role == 2
-    joined = (made & fabric.mismatched).sum()  # where rows meet top to top, loops run into one another
-    rings = sum(not any(loop.hangs) for loop in arcs.loops)
+    joined = (made & fabric.mismatched).sum()  # where rows meet top to top, two loops join into one
+    rings = sum(not any(loop.on_needle) for loop in arcs.loops)
     assert len(arcs.loops) == made.sum() - joined + rings
-    assert sum(sum(link.hangs) for link in arcs.links) == 2 * made.sum()
+    assert sum(sum(link.on_needle) for link in arcs.links) == 2 * made.sum()
     points = sum(arc.count - 1 for arc in (*arcs.loops, *arcs.links))
     bridged = len(yarns.points) - np.diff(arcs.pieces.points, axis=1).sum()
-    assert points >= SAMPLES * (len(yarns.points) - bridged) - len(arcs.links)
+    assert points >= SAMPLES_PER_POINT * (len(yarns.points) - bridged) - len(arcs.links)
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
 @pytest.mark.parametrize("quality", ["draft", "standard"])
-def test_loops_of_whole_fabrics_are_linked_as_named(name: str, quality: str) -> None:
+def test_loops_of_whole_fabrics_are_linked_as_defined(name: str, quality: str) -> None:
     fabric = fabric_of(name)
     check_loops(fabric, generate_yarns(fabric, quality=quality))
 
 
 @pytest.mark.parametrize("name", ["flat", "three around", "pentagons"])
-def test_loops_of_whole_fabrics_are_linked_as_named_after_relaxation(name: str) -> None:
+def test_loops_of_whole_fabrics_are_linked_as_defined_after_relaxation(name: str) -> None:
     fabric = fabric_of(name)
     yarns = generate_yarns(fabric, quality="draft")
     relaxed = relax_yarns(yarns, quality="draft", device="cpu", keep_shape=fabric).yarns
     check_loops(fabric, relaxed)
 
 
-def test_a_knit_loop_is_passed_once_up_and_once_down_and_a_purl_loop_the_other_way() -> None:
+def test_a_knit_loop_is_threaded_once_up_and_once_down_and_a_purl_loop_reversed() -> None:
     fabric = swatch("p", "k", "p")
     arcs = find_arcs(fabric, generate_yarns(fabric))
-    passes = expected_linking(arcs).passes.toarray()
-    worked = np.flatnonzero(np.abs(passes).sum(axis=0))
+    threadings = expected_linking(arcs).threadings.toarray()
+    worked = np.flatnonzero(np.abs(threadings).sum(axis=0))
     assert len(worked) == len(arcs.loops), "every loop is held"
-    np.testing.assert_array_equal(passes.sum(axis=0)[worked][: -tops([KNIT] * 7)], 0)
-    assert set(np.unique(passes)) == {-1, 0, 1}
+    np.testing.assert_array_equal(threadings.sum(axis=0)[worked][: -tops([KNIT] * 7)], 0)
+    assert set(np.unique(threadings)) == {-1, 0, 1}
 
 
 @pytest.mark.parametrize(
-    ("code", "passes"),
+    ("code", "threadings"),
     [("kp", {1, -2}), ("ky", {1, -1}), ("kyk", {1, -1}), ("yky", {1, -1}), ("sk", {1, -1}), ("sy", set())],
 )
-def test_yarn_between_loops_of_one_stitch_passes_as_the_stitch_says(code: str, passes: set[int]) -> None:
-    """From knit to purl it goes through the loop below twice; a yarn-over does not go through it."""
+def test_yarn_between_loops_of_one_stitch_threads_as_the_stitch_defines(code: str, threadings: set[int]) -> None:
+    """From knit to purl the yarn passes through the loop below twice; a yarn-over does not pass through it."""
     fabric = swatch(code)
     arcs = find_arcs(fabric, generate_yarns(fabric))
     face = int(np.flatnonzero(fabric.stitch == CODES[code])[0])
-    held = arcs.loop_over[int(fabric.face_start[face])]
-    through = loop_linking(arcs, generate_yarns(fabric)).passes[:, [held]].toarray()[:, 0]
+    held = arcs.loop_of_side[int(fabric.face_start[face])]
+    through = loop_linking(arcs, generate_yarns(fabric)).threadings[:, [held]].toarray()[:, 0]
     by_face = [
         round(through[number])
         for number, link in enumerate(arcs.links)
         if any(arcs.pieces.face[piece] == face for piece in link.pieces)
     ]
-    assert {value for value in by_face if value} == passes
+    assert {value for value in by_face if value} == threadings
 
 
 def measured(arcs: Arcs, yarns: YarnSet) -> LoopLinking:
     found = loop_linking(arcs, yarns)
-    assert np.abs(found.passes.data - np.round(found.passes.data)).max() < 1e-6
+    assert np.abs(found.threadings.data - np.round(found.threadings.data)).max() < 1e-6
     return found
 
 
 def assert_same(found: LoopLinking, expected: LoopLinking) -> None:
-    assert (found.passes - expected.passes).count_nonzero() == 0
+    assert (found.threadings - expected.threadings).count_nonzero() == 0
     np.testing.assert_array_equal(found.turns, expected.turns)
 
 
@@ -209,7 +210,7 @@ EVERYTHING = ("p", "y", "d12k", "k", "b", "f", "kp", "d21p", "sk", "d213k", "x",
 
 
 @pytest.mark.parametrize("quality", ["draft", "standard", "reference"])
-def test_linking_is_whole_and_as_named_at_every_quality(quality: str) -> None:
+def test_linking_is_whole_and_as_defined_at_every_quality(quality: str) -> None:
     fabric = swatch(*EVERYTHING)
     yarns = generate_yarns(fabric, quality=quality)
     arcs = find_arcs(fabric, yarns)
@@ -219,7 +220,7 @@ def test_linking_is_whole_and_as_named_at_every_quality(quality: str) -> None:
 
 @pytest.mark.parametrize("step", [1, -1])
 def test_linking_does_not_depend_on_where_yarn_is_cut(step: int) -> None:
-    """Cuts moved along the yarn by half a control point, about a twenty-fifth of a plain loop."""
+    """All cuts are moved along the yarn by half a control point, about a twenty-fifth of a plain loop."""
     fabric = swatch(*EVERYTHING)
     yarns = generate_yarns(fabric, quality="draft")
     arcs = find_arcs(fabric, yarns)
@@ -240,7 +241,7 @@ def test_linking_moves_with_the_yarns() -> None:
 
 
 def test_flat_fabric_may_lie_anywhere_in_its_plane() -> None:
-    """On its way its yarns, all alike, lie over one another's edges and in one plane with them all the time."""
+    """All yarns are equal, so on the deformation path they lie on each other's edges and in one plane at all times."""
     fabric = sampler([[KNIT] * 20] * 20)
     yarns = generate_yarns(fabric, quality="draft")
     quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -248,17 +249,17 @@ def test_flat_fabric_may_lie_anywhere_in_its_plane() -> None:
 
 
 def test_a_mirror_image_is_linked_the_other_way() -> None:
-    """Seen in a mirror parallel to the fabric knit becomes purl, and no yarn can get there but through others."""
+    """A mirror parallel to the fabric turns knit into purl, which no motion without pull-throughs can do."""
     fabric = swatch("k")
     yarns = generate_yarns(fabric, quality="draft")
     mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
     arcs = find_arcs(fabric, mirrored)
-    assert (measured(arcs, mirrored).passes + expected_linking(arcs).passes).count_nonzero() == 0
-    with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was drawn"):
+    assert (measured(arcs, mirrored).threadings + expected_linking(arcs).threadings).count_nonzero() == 0
+    with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was generated"):
         check_loops(fabric, mirrored)
 
 
-def drawn_wrongly(monkeypatch: pytest.MonkeyPatch, stitch: Stitch, change: Callable[[Template], Template]) -> None:
+def replace_template(monkeypatch: pytest.MonkeyPatch, stitch: Stitch, change: Callable[[Template], Template]) -> None:
     right = embedding.template
 
     def wrong(kind: Stitch, n_bottom: int, n_top: int, twists: tuple[int, ...] = ()) -> Template:
@@ -272,13 +273,13 @@ IN_FRONT = np.array([0.0, 0.0, 6.0])
 
 
 def head_in_front(shape: Template) -> Template:
-    """The head wholly in front of the yarn that ought to hold it."""
+    """The head completely in front of the yarn that should hold it."""
     parts = [replace(part, curve=part.curve + IN_FRONT) if part.is_head else part for part in shape.parts]
     return Template(shape.n_bottom, shape.n_top, tuple(parts))
 
 
 def hook_beside_the_head(shape: Template) -> Template:
-    """The yarn between two loops of one stitch from the one to the other without a turn through the head."""
+    """The yarn between two loops of one stitch is straight and does not turn through the head."""
     parts = []
     for part in shape.parts:
         straight = np.linspace(part.curve[0], part.curve[-1], len(part.curve))
@@ -290,44 +291,52 @@ def hook_beside_the_head(shape: Template) -> Template:
 @pytest.mark.parametrize("code", ["k", "p", "kp", "ky", "d12k", "d312p", "sk"])
 def test_a_loop_that_is_not_held_is_caught(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fabric = swatch("b", code, "b") if code != "k" else swatch()
-    drawn_wrongly(monkeypatch, CODES[code], head_in_front)
-    with pytest.raises(YarnError, match=r"passes 0 times through loop \d of face \d+, expected -?\d .*drawn wrongly"):
+    replace_template(monkeypatch, CODES[code], head_in_front)
+    message = r"passes 0 times through loop \d of face \d+, expected -?\d .*the template of a stitch is wrong"
+    with pytest.raises(YarnError, match=message):
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
 @pytest.mark.parametrize("code", ["kp", "ky", "kyk", "ypy"])
 def test_yarn_that_does_not_turn_through_the_head_is_caught(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fabric = swatch(code)
-    drawn_wrongly(monkeypatch, CODES[code], hook_beside_the_head)
+    replace_template(monkeypatch, CODES[code], hook_beside_the_head)
     with pytest.raises(YarnError, match=r"passes 0 times through loop \d of face \d+, expected -?\d"):
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
 @pytest.mark.parametrize(
-    ("code", "drawn_as"), [("kp", "pk"), ("k", "p"), ("kyk", "pyp"), ("d12k", "d21p"), ("sp", "sk")]
+    ("code", "template_code"), [("kp", "pk"), ("k", "p"), ("kyk", "pyp"), ("d12k", "d21p"), ("sp", "sk")]
 )
-def test_a_stitch_drawn_as_another_is_caught(code: str, drawn_as: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stitch_with_the_template_of_another_is_caught(
+    code: str, template_code: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     fabric = swatch("d21k", code, "d21k")
     other = embedding.template
-    drawn_wrongly(monkeypatch, CODES[code], lambda shape: other(CODES[drawn_as], shape.n_bottom, shape.n_top))
+    replace_template(monkeypatch, CODES[code], lambda shape: other(CODES[template_code], shape.n_bottom, shape.n_top))
     with pytest.raises(YarnError, match="times through"):
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
-@pytest.mark.parametrize(("code", "drawn_as", "turns"), [("b", "f", 0), ("f", "b", -1), ("x", "b", -1), ("b", "x", -2)])
+@pytest.mark.parametrize(
+    ("code", "template_code", "turns"), [("b", "f", 0), ("f", "b", -1), ("x", "b", -1), ("b", "x", -2)]
+)
 def test_yarn_on_the_wrong_side_of_a_slipped_loop_is_caught(
-    code: str, drawn_as: str, turns: int, monkeypatch: pytest.MonkeyPatch
+    code: str, template_code: str, turns: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As a whole the loop is passed by none of them; its legs tell. The second row runs from right to left or back."""
+    """The linking number of the whole loop is zero in all these cases, but those of its legs differ.
+
+    The second row runs from right to left or from left to right.
+    """
     fabric = swatch(code)
     other = embedding.template
-    drawn_wrongly(monkeypatch, CODES[code], lambda shape: other(CODES[drawn_as], shape.n_bottom, shape.n_top))
-    with pytest.raises(YarnError, match=rf"yarn goes -?{abs(turns)} times around a leg of its slipped loop"):
+    replace_template(monkeypatch, CODES[code], lambda shape: other(CODES[template_code], shape.n_bottom, shape.n_top))
+    with pytest.raises(YarnError, match=rf"yarn winds -?{abs(turns)} times around a leg of its slipped loop"):
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
 def test_a_pull_through_by_hand_is_caught() -> None:
-    """One loop of a relaxed tube is lifted out of the loop that comes through it."""
+    """One loop of a relaxed tube is lifted out of the loop that passes through it."""
     fabric = fabric_of("tube")
     yarns = relax_yarns(generate_yarns(fabric, quality="draft"), quality="draft", device="cpu", keep_shape=fabric).yarns
     check_loops(fabric, yarns)
@@ -336,12 +345,12 @@ def test_a_pull_through_by_hand_is_caught() -> None:
     outwards = yarns.points[head].mean(axis=0) * [1.0, 0.0, 1.0]
     points = yarns.points.copy()
     points[head] += 8.0 * yarns.radius[0] * outwards / np.linalg.norm(outwards)
-    with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was drawn"):
+    with pytest.raises(YarnError, match=r"face \d+: its yarn passed through that of face \d+ since it was generated"):
         check_loops(fabric, replace(yarns, points=points))
 
 
 def test_yarns_of_another_fabric_are_refused() -> None:
-    with pytest.raises(YarnError, match="they do not run as in this stitch mesh"):
+    with pytest.raises(YarnError, match="their routes differ from those of this stitch mesh"):
         check_loops(swatch("k"), generate_yarns(swatch("p", "k")))
 
 
@@ -349,5 +358,5 @@ def test_yarns_are_checked_with_the_finish_that_they_have() -> None:
     fabric = swatch("k", "p")
     yarns = generate_yarns(fabric, quality="draft", bind_off="chain", cast_on="open")
     check_loops(fabric, yarns, finish=YarnFinish(bind_off="chain", cast_on="open"))
-    with pytest.raises(YarnError, match="and the finish"):
+    with pytest.raises(YarnError, match="and the finish with which"):
         check_loops(fabric, yarns)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Crossings of edges that move on straight lines: each counted once, whatever the rounding."""
+"""Crossings of edges that move on straight lines: each crossing is counted once, whatever the rounding."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.decides
 
 UNITS = WholeUnits.fitting(64.0)
 AT_ONCE = 500
-"""Motions whose pairs of edges are in memory at the same time."""
+"""Number of motions whose pairs of edges are in memory at the same time."""
 
 
 def polygon(*corners: tuple[float, ...]) -> FloatArray:
@@ -35,7 +35,10 @@ def pairs_of(a: FloatArray, b: FloatArray) -> EdgePairs:
 
 
 def counted(a: FloatArray, b: FloatArray, seed: int = 0) -> tuple[IntArray, IntArray]:
-    """Crossings, and sums of their signs, of n motions of two closed polygons, shapes (moments, n, corners, 3)."""
+    """Numbers of crossings, and sums of their signs, of n motions of two closed polygons, shape (n,) each.
+
+    ``a`` and ``b`` have the shape (moments, n, corners, 3).
+    """
     moved = displacements(a.shape[2] + b.shape[2], DISPLACEMENT, seed)
     a, b = UNITS.rounded(a + moved[: a.shape[2]]), UNITS.rounded(b + moved[a.shape[2] :])
     count, size = np.zeros((2, a.shape[1]), dtype=np.int64), a.shape[2] * b.shape[2]
@@ -49,14 +52,15 @@ def counted(a: FloatArray, b: FloatArray, seed: int = 0) -> tuple[IntArray, IntA
 
 
 SQUARE = polygon((-1, 0, 0), (0, 0, 0), (1, 0, 0), (1, 2, 0), (-1, 2, 0))
-"""With a corner in the middle of the side through which others come."""
+"""A square with a corner in the middle of the side through which other curves enter."""
 REPEATED = SQUARE[[0, 1, 1, 1, 2, 2, 3, 4]]
+"""The square with repeated corners."""
 UPRIGHT = polygon((0, 0, 0), (0, 0, 1), (0, -2, 1), (0, -2, -1), (0, 0, -1), (0, 0, 0))
-"""Its first side, cut in the middle, comes first."""
+"""A curve whose first side, divided in the middle, passes through the square first."""
 
 
 def along(curve: FloatArray, *shifts: tuple[float, ...]) -> FloatArray:
-    """Moments of a curve, shape (moments, corners, 3)."""
+    """The curve at each moment, shifted, shape (moments, corners, 3)."""
     return np.stack([curve + np.array(shift, dtype=np.float64) for shift in shifts])
 
 
@@ -74,16 +78,17 @@ MOTIONS = {
     "a curve through itself": (SQUARE, along(SQUARE, (0, 0, 1), (0, 0, -1)), 0, None),
     "a single point": (SQUARE, along(SQUARE[[1, 1, 1]], (0, -1, 0), (0, 0, 0), (0, 1, 0)), 0, None),
 }
-"""Where a curve is and goes, by how much linking changes, and the number of crossings if the motion determines it."""
+"""For each motion: a curve at rest, a moving curve, the change of the linking number, and the number of crossings if
+the motion determines it."""
 
 
 SLOW = {"repeated points", "one plane all the time", "edges on one line", "a curve through itself", "a single point"}
-"""Mostly decided in whole numbers, and therefore shaken a thousand times only."""
+"""Motions that are mostly decided in whole numbers, and are therefore shaken a thousand times only."""
 
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_shaken_motions_have_the_same_crossings(name: str) -> None:
-    """10,000 times: linking changes as it must, and a unit in the last place changes no count."""
+    """In 10,000 shaken copies the linking number changes as it must, and all counts are equal."""
     still, moving, change, number = MOTIONS[name]
     shakes = SHAKES // 10 if name in SLOW else SHAKES
     a, b = shaken_many(np.stack([still] * len(moving)), shakes), shaken_many(moving, shakes)
@@ -95,10 +100,10 @@ def test_shaken_motions_have_the_same_crossings(name: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_motions_over_whole_numbers_end_with_the_linking_that_they_must(seed: int) -> None:
-    """Corners of two curves jump about on 5^3 points, where they meet all the time, and each jump is shaken.
+def test_motions_between_grid_points_end_with_the_correct_linking(seed: int) -> None:
+    """The corners of two curves move between 5^3 grid points, where they meet at all times, and each motion is shaken.
 
-    Before and after they are unlinked, or linked as a motion without degeneracies links them.
+    Before and after the motion the curves are unlinked, or linked as a motion without degeneracies links them.
     """
     random = np.random.default_rng(seed)
     b = random.integers(-2, 3, (3, 100, 6, 3)).astype(np.float64)
@@ -114,7 +119,7 @@ def test_motions_over_whole_numbers_end_with_the_linking_that_they_must(seed: in
 
 
 def random_pairs(count: int) -> EdgePairs:
-    """With coordinates of a few bits, so that many edges touch, and a displacement that is just enough."""
+    """Pairs with coordinates of a few bits, so that many edges touch, and with a small displacement."""
     random = np.random.default_rng(5)
     values = random.integers(-3, 4, (3, 2, count, 3)) + random.uniform(-1e-6, 1e-6, (3, 1, count, 3))
     return EdgePairs(*UNITS.rounded(values))
@@ -127,12 +132,12 @@ def as_set(found: EdgeCrossings) -> list[tuple[int, float, int]]:
 def test_whole_numbers_and_double_precision_find_the_same_crossings(monkeypatch: pytest.MonkeyPatch) -> None:
     pairs = random_pairs(3000)
     fast = as_set(edge_crossings(pairs, UNITS.unit))
-    monkeypatch.setattr(moving_edges, "ROUNDING", 1e9)  # nothing is sure in double precision
+    monkeypatch.setattr(moving_edges, "ROUNDING", 1e9)  # no result is certain in double precision
     assert as_set(edge_crossings(pairs, UNITS.unit)) == fast
     assert len(fast) > 100
 
 
-def test_planted_crossings_are_found_when_they_happen() -> None:
+def test_constructed_crossings_are_found_at_their_times() -> None:
     random = np.random.default_rng(2)
     time, s, t = random.uniform(0.1, 0.9, (3, 200, 1))
     u, v, speed = random.normal(size=(3, 2, 200, 3))
@@ -141,7 +146,7 @@ def test_planted_crossings_are_found_when_they_happen() -> None:
     w = np.stack([met - time * speed[0], met + (1 - time) * speed[0]])
     found = edge_crossings(EdgePairs(*(UNITS.rounded(part) for part in (u, v, w))), UNITS.unit)
     nearest = [np.abs(found.time[found.pair == k] - time[k]).min() for k in range(200)]
-    # rounding to units of 2^-40, over speeds and angles that are small in some of 200 cases
+    # rounding to units of 2^-40, divided by speeds and angles that are small in some of the 200 cases
     assert max(nearest) < 1e-6
 
 

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Every stitch, alone, beside and above others: each yarn one path, linked as the stitches say, before and after rest.
+"""Every stitch, alone, beside and above others: each piece is one yarn, linked as its stitches define.
 
-Stitches that mirror one another, or are one another turned over, are drawn as such, and so are the pieces made of
-them. So each stitch that is drawn is tried with each, and of all pairs of all stitches a fixed part.
+The linking is tested before and after relaxation. Stitches that are mirror images of each other, or each other turned
+over, have templates of the same symmetry, and so have the pieces made of them. The tests therefore combine each stitch
+that has a drawing with each other one, and a fixed part of all pairs of all stitches.
 """
 
 from __future__ import annotations
@@ -30,13 +31,13 @@ from tests.yarngen.samplers import Block, above, beside, placements, sampler, si
 pytestmark = pytest.mark.decides
 
 KNIT = Stitch.KNIT
-DRAWN = [KNIT, *(CODES[code] for code in drawings())]
+DRAWN_THROUGH = [KNIT, *(CODES[code] for code in drawings())]
 ALL = list(VOCABULARY)
 BATCH = 64
-"""Pieces generated at once."""
+"""Number of pieces that are generated at once."""
 ALONE, PAIRED, SHIFTED = 0.9, 0.7, 0.4
-"""Smallest distances at the start, over the radius: of a stitch among knit ones, of pairs, and of pairs that overlap
-by a part, as measured less a tenth; touching yarns are 2 apart."""
+"""Smallest distances of generated yarns, over the radius: for a stitch among knit stitches, for pairs, and for pairs
+that overlap partly. They are the measured values minus a tenth; touching yarns are 2 apart."""
 
 
 def under_a_plain_row(block: Block) -> Block:
@@ -66,24 +67,24 @@ def test_a_stitch_among_knit_ones(stitch: Stitch, quality: str) -> None:
 
 
 def test_drawn_stitches_side_by_side() -> None:
-    assert_linked_and_apart([beside(left, right) for left, right in product(DRAWN, DRAWN)], PAIRED)
+    assert_linked_and_apart([beside(left, right) for left, right in product(DRAWN_THROUGH, DRAWN_THROUGH)], PAIRED)
 
 
 def test_drawn_stitches_on_top_of_one_another() -> None:
-    worked = [stitch for stitch in DRAWN if sides_of(stitch)[0]]
-    assert_linked_and_apart([above(lower, upper) for lower, upper in product(DRAWN, worked)], PAIRED)
+    worked = [stitch for stitch in DRAWN_THROUGH if sides_of(stitch)[0]]
+    assert_linked_and_apart([above(lower, upper) for lower, upper in product(DRAWN_THROUGH, worked)], PAIRED)
 
 
 def test_any_two_stitches_in_any_place() -> None:
     worked = [stitch for stitch in ALL if sides_of(stitch)[0]]
     next_to = [beside(left, right) for left, right in product(ALL, ALL)]
     on_top = [above(a, b, place) for a, b in product(ALL, worked) for place in placements(a, b)]
-    # a prime, so that no stitch is passed by
+    # a prime step, so that every stitch occurs
     assert_linked_and_apart([*next_to[::97], *on_top[::97]], SHIFTED)
 
 
 def many_stitches(stitches: list[Stitch]) -> StitchMesh:
-    """A row of stitches between knit ones, under two plain rows."""
+    """A row of stitches between knit stitches, below two plain rows."""
     row = [KNIT, KNIT, *(each for stitch in stitches for each in (stitch, KNIT)), KNIT]
     return sampler([*under_a_plain_row([row]), [KNIT] * tops(row)])
 
@@ -95,7 +96,7 @@ def height(fabric: StitchMesh, yarns: YarnSet) -> float:
 
 @pytest.mark.parametrize("part", range(3))
 def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
-    """Held at its cast-on and pulled at its last row by 250 dyn a stitch, about the weight of a quarter of a gramme."""
+    """The cast-on is held and the last row is pulled by 250 dyn a stitch, the weight of about a quarter of a gramme."""
     fabric = many_stitches(ALL[part::3])
     yarns = generate_yarns(fabric, quality="draft")
     last = np.flatnonzero(fabric.row == fabric.row.max())
@@ -110,9 +111,9 @@ def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before(seed: int) -> None:
-    """Every family of stitches, relaxed within its shape, then held at its cast-on and pulled at its last row.
+    """Every family of stitches is relaxed in its shape, then held at its cast-on and pulled at its last row.
 
-    From starts nudged by 1e-5 cm, from which legs of slipped stitches come to lie in quite different places.
+    The starts differ by 1e-5 cm, which is enough for legs of slipped stitches to reach quite different positions.
     """
     fabric = many_stitches([CODES[code] for code in ("p", "y", "d12k", "b", "kp", "d21p", "sk", "d213k", "x", "kyk")])
     yarns = generate_yarns(fabric, quality="draft")

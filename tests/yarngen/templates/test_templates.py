@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Each stitch template alone: crossings, and what its yarn passes through."""
+"""Each stitch template alone: where it crosses the sides of its face, and what its yarn passes through."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.embedding import place_parts
-from stitchmesh.yarngen.templates.drawings import as_template, drawings
+from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
 from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit, purl
-from stitchmesh.yarngen.templates.surrounding import surrounded
+from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import ANY_SIDES, template
 from stitchmesh.yarngen.templates.template import (
     RADIUS_OVER_WIDTH,
@@ -45,15 +45,15 @@ each_stitch = pytest.mark.parametrize("stitch", VOCABULARY, ids=lambda stitch: V
 each_drawn = pytest.mark.parametrize("stitch", [CODES[code] for code in ("k", *drawings())],
                                      ids=lambda stitch: VOCABULARY[stitch].code)  # fmt: skip
 PIERCING = {"k": 1, "p": -1, "y": 0, "s": 0}
-"""How often the left leg of a loop comes through a head from behind to the front; the right leg goes back."""
+"""How often the left leg of a loop passes through a head from behind to the front. The right leg passes back."""
 
 
 def twistings(stitch: Stitch) -> list[tuple[int, ...]]:
-    """Every way to twist the loops on top."""
+    """All combinations of twists of the loops on top."""
     return list(itertools.product((0, 1, -1), repeat=VOCABULARY[stitch].n_top))
 
 
-def of(stitch: Stitch, twists: tuple[int, ...] = ()) -> Template:
+def template_of(stitch: Stitch, twists: tuple[int, ...] = ()) -> Template:
     return template(stitch, *SIDE_COUNTS[stitch], twists)
 
 
@@ -74,22 +74,22 @@ def crossings_between(first: Part, second: Part) -> tuple[list[int], list[int]]:
 
 
 def handedness(first: Part, second: Part) -> int:
-    """Sum of the signs of their crossings: no move changes it that lets no yarn pass through yarn."""
+    """Sum of the signs of the crossings of two parts. A motion without crossings of yarn through yarn preserves it."""
     return sum(crossings_between(first, second)[1])
 
 
 def piercings(part: Part, head: Part) -> int:
-    """How often a part passes through a head from behind to the front, less how often it goes back.
+    """How often a part passes through a head from behind to the front, minus how often it passes back.
 
-    A head runs clockwise, upwards on its left, so a part in front that comes out over it crosses it from its right
-    to its left; what crosses behind does not go through the front.
+    A head runs clockwise, upwards on its left side. A part in front that leaves the head over its edge therefore
+    crosses it from right to left. A part that crosses behind the head does not pass through it there.
     """
     front, hand = crossings_between(part, head)
     return -sum(h for f, h in zip(front, hand, strict=True) if f > 0)
 
 
 def heads_of(shape: Template) -> dict[int, list[tuple[Part, int]]]:
-    """Parts of the loop below on each bottom side, and 1 or -1 where they run clockwise or not."""
+    """Parts of the loop below on each bottom side, with 1 if they run clockwise and -1 if they do not."""
     heads: dict[int, list[tuple[Part, int]]] = {}
     for part in shape.parts:
         if part.is_head:
@@ -102,13 +102,13 @@ def own_parts(shape: Template) -> list[Part]:
 
 
 def loop_at(stitch: Stitch, crossing: Crossing) -> int | None:
-    """Number of the loop on top that a crossing belongs to."""
+    """Number of the loop on top to which a crossing belongs."""
     n_bottom, n_top = SIDE_COUNTS[stitch]
     return n_bottom + n_top - crossing.place if n_bottom < crossing.place <= n_bottom + n_top else None
 
 
 def expected_crossings(stitch: Stitch, n_bottom: int, n_top: int) -> set[tuple[int, int]]:
-    """Two on every course side that yarn crosses, one on each wale side."""
+    """Two crossings on every course side that has yarn, and one on each wale side."""
     sides = {(n_bottom, 0), (n_bottom + n_top + 1, 0)}
     if stitch not in EMPTY_BOTTOM:
         sides |= {(place, slot) for place in range(n_bottom) for slot in (0, 1)}
@@ -126,10 +126,10 @@ def check_ends_and_sides(shape: Template, expected: set[tuple[int, int]]) -> Non
     inward = np.stack([-inward[:, 1], inward[:, 0]], axis=1) / np.linalg.norm(inward, axis=1)[:, None]
     for part in shape.parts:
         for crossing, point in ((part.start, part.curve[0]), (part.end, part.curve[-1])):
-            # the plain loop is closed to 1e-12 by its formula; splines hit their waypoints exactly
+            # the formula of the plain loop is exact to 1e-12; splines pass through their waypoints exactly
             np.testing.assert_allclose(point, crossing_point(n_bottom, n_top, crossing), atol=1e-9)
         depth = np.einsum("kd,pkd->pk", inward, part.curve[:, None, :2] - corners[None])
-        assert depth.min() > -0.02  # splines swing a sixth of a radius over a side where they meet it steeply
+        assert depth.min() > -0.02  # splines overshoot a side by up to a sixth of a radius where they cross it steeply
 
 
 @each_edge
@@ -140,11 +140,11 @@ def test_edges_are_crossed_where_stitches_meet_and_yarn_stays_within(stitch, n_b
 @each_stitch
 def test_stitches_are_crossed_where_stitches_meet_and_yarn_stays_within_however_twisted(stitch):
     for twists in twistings(stitch):
-        check_ends_and_sides(of(stitch, twists), expected_crossings(stitch, *SIDE_COUNTS[stitch]))
+        check_ends_and_sides(template_of(stitch, twists), expected_crossings(stitch, *SIDE_COUNTS[stitch]))
 
 
 def test_the_plain_loop_is_the_closed_form():
-    """A face holds t in (-pi/2, pi/2) of the lower row and the rest of its own row, 4.5 higher."""
+    """A face holds t in (-pi/2, pi/2) of the lower row and the rest of its own row, which is 4.5 higher."""
     head, left, right = knit().parts
     for part, first, last, lift in ((head, -0.5, 0.5, 0.0), (left, -1.0, -0.5, 4.5), (right, 0.5, 1.0, 4.5)):
         t = np.linspace(first, last, len(part.curve)) * np.pi
@@ -160,7 +160,7 @@ def test_purl_is_knit_turned_over():
 
 
 def assert_same(one: Template, other: Template) -> None:
-    """The same parts in any order, up to rounding of a few coordinates of order one."""
+    """Compare the parts in any order, up to rounding of a few coordinates of order one."""
     for first, second in zip(*(sorted(each.parts, key=_by_start) for each in (one, other)), strict=True):
         assert (first.start, first.end, first.is_head) == (second.start, second.end, second.is_head)
         np.testing.assert_allclose(first.curve, second.curve, atol=1e-12)
@@ -172,13 +172,13 @@ def _by_start(part: Part) -> tuple[int, int]:
 
 @each_stitch
 def test_a_mirror_image_of_a_mirror_image_is_the_original(stitch):
-    assert_same(of(stitch), mirrored(mirrored(of(stitch))))
-    assert_same(of(stitch), turned_over(turned_over(of(stitch))))
+    assert_same(template_of(stitch), mirrored(mirrored(template_of(stitch))))
+    assert_same(template_of(stitch), turned_over(turned_over(template_of(stitch))))
 
 
 @each_stitch
 def test_in_a_mirror_and_turned_over_loops_are_twisted_the_other_way(stitch):
-    shape, twists = of(stitch), (1, -1, -1)[: VOCABULARY[stitch].n_top]
+    shape, twists = template_of(stitch), (1, -1, -1)[: VOCABULARY[stitch].n_top]
     against = tuple(-turn for turn in twists)
     assert_same(mirrored(twisted(shape, twists)), twisted(mirrored(shape), against[::-1]))
     assert_same(turned_over(twisted(shape, twists)), twisted(turned_over(shape), against))
@@ -186,18 +186,21 @@ def test_in_a_mirror_and_turned_over_loops_are_twisted_the_other_way(stitch):
 
 def test_legs_of_slipped_loops_run_upwards():
     for stitch in (Stitch.SLIP_BACK, Stitch.SLIP_FRONT, Stitch.WRAP, Stitch.SK, Stitch.KS, Stitch.SY, Stitch.YS):
-        heads = [part for part in of(stitch).parts if part.is_head]
+        heads = [part for part in template_of(stitch).parts if part.is_head]
         assert [part.start.place for part in heads] == [0, 0]
         assert all(part.curve[-1, 1] == pytest.approx(STITCH_HEIGHT) for part in heads)
 
 
 @each_stitch
-def test_loops_are_pulled_through_all_loops_below_as_their_letters_say_however_twisted(stitch):
-    """+1 for the left leg of a knit loop, -1 for its right leg; a purl the other way; what hooks from loop to loop
-    does both, so from knit to purl it goes to the back twice, once around the head's top."""
+def test_loops_pass_through_all_loops_below_as_their_letters_define_however_twisted(stitch):
+    """The left leg of a knit loop counts 1 and its right leg -1; a purl loop has the opposite signs.
+
+    Yarn between two loops of one stitch has both legs: from knit to purl it passes to the back twice, once around the
+    top of the head.
+    """
     signs = [PIERCING[letter] for letter in VOCABULARY[stitch].made]
     for twists in twistings(stitch):
-        shape = of(stitch, twists)
+        shape = template_of(stitch, twists)
         for head in heads_of(shape).values():
             for part in own_parts(shape):
                 came, goes = loop_at(stitch, part.start), loop_at(stitch, part.end)
@@ -207,7 +210,7 @@ def test_loops_are_pulled_through_all_loops_below_as_their_letters_say_however_t
 
 @each_stitch
 def test_loops_worked_together_lie_in_layers_and_are_not_linked(stitch):
-    shape, order = of(stitch), VOCABULARY[stitch].order
+    shape, order = template_of(stitch), VOCABULARY[stitch].order
     heads = {place + 1: parts[0][0] for place, parts in heads_of(shape).items()}
     for front, behind in itertools.combinations(order, 2):
         found, _ = crossings_between(heads[front], heads[behind])
@@ -216,34 +219,34 @@ def test_loops_worked_together_lie_in_layers_and_are_not_linked(stitch):
 
 @each_stitch
 def test_yarn_of_the_row_is_not_linked_with_itself(stitch):
-    for first, second in itertools.combinations(own_parts(of(stitch)), 2):
+    for first, second in itertools.combinations(own_parts(template_of(stitch)), 2):
         assert handedness(first, second) == 0
 
 
 @each_stitch
 def test_a_twisted_loop_has_the_leg_from_the_left_in_front_at_one(stitch):
-    """Its two legs cross once more than untwisted, upwards both: right-handed where the left one is in front."""
+    """Its two upward legs cross once more than without twist; a crossing with the left leg in front is right-handed."""
     n_bottom, n_top = SIDE_COUNTS[stitch]
     for loop, turn in itertools.product(range(n_top), (1, -1)):
         slots = [top(n_bottom, n_top, loop, slot) for slot in (0, 1)]
-        shape = of(stitch, tuple(turn if k == loop else 0 for k in range(n_top)))
+        shape = template_of(stitch, tuple(turn if k == loop else 0 for k in range(n_top)))
         (left, up), (right, also_up) = (
             next((p, 1 if p.end == slot else -1) for p in shape.parts if slot in (p.start, p.end)) for slot in slots
         )
-        before = [next(p for p in of(stitch).parts if slot in (p.start, p.end)) for slot in slots]
+        before = [next(p for p in template_of(stitch).parts if slot in (p.start, p.end)) for slot in slots]
         assert up * also_up * (handedness(left, right) - handedness(*before)) == turn, (loop, turn)
 
 
 @pytest.mark.parametrize("stitch", [Stitch.SLIP_BACK, Stitch.SLIP_FRONT, Stitch.WRAP])
 def test_the_row_passes_a_slipped_loop_behind_in_front_or_once_around(stitch):
-    shape = of(stitch)
+    shape = template_of(stitch)
     passes = {Stitch.SLIP_BACK: [-1], Stitch.SLIP_FRONT: [1], Stitch.WRAP: [-1, 1, -1]}[stitch]
     (thread,) = own_parts(shape)
     for ((leg, _),) in [[pair] for pair in heads_of(shape)[0]]:
         assert crossings_between(thread, leg)[0] == passes
 
 
-def test_cast_on_loops_are_crossed_with_the_leg_from_the_left_in_front_unless_marked_against():
+def test_cast_on_loops_have_the_leg_from_the_left_in_front_unless_marked():
     for twists, sign in (((), 1), ((0,), 1), ((1,), 1), ((-1,), -1)):
         rising, falling = template(Stitch.CAST_ON, 1, 1, twists).parts
         assert (rising.end, falling.start) == (top(1, 1, 0, 1), top(1, 1, 0, 0))
@@ -258,21 +261,21 @@ def test_the_drawn_yarn_passes_behind_one_leg_and_in_front_of_the_other():
             assert crossings_between(thread, head)[0] == [-1, 1]
 
 
-def test_shipped_drawings_have_the_topology_of_the_rough_ones():
+def test_drawings_of_the_package_have_the_topology_of_the_rough_ones():
     rough = json.loads((ROOT / "assets" / "stitches" / "rough.json").read_text())
     assert list(rough) == list(drawings())
     for code, parts in rough.items():
-        shipped, drawn = as_template(code, drawings()[code]), as_template(code, parts)
+        shipped, rough_shape = template_from_drawing(code, drawings()[code]), template_from_drawing(code, parts)
         for pair in itertools.combinations(range(len(parts)), 2):
-            one, other = (handedness(*(shape.parts[k] for k in pair)) for shape in (shipped, drawn))
+            one, other = (handedness(*(shape.parts[k] for k in pair)) for shape in (shipped, rough_shape))
             assert one == other, (code, pair)
 
 
 def smallest_in(stitch: Stitch, twists: tuple[int, ...]) -> float:
-    """Smallest distance of yarns in knit and in purl surroundings [radii]; touching yarns are 2 apart."""
+    """Smallest distance of yarns among knit and among purl stitches [radii]; touching yarns are 2 apart."""
     found = []
     for plain in (Stitch.KNIT, Stitch.PURL):
-        yarns = generate_yarns(surrounded(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
+        yarns = generate_yarns(surround_stitch(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
         found.append(smallest_distance(yarns, 2 * RADIUS_OVER_WIDTH)[0])
     return min(found) / RADIUS_OVER_WIDTH
 
@@ -284,27 +287,27 @@ def test_every_stitch_starts_at_least_one_radius_from_its_neighbours(stitch):
 
 @each_drawn
 def test_twisted_loops_start_at_least_three_quarters_of_a_radius_apart(stitch):
-    """Those not drawn are mirror images of these, or these turned over."""
+    """The other stitches are mirror images of these, or these turned over."""
     for twists in twistings(stitch):
         assert smallest_in(stitch, twists) > 0.75, twists
 
 
-def test_marks_on_a_fabric_twist_the_loops_that_they_stand_on():
-    """Top sides run from right to left, twists are told from left to right."""
-    fabric, centre = surrounded(Stitch.KY, (1, 0))
+def test_marks_on_top_sides_twist_the_loops_of_these_sides():
+    """Top sides run from right to left, but twists are listed from left to right."""
+    fabric, centre = surround_stitch(Stitch.KY, (1, 0))
     parts = place_parts(fabric, RADIUS_OVER_WIDTH, 20)
-    shape, first = of(Stitch.KY, (1, 0)), fabric.face_start[centre]
+    shape, first = template_of(Stitch.KY, (1, 0)), fabric.face_start[centre]
     for number in np.flatnonzero(parts.face == centre):
         part = shape.parts[parts.index[number]]
         points = parts.points[parts.start[number] : parts.start[number + 1]]
-        # the face has its template's proportions, so the map is the identity up to rounding
-        expected = part.evenly(len(points)) * [1.0, 1.0, RADIUS_OVER_WIDTH]
+        # the face has the proportions of its template, so the map is the identity up to rounding
+        expected = part.resampled(len(points)) * [1.0, 1.0, RADIUS_OVER_WIDTH]
         np.testing.assert_allclose(points, expected, atol=1e-9)
         assert parts.end_side[number].tolist() == [first + part.start.place, first + part.end.place]
 
 
 def test_a_slipped_loop_is_yarn_of_the_row_that_made_it():
-    fabric, centre = surrounded(Stitch.SLIP_BACK)
+    fabric, centre = surround_stitch(Stitch.SLIP_BACK)
     stitch = fabric.stitch.copy()
     above = fabric.side_face[fabric.twin[fabric.face_start[centre] + 2]]
     stitch[above] = Stitch.SLIP_BACK
@@ -313,11 +316,11 @@ def test_a_slipped_loop_is_yarn_of_the_row_that_made_it():
     assert fabric.row[centre] == 1 and row_of == {centre: [0, 0], above: [0, 0]}
 
 
-def test_even_points_are_even():
+def test_resampled_points_are_at_equal_distances():
     for part in knit().parts:
-        points = part.evenly(12)
+        points = part.resampled(12)
         steps = np.linalg.norm(np.diff(points * [1, 1, 1 / 8], axis=0), axis=1)
-        # chords of equal arcs differ where the yarn bends: by at most (arc * curvature)^2 / 24, 8% here
+        # chords of equal arcs differ where the yarn bends, by at most (arc * curvature)^2 / 24, which is 8 % here
         assert steps.max() / steps.min() < 1.15
 
 
