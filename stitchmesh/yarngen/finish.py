@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How first and last rows are finished, and which floats are cut."""
+"""Options of the first rows, the last rows and the floats of generated yarns."""
 
 from __future__ import annotations
 
@@ -9,9 +9,13 @@ from dataclasses import dataclass
 from stitchmesh.errors import ParameterError
 
 BIND_OFFS = ("drawn", "chain")
-"""A yarn drawn through the last loops, or each loop knitted and the one before passed over it, but in small rings."""
+"""Kinds of bind-off. ``drawn``: a yarn is drawn through the last loops.
+
+``chain``: each loop of the last row is knitted, and the loop before it is passed over it; small rings are drawn in any
+case.
+"""
 CAST_ONS = ("backward", "open")
-"""Backward loops, which do not open, or yarn-overs."""
+"""Kinds of cast-on. ``backward``: backward loops, which cannot unravel. ``open``: yarn-overs."""
 
 
 @dataclass(frozen=True)
@@ -19,15 +23,15 @@ class YarnFinish:
     """First and last rows, and floats.
 
     Raises:
-        ParameterError: there is no such bind-off or cast-on, or the longest float is negative.
+        ParameterError: the bind-off or the cast-on is unknown, or the longest float is negative.
     """
 
     bind_off: str = "drawn"
-    """drawn, a yarn through the last loops, or chain: each loop is knitted and the one before passed over it"""
+    """bind-off: drawn (a yarn through the last loops), or chain (each loop is passed over the next one)"""
     cast_on: str = "backward"
-    """backward, loops that do not open, or open yarn-overs"""
+    """cast-on: backward (backward loops, which cannot unravel), or open (yarn-overs)"""
     longest_float: int = 12
-    """stitches of other yarns that a yarn is carried behind; where there are more, the yarn is cut and tied"""
+    """largest number of stitches of other yarns behind which a yarn floats; longer floats are cut and tied"""
 
     def __post_init__(self) -> None:
         for name, known in (("bind_off", BIND_OFFS), ("cast_on", CAST_ONS)):

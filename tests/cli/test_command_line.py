@@ -101,7 +101,7 @@ def test_info_check_and_convert(knitted, tmp_path, capsys):
     assert cli.main(["info", str(knitted / "yarns.h5")]) == 0
     assert "control points" in capsys.readouterr().out
     assert cli.main(["check", str(knitted / "stitches.h5")]) == 0
-    assert "sound stitch mesh" in capsys.readouterr().out
+    assert "valid stitch mesh" in capsys.readouterr().out
     assert cli.main(["convert", str(knitted / "yarns.h5"), str(tmp_path / "yarns.obj")]) == 0
     assert cli.main(["info", str(tmp_path / "yarns.obj")]) == 0
 
@@ -133,7 +133,7 @@ def test_info_and_check_take_the_yarn_radius(far_ring, capsys):
     assert "radius: 0.25 to 0.25 cm" in capsys.readouterr().out
     assert "give it (--yarn-radius)" in refused(capsys, "check", far_ring)
     assert cli.main(["check", str(far_ring), "--yarn-radius", "0.25"]) == 0
-    assert "sound yarns" in capsys.readouterr().out
+    assert "valid yarns" in capsys.readouterr().out
 
 
 def test_convert_takes_the_yarn_radius(far_ring, tmp_path, capsys):

@@ -278,7 +278,7 @@ def test_info_tells_stitches_marks_and_yarns(folder, tmp_path, capsys):
     told = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
     assert told["rows"] == "6" and told["stitches"] == "89 k, 18 cast-on, 1 p"
     assert told["twisted loops"] == "1" and told["cables"] == "1 of 4 loops"
-    assert told["yarns"] == "2 (90 stitches in 0, 18 stitches in 1)"
+    assert told["yarns"] == "2 (90 stitches of 0, 18 stitches of 1)"
 
 
 def test_patterns_lists_the_library(capsys):

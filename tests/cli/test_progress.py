@@ -10,7 +10,7 @@ import math
 import pytest
 from rich.console import Console
 
-from stitchmesh.cli.progress import on_terminal, seconds_left
+from stitchmesh.cli.progress import seconds_left, show_progress
 from stitchmesh.pipeline import relaxing_progress
 
 ENERGIES = {"stretch": 12.5, "bend": 345.0}
@@ -55,7 +55,7 @@ def drawn(*, terminal: bool, seconds: float, monkeypatch) -> str:
     now = [0.0]
     monkeypatch.setattr("stitchmesh.cli.progress.time.monotonic", lambda: now[0])
     text = io.StringIO()
-    with on_terminal(Console(file=text, force_terminal=terminal, width=100, color_system=None)) as progress:
+    with show_progress(Console(file=text, force_terminal=terminal, width=100, color_system=None)) as progress:
         progress("yarnrelax", 0.0, "900 control points")
         now[0] = seconds
         progress("yarnrelax", 0.5, "iteration 20, residual 0.1\nstretch 12, bend 3.4e+02 erg")

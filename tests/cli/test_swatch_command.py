@@ -240,7 +240,7 @@ def test_convert_writes_tiles(made, tmp_path, capsys):
 def test_convert_tiles_nothing_but_yarns(tmp_path, capsys):
     (tmp_path / "face.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     words = ["convert", tmp_path / "face.obj", tmp_path / "face.ply", "--tile", "2", "2"]
-    assert "is a polygon mesh; only yarns that repeat can be tiled" in refused(capsys, tmp_path, *words)
+    assert "is a polygon mesh; only periodic yarns can be tiled" in refused(capsys, tmp_path, *words)
 
 
 def test_the_weave_of_the_documentation_is_the_library_s():

@@ -69,7 +69,7 @@ def test_others_may_read_what_is_written(tmp_path):
 
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(FileError, match="a file stands where its folder should be"):
+    with pytest.raises(FileError, match="the name of its folder is the name of a file"):
         write_text(tmp_path / "file" / "a.txt", "")
     with pytest.raises(FileError, match="its folder cannot be written"):
         write_text("/proc/nowhere/a.txt", "")

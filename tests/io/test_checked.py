@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.checked import checked, parse_json
+from stitchmesh.io.checked import check_value, parse_json
 
 
 class Panel(msgspec.Struct, forbid_unknown_fields=True):
@@ -27,7 +27,7 @@ class Garment(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def test_what_is_sound_is_typed_and_has_its_defaults():
-    found = checked({"mesh": "hat.obj", "panels": [{"rows": [1, 2]}]}, Garment)
+    found = check_value({"mesh": "hat.obj", "panels": [{"rows": [1, 2]}]}, Garment)
     assert found == Garment("hat.obj", panels=[Panel([1, 2])])
 
 
@@ -52,7 +52,7 @@ def test_what_is_sound_is_typed_and_has_its_defaults():
 )  # fmt: skip
 def test_what_is_not_is_one_line(value: Any, message: str):
     with pytest.raises(ParameterError) as caught:
-        checked(value, Garment)
+        check_value(value, Garment)
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 160
 

@@ -20,8 +20,8 @@ from stitchmesh.io.checkpoint_file import (
     CHECKSUM_BYTES,
     MAGIC,
     CheckpointFile,
-    is_sound,
-    previous_of,
+    is_undamaged,
+    previous_path,
     read_checkpoint,
     write_checkpoint,
 )
@@ -64,8 +64,8 @@ def test_all_bits_come_back(tmp_path):
 def test_the_one_before_is_kept_and_nothing_else(tmp_path):
     path = written(tmp_path, 3)
     assert read_checkpoint(path).header["number"] == 2
-    assert read_checkpoint(previous_of(path)).header["number"] == 1
-    assert sorted(tmp_path.iterdir()) == [previous_of(path), path]
+    assert read_checkpoint(previous_path(path)).header["number"] == 1
+    assert sorted(tmp_path.iterdir()) == [previous_path(path), path]
 
 
 def test_each_flipped_byte_is_noticed(tmp_path):
@@ -75,7 +75,7 @@ def test_each_flipped_byte_is_noticed(tmp_path):
         damaged = bytearray(sound)
         damaged[place] ^= 1 << place % 8
         path.write_bytes(damaged)
-        assert not is_sound(path), place
+        assert not is_undamaged(path), place
 
 
 @pytest.mark.parametrize("left", [0, 1, len(MAGIC), len(MAGIC) + CHECKSUM_BYTES, 200, -1])
@@ -91,12 +91,12 @@ def test_a_file_that_was_cut_short_is_refused_in_one_line(tmp_path, left):
 def test_the_one_before_is_offered_if_it_is_sound(tmp_path):
     path = written(tmp_path, 2)
     path.write_bytes(path.read_bytes()[:-1])
-    with pytest.raises(FileError, match=r"its checksum is wrong; the one before it is sound, take .*previous\.smc$"):
+    with pytest.raises(FileError, match=r"checksum is wrong; the previous checkpoint is undamaged, .*previous\.smc$"):
         read_checkpoint(path)
     path.unlink()
-    with pytest.raises(FileError, match=r"there is no such file; .* take .*previous\.smc$"):
+    with pytest.raises(FileError, match=r"there is no such file; .* use .*previous\.smc$"):
         read_checkpoint(path)
-    previous_of(path).write_bytes(b"damaged")
+    previous_path(path).write_bytes(b"damaged")
     with pytest.raises(FileError, match=r"there is no such file; check the path$"):
         read_checkpoint(path)
 
@@ -111,7 +111,7 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("stitchmesh.io.checkpoint_file.VERSION", 2)
     path = written(tmp_path, 1)
     monkeypatch.undo()
-    with pytest.raises(FileError, match="a checkpoint of version 2; expected 1"):
+    with pytest.raises(FileError, match="a checkpoint of version 2; expected version 1"):
         read_checkpoint(path)
 
 
@@ -120,7 +120,7 @@ def test_a_damaged_file_does_not_push_out_a_sound_one(tmp_path):
     path.write_bytes(b"damaged")
     write_checkpoint(path, content(7))
     assert read_checkpoint(path).header["number"] == 7
-    assert read_checkpoint(previous_of(path)).header["number"] == 0
+    assert read_checkpoint(previous_path(path)).header["number"] == 0
 
 
 def test_without_second_names_a_checkpoint_is_renamed(tmp_path, monkeypatch):
@@ -129,8 +129,8 @@ def test_without_second_names_a_checkpoint_is_renamed(tmp_path, monkeypatch):
 
     monkeypatch.setattr("os.link", refuse)
     path = written(tmp_path, 3)
-    assert read_checkpoint(previous_of(path)).header["number"] == 1
-    assert sorted(tmp_path.iterdir()) == [previous_of(path), path]
+    assert read_checkpoint(previous_path(path)).header["number"] == 1
+    assert sorted(tmp_path.iterdir()) == [previous_path(path), path]
 
 
 def kill_at_every_call() -> list[list[int]]:
@@ -143,7 +143,7 @@ def kill_at_every_call() -> list[list[int]]:
             third = functools.partial(write_checkpoint, path, content(2))
             if not killed("write_checkpoint", len(found), third, of_files=True):
                 return found
-            found.append([read_checkpoint(file).header["number"] for file in (path, previous_of(path))])
+            found.append([read_checkpoint(file).header["number"] for file in (path, previous_path(path))])
 
 
 def test_a_kill_at_any_call_of_a_write_leaves_two_sound_files():

@@ -54,7 +54,7 @@ def test_formats_without_a_lattice_hold_one_period_of_open_yarns(tmp_path, suffi
     cell = cell_of_yarns()
     with caplog.at_level(logging.INFO, "stitchmesh"):
         write_yarns(tmp_path / f"y{suffix}", cell)
-    assert "holds one period of yarns that repeat, as yarns with ends" in caplog.text
+    assert "holds one period of the periodic yarns, as yarns with ends" in caplog.text
     again = read_yarns(tmp_path / f"y{suffix}", radius=0.1)
     assert again.lattice is None
     for yarn, (period, ends) in enumerate(zip(cell.sampled(1), (False, False, True), strict=True)):
@@ -142,7 +142,7 @@ def test_real_bcc_files_come_back_byte_for_byte(tmp_path, name, curve):
 def test_the_conversion_error_is_logged(tmp_path, caplog):
     with caplog.at_level(logging.INFO, "stitchmesh"):
         write_yarns(tmp_path / "y.bcc", awkward_yarns())
-    assert "Catmull-Rom curves and B-splines lie up to" in caplog.text
+    assert "the Catmull-Rom curves differ from the B-splines by up to" in caplog.text
 
 
 def test_z_up_is_turned_to_y_up(tmp_path):
@@ -341,7 +341,7 @@ def test_an_estimated_radius_is_announced_and_a_given_one_is_not(tmp_path, caplo
     # float32 rounding of the file
     np.testing.assert_allclose(read_yarns(tmp_path / "y.bcc").radius, [0.25, 0.25], rtol=1e-6)
     assert [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING] == [
-        "yarn radius: 0.25 cm, estimated from the distances of yarns; give --yarn-radius to set it"
+        "yarn radius: 0.25 cm, estimated from the distances between yarns; --yarn-radius sets it"
     ]
     caplog.clear()
     np.testing.assert_array_equal(read_yarns(tmp_path / "y.bcc", radius=0.2).radius, [0.2, 0.2])

@@ -150,7 +150,7 @@ def test_faces_of_others_are_joined_by_their_connections(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("T 1\n", "T 4\n", r"line 4: no stitch of ours has the face name edge\)"),
+        ("T 1\n", "T 4\n", r"line 4: no known stitch has the face name edge\)"),
         ("T 1\n", "T 5\n", "line 19: kind 5 does not exist; 4 L lines come before"),
         ("T 2\n", "", "line 23: the face of line 21 has no T line"),
         ("T 3\nN 0\n", "", "line 24: the face of line 24 has no T line"),
@@ -166,8 +166,8 @@ def test_faces_of_others_are_joined_by_their_connections(tmp_path):
         ("f 1 2 3 4", "f 1 2 3 14", "line 18: vertex 14 does not exist; 13 vertices come before"),
         ("f 1 2 3 4", "f 1 2", "line 18: got a face of 2 corners"),
         ("f 1 2 3 4", "f 1 2 3 x", "line 18: got 'f 1 2 3 x'; expected 'f' and vertex numbers"),
-        ("e 1/2 2/-4", "e 1/2 2/4", "line 27: joins two sides that run the same way"),
-        ("e 1/2 2/-4", "e 1/-2 2/-4", "line 27: joins two sides that run the same way"),
+        ("e 1/2 2/-4", "e 1/2 2/4", "line 27: joins two sides of the same direction"),
+        ("e 1/2 2/-4", "e 1/-2 2/-4", "line 27: joins two sides of the same direction"),
         ("e 1/2 2/-4", "e 1/2 4/-4", "line 27: face 4 does not exist; the file has 3"),
         ("e 1/2 2/-4", "e 1/2 2/-5", "line 27: side 5 of face 2 does not exist; it has 4 sides"),
         ("e 1/2 2/-4", "e 1/2", "line 27: got 'e 1/2'; expected 'e face/side face/-side'"),

@@ -128,7 +128,7 @@ def test_the_coarsest_tubes_are_closed(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("read", [read_yarns, read_any])
 def test_tubes_are_not_read_as_yarns(file, read):
-    with pytest.raises(FileError, match="a glTF file holds tubes, not the curves of yarns") as caught:
+    with pytest.raises(FileError, match="a glTF file of yarns holds tubes and not the curves of the yarns") as caught:
         read(file)
     assert "\n" not in str(caught.value)
 

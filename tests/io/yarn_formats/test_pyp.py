@@ -95,7 +95,7 @@ def test_dropped_twists_are_announced(tmp_path, caplog):
         read_yarns(written(tmp_path / "y.pyp", CELL.replace(" 0.5\n", " 0\n")))
         assert not caplog.text
         read_yarns(written(tmp_path / "y.pyp", CELL))
-    assert "twists are dropped" in caplog.text
+    assert "twists are ignored" in caplog.text
 
 
 def zigzag(curvatures: NDArray[np.float64]) -> str:
@@ -220,10 +220,10 @@ def test_what_the_format_cannot_hold_is_refused(tmp_path):
     mixed = replace(cell, radius=[0.1, 0.1, 0.1, 0.2])
     ending = replace(cell, closed=[True, True, True, False], rest_length=cell.rest_length[:-3])
     bad = [
-        (awkward_yarns(), "holds yarns that repeat and these do not"),
+        (awkward_yarns(), "the yarns are not periodic; the format holds only periodic yarns"),
         (sheared, "the periods are 82.41 degrees apart; the format holds right angles"),
         (mixed, "yarns of radius 0.1 to 0.2 cm; the format holds one radius"),
-        (ending, "yarn 3 ends; the format holds only yarns that go on"),
+        (ending, "yarn 3 has ends; the format holds only yarns without ends"),
         (replace(cell, natural_curvature=np.full(len(cell.points), 90.0)), "turns the yarn by half a turn or more"),
     ]
     for yarns, message in bad:
@@ -246,9 +246,9 @@ def test_what_the_format_cannot_hold_is_refused(tmp_path):
         ("0 1 0 0", "0 3 0 0", "line 11: got edge 0 3 0 0; expected vertices 0 to 2 and a whole shift"),
         ("0 1 0 0", "0 -1 0 0", "line 11: got edge 0 -1 0 0; expected vertices 0 to 2"),
         ("0 1 0 0", "0 1 0.5 0", "line 11: got edge 0 1 0.5 0; expected"),
-        ("0 1 0 0", "2 1 0 0", "line 11: 2 edges leave vertex 2; expected one, so that chains close"),
-        ("1 2 1 -1", "1 1 1 -1", "line 12: 2 edges reach vertex 1; expected one, so that chains close"),
-        ("0 1 0 0\n1 2", "0 0 0 0\n1 2", "2 edges reach vertex 0; expected one"),
+        ("0 1 0 0", "2 1 0 0", "line 11: 2 edges start at vertex 2; expected one, so that chains are closed"),
+        ("1 2 1 -1", "1 1 1 -1", "line 12: 2 edges end at vertex 1; expected one, so that chains are closed"),
+        ("0 1 0 0\n1 2", "0 0 0 0\n1 2", "2 edges end at vertex 0; expected one"),
         ("2 0 0 -1\n0 1 0 0\n1 2 1", "2 1 0 -1\n0 0 0 0\n1 2 1", "line 5: the yarn of this vertex has 1 vertices"),
         ("0.008 0.002 0.001 0", "0.008 nan 0.001 0", "line 6: got '0.008 nan 0.001 0'; expected 4 finite numbers"),
         ("0.008 0.002 0.001 0", "0.008 0.002 0.001", "line 6: got '0.008 0.002 0.001'; expected 4 finite numbers"),

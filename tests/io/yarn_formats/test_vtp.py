@@ -89,14 +89,14 @@ def vtp(connectivity: str = "0 1 2 3", offsets: str = "2 4", points: str = "0 0 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("garbage", "is not a sound VTP file; it was cut short or altered"),
+        ("garbage", "is not a valid VTP file; it was cut short or altered"),
         (vtp(connectivity="0 1 3 2"), "radius 1: got -1.0; expected a positive number of cm"),
         (vtp(connectivity="0 1 0 3", offsets="3 4"), "line 0 has 3 points; expected at least 4"),
         (vtp(offsets="3 4"), "line 1 has 1 points; expected at least 2"),
         (vtp(connectivity="0 1 2 4"), "a line names point 4; the file has 4 points"),
         (vtp(connectivity="0 1 -2 3"), "a line names point -2; the file has 4 points"),
-        (vtp(offsets="5 4"), "is not a sound VTP file"),
-        (vtp(offsets="2 9"), "is not a sound VTP file"),
+        (vtp(offsets="5 4"), "is not a valid VTP file"),
+        (vtp(offsets="2 9"), "is not a valid VTP file"),
         (vtp(points="0 0 0 1 0 0 0 nan 0 1 1 0"), "point 2 is [0.0, nan, 0.0]; coordinates must be finite"),
     ],
 )
