@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The same yarns on two devices: how far forces and relaxed states lie apart, and whether a device repeats itself.
+"""The same yarns on two devices: differences of forces and of relaxed states, and repeatability on each device.
 
     python benchmarks/devices.py --device cpu --save cpu.npz
     python benchmarks/devices.py --device cuda:0 --compare cpu.npz
 
-The scene, a generated and relaxed hat, is kept in the file, so that both runs start from the same bits.
+The file holds the scene, a generated and relaxed hat, so that both runs start from the same bits.
 """
 
 from __future__ import annotations

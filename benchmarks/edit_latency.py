@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How long each edit takes on a large garment, from the call to the checked new stitch mesh, and its undoing.
+"""Time of each edit of a large garment, until the new stitch mesh is made and checked, and time to undo the edit.
 
     python benchmarks/edit_latency.py
     python benchmarks/edit_latency.py --mesh assets/meshes/sweater.obj --stitch-width 0.3
 
-Every run edits another place, in a stitch mesh that has computed nothing of itself yet, as an edit leaves it.
+Every run edits another position, in a stitch mesh without cached values, which is the state after an edit.
 """
 
 from __future__ import annotations

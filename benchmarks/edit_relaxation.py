@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an edit of one stitch costs a relaxed fabric: relaxing again against starting anew.
+"""Cost of the relaxation after an edit of one stitch: start from the relaxed yarns, or from newly generated yarns.
 
-Three relaxations of the edited fabric are compared: anew, from the yarns as generated; again, from the yarns relaxed
-before the edit (``regenerate_yarns``); and anew with every control point of the start moved by a hundredth of a radius.
-The last tells how well the state of rest is determined at all.
+Three relaxations of the edited fabric are compared. They start from the newly generated yarns; from the yarns that were
+relaxed before the edit (``regenerate_yarns``); and from the newly generated yarns with every control point moved by a
+hundredth of a radius. The last relaxation shows how well the relaxed state is determined.
 
     python benchmarks/edit_relaxation.py [--garment hat] [--stitch-width 1.2] [--quality standard] [--tolerance T]
 """

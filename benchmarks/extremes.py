@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns at the extremes, in both precisions: each comes to rest, says why it does not, or is refused by name.
+"""Extreme yarns in both precisions: each relaxation converges, stops with a message, or raises a StitchMesh error.
 
     python benchmarks/extremes.py --device cpu
     python benchmarks/extremes.py --only rest --precision float32
 
-Nothing else may happen: a number that is not finite, a distance of zero, a changed linking, a stop without a word or an
-exception of another kind is printed as FAILED, and the exit status is 1. docs/stability.md has the table.
+Every other result is printed as FAILED, and the exit status is 1: a number that is not finite, a distance of zero, a
+changed linking, a stop without a message, or another exception. docs/stability.md has the table.
 """
 
 from __future__ import annotations

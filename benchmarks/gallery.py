@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The gallery: a swatch of each pattern of the library, relaxed and drawn, and the page docs/gallery.md.
+"""The gallery: a relaxed swatch and a picture of each pattern of the library, and the page docs/gallery.md.
 
     python benchmarks/gallery.py relax FOLDER [--device cuda:0] [PATTERN ...]   # FOLDER/PATTERN.h5 and a .json each
     python benchmarks/gallery.py draw FOLDER [PATTERN ...]                      # the pictures and the page
 
-A swatch is relaxed as a knitter blocks it: its edges are held, all else is free. The corpus of Leaf et al. 2018 and the
-weaves are periodic cells instead, which ``benchmarks/corpus.py`` relaxes into the same folder, and draws.
+The edges of a swatch are held, as when a knitter blocks it, and the other yarns are free. The corpus of Leaf et al.
+2018 and the weaves are periodic cells; ``benchmarks/corpus.py`` relaxes them into the same folder and draws them.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Are loops at rest linked as their stitches say, and is a loop found that was lifted out of another on purpose?
+"""Check that relaxed loops are linked as their stitches require, and that the check finds a loop that is not.
 
     python benchmarks/gallery.py relax out/gallery [PATTERN ...]
     python benchmarks/loops_at_rest.py swatches out/gallery        # all swatches in that folder
     python benchmarks/loops_at_rest.py cells [--quality draft]     # the knits of Leaf et al. 2018, table 3
-    python benchmarks/loops_at_rest.py free [--quality draft]      # the same, their periods free
+    python benchmarks/loops_at_rest.py free [--quality draft]      # the same knits with free periods
 
-The loop that is lifted is that of the knit or purl stitch nearest to the middle: its head goes eight radii to the side
-that it was drawn through. Seconds are of ``check_loops`` alone.
+For the second check, the loop of the knit or purl stitch nearest to the centre is pulled out: its head moves by eight
+radii to the side from which it was drawn. The times are those of ``check_loops`` alone.
 """
 
 from __future__ import annotations

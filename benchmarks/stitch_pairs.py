@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Every stitch beside and on top of every other: is each piece one yarn, do loops hold what stitches name, how near?
+"""Every stitch beside and above every other stitch: number of yarns, linking of the loops, and smallest distances.
 
     python benchmarks/stitch_pairs.py                     # all pairs: the table of docs/stitches.md
     python benchmarks/stitch_pairs.py --quality standard --every 5
 
-A piece is a pair of stitches among knit ones, cast on and bound off; the samplers are those of the tests.
+A piece is a pair of stitches among knit stitches, with a cast-on and a bind-off. The tests use the same pieces.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of every stitch in plain knitting, a sheet of all of them, and the table of docs/stitches.md.
+"""A picture of every stitch in plain knitting, a sheet of all pictures, and the table of docs/stitches.md.
 
     python benchmarks/stitch_pictures.py            # everything
     python benchmarks/stitch_pictures.py kpk d123k  # these pictures only
 
-The yarn of the stitch's own row is red; the loops that it is worked on are blue, green and yellow from the left.
-Distances are the smallest between the axes of yarns as ``generate_yarns`` draws them, in yarn radii: touching yarns
-are 2 apart.
+The yarn of the stitch's row is red; the loops on which the stitch is worked are blue, green and yellow from the left.
+Distances are the smallest distances between the axes of the generated yarns, in yarn radii; the distance of touching
+yarns is 2.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ In the pictures the yarn of the stitch's own row is red, and the loops that it i
 from the left. The stitches around it are knit.
 
 *Distance* is the smallest distance between the axes of yarns when yarn is generated for the stitch among knit stitches
-and among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns are 2 apart. Relaxation moves
+and among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns yarns is 2. Relaxation moves
 yarns apart. *Twisted* is the smallest distance over all combinations of twists of the loops on top.
 
 [Speed](measurements.md#pairs-of-stitches) has the distances of every stitch beside and on top of every other one.

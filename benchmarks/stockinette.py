@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxed stockinette: loop length, wale and course spacing in the middle of a flat swatch, and its picture.
+"""Relaxed stockinette: loop length, wale spacing and course spacing in the middle of a flat swatch, and a picture.
 
     python benchmarks/stockinette.py --picture docs/stockinette.png
 
-The swatch's border stitches are held, so its gauge is the gauge that it was knitted to; what relaxes is the shape of
-the loops. Munden's constants K_c = loop length / course spacing and K_w = loop length / wale spacing are printed for
+The border stitches of the swatch are held, so that the gauge is that of the stitch mesh and only the shape of the loops
+relaxes. Munden's constants K_c = loop length / course spacing and K_w = loop length / wale spacing are printed for
 comparison with relaxed plain knit (5.0 to 5.5 and 3.8 to 4.2).
 """
 

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Swatches at the extremes: what becomes of gamma, take-up, sizes and the number of stitches that hardly can be.
+"""Swatches with extreme values of gamma, take-up, size and number of stitches.
 
     python benchmarks/swatch_extremes.py [--device cpu] [--quality draft] [--only WORDS] [--large]
 
-A swatch comes to rest, or stops with a warning, or is refused in one line; all else fails, and the status is 1. Memory
-is the most that the process has held so far. ``--large`` adds the repeat of 200 by 200 stitches.
+Each relaxation must converge, stop with a warning, or raise an error with a message of one line. Every other result is
+a failure, and the exit status is 1. Memory is the largest memory of the process so far. ``--large`` adds the repeat of
+200 by 200 stitches.
 """
 
 from __future__ import annotations

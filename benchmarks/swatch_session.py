@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How fast a live swatch answers: time from a change to its first frame and to rest, and where it rests.
+"""Response of a live swatch: time from a change to the first frame and to convergence, and the relaxed state.
 
     python benchmarks/swatch_session.py
     python benchmarks/swatch_session.py --device cuda:0 --quality standard
 
-Each pattern relaxes in its free cell, then takes one change after another, the next when it is at rest. The kernels are
-compiled, and loaded, by a run of every change before the one that is timed.
+Each pattern relaxes in a free cell. Then several changes are made, each of them after the swatch has converged. The
+kernels are compiled and loaded by a run of all changes before the measured run.
 """
 
 from __future__ import annotations

@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What accuracy costs: presets and sweeps of one knob, time against distance to ``reference``.
+"""Cost of accuracy: time against distance to ``reference``, for the presets and for changes of one parameter.
 
     python benchmarks/tradeoff.py run --scene stockinette rib --device cuda:0 --output out/accuracy.csv
     python benchmarks/tradeoff.py run --scene glove --glove glove.bcc --resume --output out/accuracy.csv
     python benchmarks/tradeoff.py run --scene skirt --skirt skirt.obj --unit dm --resume --output out/accuracy.csv
     python benchmarks/tradeoff.py plot out/accuracy.csv --picture docs/accuracy.png
 
-``run`` writes a row when a run has ended; with ``--resume`` it leaves out what the file holds. The reference of each
-scene lies beside the file as NAME-SCENE.npz and is made once. Seconds are those of ``relax_yarns``, certificates
-included, with kernels loaded. ``plot`` draws the picture and prints the tables of ``docs/accuracy.md``.
+``run`` writes a row after each run; with ``--resume`` it skips the runs that the file already contains. The reference
+of each scene is computed once and stored beside the file as NAME-SCENE.npz. The times [s] are those of ``relax_yarns``
+with the linking certificates and with loaded kernels. ``plot`` draws the picture and prints the tables of
+``docs/accuracy.md``.
 """
 
 from __future__ import annotations

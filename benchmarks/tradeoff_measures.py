@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far two relaxations of one scene are apart: distances at equal places, spacings of loops, energy.
+"""Differences of two relaxations of one scene: distances of corresponding positions, spacings of loops, and energy.
 
-A place is a point of a yarn that is the same in every discretisation. Control points in a row that share stitch face
-and part are a run; the border between two runs lies between their control points, divided as their spacings are. A
-run of rest length L, from arc s, has its places at s + (j + 1/2) L / m, j = 0 .. m - 1. The runs at the two ends of
-an open yarn have none: a spline ends a control point's spacing before its tail does.
+A position is a point of a yarn that is the same material point in every discretisation. Successive control points with
+the same stitch face and part form a run. The border between two runs is between their control points and divides the
+distance in the ratio of their spacings. A run of rest length L that starts at the arc length s has the positions
+s + (j + 1/2) L / m, j = 0 .. m - 1. The first and the last run of an open yarn have no positions, because a spline ends
+one spacing of control points before the end of its tail.
 
-Spacings are mean distances of neighbouring loops' centres, along a row and between rows; a loop's centre is the mean
-of its places. Errors of spacings and of energy are relative to the reference's.
+Spacings are mean distances between the centres of adjacent loops, along a row and between rows. The centre of a loop is
+the mean of its positions. The errors of spacings and of energy are relative to the reference.
 """
 
 from __future__ import annotations

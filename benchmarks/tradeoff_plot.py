@@ -19,7 +19,7 @@ MARKERS = {
     "tolerance": ("o", "tab:blue"),
     "solver": ("D", "tab:gray"),
 }
-"""Marker and colour of each knob."""
+"""Marker and colour of each varied parameter."""
 SHORT = {"control_points_per_stitch": "control points per stitch", "quadrature_points": "quadrature points",
          "contact_samples": "contact samples", "step_fraction": "step fraction"}  # fmt: skip
 MACHINES = {"cpu": "a CPU", "cuda:0": "a GPU"}

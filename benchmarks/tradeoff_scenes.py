@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The scenes of the trade-off: plain knit and rib as tubes and as periodic cells, a real glove, a real skirt.
+"""The scenes of the trade-off: plain knit and rib as tubes and as periodic cells, a published glove, a published skirt.
 
-A plain loop is (t + 1.5 sin 2t, 4 cos t, cos 2t), t from -pi to pi, rows 4.5 apart (Crane 2023); a purl is its mirror
-image in z. Where a knit meets a purl the feet pass through the fabric: there z is multiplied by sin(pi d / 2 w), d
-the distance of t from the border of the loop, up to d = w.
+A plain loop is (t + 1.5 sin 2t, 4 cos t, cos 2t) with t from -pi to pi and a course spacing of 4.5 (Crane 2023). A purl
+loop is its mirror image in z. Between a knit and a purl loop the feet pass through the fabric: there z is multiplied by
+sin(pi d / 2 w), where d, at most w, is the distance of t from the border of the loop.
 """
 
 from __future__ import annotations

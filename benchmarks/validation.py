@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Swatches against what is known of fabrics: prints the tables of docs/validation.md, and draws its pictures.
+"""Comparison of swatches with published measurements: the tables and the pictures of docs/validation.md.
 
     python benchmarks/validation.py --pictures docs
     python benchmarks/validation.py cells --cells FOLDER      # with stockinette.pyp and basket.pyp
 
-All of it runs on one core of a CPU.
+The script runs on one core of a CPU.
 """
 
 from __future__ import annotations

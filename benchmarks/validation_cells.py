@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Two relaxed cells of another group (Sperl et al. 2021), relaxed here with their radius and rest lengths.
+"""Two relaxed cells of Sperl et al. 2021, relaxed again with their radius and their rest lengths.
 
-Their yarns are rods of a natural curvature, which the files state, and of stiffnesses that the files do not state but
-that follow from the balance of their forces (``validation_rods``). So the cells are relaxed here straight at rest and
-with their natural curvature, of three materials: the published one; the same, but that ``k_len`` holds the length of a
-segment as a whole, since their vertices are spaced unevenly and a spline through them runs at an uneven speed, which is
-no strain of theirs; and one of their stiffnesses.
+The yarns of Sperl et al. are rods with a natural curvature, which the files state, and with stiffnesses, which the
+files do not state but which follow from the balance of forces (``validation_rods``). The cells are therefore relaxed
+both with straight yarns and with the natural curvature, for three materials: the published material; the same with
+``k_len`` acting on the total length of a segment, because the vertices have uneven spacings and the speed of a spline
+through them is uneven without a strain of the rods; and a material with the stiffnesses that follow from the forces.
 """
 
 from __future__ import annotations

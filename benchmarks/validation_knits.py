@@ -18,7 +18,7 @@ from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
 MATERIAL = "kaldor-simulation"
-"""The published material that all but one table use; its yarn has the default radius."""
+"""The published material of all tables except one; its yarn has the default radius."""
 DIAMETER = 2 * YARN_RADIUS
 """Of the yarn [cm]."""
 PATTERNS = ("stockinette", "garter", "seed", "rib1x1", "rib2x2")

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stiffness of knitted swatches by loop length: modulus at rest, and how far they give under one load.
+"""Stiffness of knitted swatches against loop length: modulus of the relaxed swatch, and extension under one load.
 
-Singal et al. 2024 draw swatches in one direction, the other free, fit a modulus Y [N/mm] to the linear part of force
-over width, and compare Y L A / B, with L the yarn and A the area of a stitch and B the bending stiffness of the yarn.
+Singal et al. 2024 stretch swatches in one direction with the other direction free, fit a modulus Y [N/mm] to the linear
+part of force per width, and compare Y L A / B, where L is the yarn length of a stitch, A the area of a stitch and B the
+bending stiffness of the yarn.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the validation: gauge by loop length, stretch curves, and crimp of a plain weave."""
+"""Pictures of the validation: gauge against loop length, stretch curves, and crimp of a plain weave."""
 
 from __future__ import annotations
 

@@ -1,21 +1,21 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The discrete rods of ``.pyp`` files in their own model, as far as the files tell it, and its constants from them.
+"""The discrete rod model of ``.pyp`` files, and the determination of its unknown constants from the files.
 
-Energy over Young's modulus of polylines with edges e of rest length l and vertices of mean rest length v (Bergou 2008,
-2010), r their radius:
+The energy divided by Young's modulus, for polylines of the radius r with edges e of the rest length l and vertices of
+the mean rest length v (Bergou et al. 2008, 2010):
 
     stretch   pi r^2 / 2  sum (|e| / l - 1)^2 l
     bending   b pi r^4 / 8  sum |k - k'|^2 / v       k the curvature in the material frame, k' the natural one
     twist     b g pi r^4 / 4  sum (m - m')^2 / v     m the twist, m' the natural one
     contact   c  double integral of 1 / d^2 + d^2 - 2 over pairs of edges less than d = 1 diameter apart (Kaldor 2008)
 
-The files hold all of it but three numbers: g, the shear modulus over Young's; b, by which bending and twist are weaker
-than those of a solid round rod; and the contact stiffness c. Their yarns are at rest, so that forces must cancel: turns
-about the yarns' axes say g alone, and the vertices b and c.
+The files contain all values except three numbers: g, the shear modulus divided by Young's modulus; b, the factor of the
+bending and twist stiffness relative to a solid round rod; and the contact stiffness c. The yarns are relaxed, so that
+the forces must cancel: the torques about the axes of the yarns give g alone, and the forces on the vertices b and c.
 
-Periods are those with which the edges across the border are square to their directors, as they are not with those that
-the basket weave states. All lengths in metres.
+The periods are those for which the edges across the border are perpendicular to their directors; this does not hold for
+the periods that the file of the basket weave states. All lengths are in metres.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stiffness of knitted swatches: tension at a fifth of strain, and how spacings follow one another."""
+"""Stiffness of knitted swatches: tension at a strain of 0.2, and the dependence of one spacing on the other."""
 
 from __future__ import annotations
 

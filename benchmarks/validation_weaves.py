@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A balanced plain weave of taut, limp, nearly rigid round yarns, against the geometry of Peirce 1937.
+"""A balanced plain weave of taut, flexible and nearly incompressible round yarns, compared with Peirce 1937.
 
-Peirce's yarns are circular, as long as they are and without resistance to bending: between crossings they are
-straight, around each other they lie on arcs whose radius is the diameter d. With l the yarn and p the distance from
-crossing to crossing, and the arcs of an angle t at both ends,
+Peirce's yarns have a circular section, a constant length and no bending stiffness. They are straight between crossings
+and bend around each other on arcs whose radius is the diameter d. With the yarn length l and the distance p between
+crossings, and arcs of the angle t at both ends,
 
     p = (l - 2 d t) cos t + 2 d sin t,    d = (l - 2 d t) sin t + 2 d (1 - cos t)
 
-and nothing straight is left at t = 60 degrees: p = sqrt(3) d, where the weave is jammed. Here the same limit is yarn
-whose bending is little beside its tension, whose tension is little beside its contact, and whose periods are held.
+and the straight part vanishes at t = 60 degrees: p = sqrt(3) d, where the weave is jammed. In the simulation, this
+limit is a yarn whose bending forces are small compared with its tension, whose tension is small compared with its
+contact forces, and whose periods are held.
 """
 
 from __future__ import annotations

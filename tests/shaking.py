@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays shaken by one unit in the last place: what is decided from them must stay as it is."""
+"""Arrays perturbed by one unit in the last place; discrete decisions about them must not change."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SHAKES = 10_000
 
 
 def shaken(values: FloatArray, seed: int) -> FloatArray:
-    """Each number moved up or down by one unit in its last place; for odd seeds, in that of the largest of all.
+    """Move each number up or down by one unit in its last place, or, for odd seeds, in that of the largest number.
 
     The latter is what rounding leaves of a number that is the difference of larger ones, as of zero.
     """
@@ -23,5 +23,5 @@ def shaken(values: FloatArray, seed: int) -> FloatArray:
 
 
 def shaken_many(values: FloatArray, count: int = SHAKES) -> FloatArray:
-    """An array shaken again and again, shape (count, *shape)."""
+    """Return ``count`` perturbed copies of an array, shape (count, *shape)."""
     return np.stack([shaken(values, seed) for seed in range(count)])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The graphs of docs/architecture.md say what the imports are, and are drawn so that they can be read."""
+"""The graphs of docs/architecture.md agree with the imports, and their drawings have no overlaps."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENDS = re.compile(r'<path d="M([\d.]+),([\d.]+) .*?([\d.]+),([\d.]+)" fill="none
 
 
 def test_the_page_is_up_to_date():
-    # python docs/tools/architecture_graph.py writes it anew
+    # `python docs/tools/architecture_graph.py` updates the page.
     page = PAGE.read_text()
     assert page_with_graphs(page) == page
 
@@ -39,13 +39,13 @@ def test_an_arrow_beside_a_longer_path_is_left_out():
     assert reduced(graph) == {"a": {"b"}, "b": {"c"}, "c": {"d"}, "d": set()}
 
 
-def test_a_cycle_is_named():
+def test_the_error_of_a_cycle_names_the_cycle():
     with pytest.raises(ValueError, match="b -> c -> b"):
         reduced({"a": {"b"}, "b": {"c"}, "c": {"b"}})
 
 
 @pytest.mark.parametrize("package", GRAPHS)
-def test_the_picture_has_every_box_apart_and_every_arrow_downwards(package):
+def test_the_boxes_of_the_picture_do_not_overlap_and_arrows_point_downwards(package):
     source = mermaid(package)
     picture = mermaid_to_svg(source)
     boxes = sorted((float(y), float(x), float(width)) for x, y, width, _ in BOX.findall(picture))
@@ -57,6 +57,6 @@ def test_the_picture_has_every_box_apart_and_every_arrow_downwards(package):
     assert all(float(bottom) > float(top) for _, top, _, bottom in arrows)
 
 
-def test_a_line_that_is_no_node_and_no_arrow_is_refused():
+def test_a_line_that_is_neither_node_nor_arrow_is_an_error():
     with pytest.raises(ValueError, match="got the line"):
         mermaid_to_svg("flowchart TD\n    a --- b")
