@@ -32,7 +32,7 @@ HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 
 
 def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarray:
-    """Force of one optional term after a small shake, double precision, in the solver's units."""
+    """Return the force of one optional term on slightly perturbed yarns, in float64 and the units of the solver."""
     material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
     scene = Iteration.start(yarns, material, quality_named("reference"), device_named(device), [choice])
     shake = np.random.default_rng(5).normal(scale=0.01, size=yarns.points.shape)
@@ -46,7 +46,7 @@ def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarra
 
 
 def results(yarns: sm.YarnSet, fabric: sm.StitchMesh, device: str) -> dict[str, np.ndarray]:
-    """Forces [dyn] in both precisions and the relaxed control points [cm], which must be the same twice."""
+    """Return the forces in both precisions [dyn] and the relaxed control points [cm], which must repeat exactly."""
     material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
     found = {name: sm.yarn_forces(yarns, material, precision=name, device=device) for name in ("float64", "float32")}
     body = Body(sm.read_mesh(HAT))
@@ -71,7 +71,7 @@ def compare(mine: dict[str, np.ndarray], theirs: dict[str, np.ndarray], radius: 
 
 
 def main() -> None:
-    """Save one device's results or compare another's with them."""
+    """Save the results of one device, or compare the results of another device with them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--device", required=True)
     choice = parser.add_mutually_exclusive_group(required=True)

@@ -29,7 +29,7 @@ from stitchmesh.yarnrelax import Relaxation
 
 GARMENTS = Path(__file__).parent.parent / "assets" / "meshes"
 NUDGE = 0.01
-"""Root mean square displacement of the nudged start, in radii."""
+"""Root mean square displacement of the perturbed start, in radii."""
 
 
 def main() -> None:
@@ -65,12 +65,12 @@ def main() -> None:
 def relaxed(
     yarns: YarnSet, fabric: StitchMesh, quality: Quality, device: str | None, start: YarnSet | None = None
 ) -> Relaxation:
-    """The yarns at rest, the fabric keeping its shape."""
+    """Relax yarns with the shape of the fabric."""
     return sm.relax_yarns(yarns, start=start, quality=quality, keep_shape=fabric, device=device)
 
 
 def with_stitch(fabric: StitchMesh, stitch: Stitch, place: float) -> StitchMesh:
-    """The fabric with one knit stitch in the middle of it changed, some part of the way around."""
+    """Return the fabric after the change of one knit stitch in the middle, at a fraction of its circumference."""
     knits = np.flatnonzero((fabric.stitch == Stitch.KNIT) & (fabric.row == fabric.row.max() // 2))
     face = knits[[int(place * len(knits))]]
     return apply_change(fabric, Marks("stitch", face, np.array([stitch])))
@@ -98,7 +98,7 @@ def points_apart(first: YarnSet, second: YarnSet) -> float:
 
 
 def curves_apart(first: YarnSet, second: YarnSet) -> float:
-    """Root mean square distance of one set's curves from the other's, in radii; sliding along itself does not count."""
+    """Return the root mean square distance between the curves of two sets, in radii, without sliding along yarns."""
     distance = cKDTree(np.concatenate(second.sampled(32))).query(np.concatenate(first.sampled(4)))[0]
     return float(np.sqrt(np.mean(distance**2)) / first.radius[0])
 

@@ -34,20 +34,20 @@ PICTURES = DOCS / "gallery"
 STITCH_WIDTH, STITCH_HEIGHT, RADIUS = 0.8, 0.62, 0.1
 """Gauge of the swatches and yarn radius [cm]."""
 LOOPS = 28
-"""About how many loops wide and how many rows high a swatch is."""
+"""Approximate numbers of loops and of rows of a swatch."""
 MOST_ITERATIONS = 6000
 WOOL = (196, 184, 160)
 """Colour of a fabric of one yarn, sRGB."""
 SIZE, JPEG_QUALITY = 420, 84
 """Pixels of a picture."""
 SEEN = 0.74
-"""Part of the swatch's smaller side that is seen: its edges are not."""
+"""Visible fraction of the smaller side of a swatch; its borders are outside the picture."""
 FIGURE_16 = ("mrs-montagues", "openwork-trellis", "ridged-feather", "flame-ribbing", "braid-cables", "cable-work")
 """The patterns of Yuksel et al. 2012, figure 16, in its order."""
 
 
 def swatch_of(pattern: Pattern, device: str | None) -> sm.StitchMesh:
-    """Whole tiles, about square, evened out in their plane."""
+    """Return whole tiles of a pattern, approximately square, relaxed in their plane."""
     inner = max(LOOPS - pattern.rows[0].bottoms[0] - pattern.rows[0].bottoms[2], 1)
     columns, rows = max(1, round(inner / pattern.width)), max(1, round(LOOPS / pattern.height))
     fabric = sm.pattern_mesh(pattern, columns, rows, stitch_width=STITCH_WIDTH, stitch_height=STITCH_HEIGHT)

@@ -23,7 +23,7 @@ STAGES = ("label", "tessellate", "meshrelax", "yarngen", "yarnrelax")
 
 
 class StageMemory:
-    """Peak memory of each stage [MB], taken when the next one begins."""
+    """Peak memory of each stage [MB], read when the next stage starts."""
 
     def __init__(self) -> None:
         self.peak: dict[str, float] = {}
@@ -35,7 +35,7 @@ class StageMemory:
             self._stage = stage
 
     def close(self) -> None:
-        """Take the mark of the stage that has ended and reset it."""
+        """Read the peak memory of the stage that has ended, and reset it."""
         if self._stage:
             self.peak[self._stage] = _high_water_mark()
         Path("/proc/self/clear_refs").write_text("5")

@@ -32,14 +32,14 @@ from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
 
 BATCH = 80
-"""Pieces generated at once."""
+"""Number of pieces that are generated at once."""
 WITHIN = 1.6
-"""How far yarns are looked for, in radii."""
+"""Largest distance between yarns that is searched, in radii."""
 
 
 @dataclass
 class Tally:
-    """What was found in the pieces of one kind."""
+    """Results for the pieces of one kind."""
 
     pieces: int = 0
     yarns: int = 0
@@ -53,7 +53,7 @@ def main() -> None:
     """Print both tables."""
     told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     told.add_argument("--quality", default="draft")
-    told.add_argument("--every", type=int, default=1, help="take every so many pairs")
+    told.add_argument("--every", type=int, default=1, help="examine every N-th pair")
     given = told.parse_args()
     tallies = {name: tally(pairs[:: given.every], given.quality) for name, pairs in kinds().items()}
     print("| pairs | pieces | yarns | passes named | wrong | smallest distance [r] |\n|---|---:|---:|---:|---:|---:|")
@@ -67,7 +67,7 @@ def main() -> None:
 
 
 def kinds() -> dict[str, list[tuple[Stitch, Stitch, Block]]]:
-    """All pairs, and the pieces that they stand in."""
+    """Return all pairs and their pieces."""
     every = list(VOCABULARY)
     worked = [stitch for stitch in every if sides_of(stitch)[0]]
     return {
@@ -78,7 +78,7 @@ def kinds() -> dict[str, list[tuple[Stitch, Stitch, Block]]]:
 
 
 def tally(pairs: list[tuple[Stitch, Stitch, Block]], quality: str) -> Tally:
-    """Make all pieces and look at them."""
+    """Generate and examine all pieces."""
     found = Tally()
     for first in range(0, len(pairs), BATCH):
         some = pairs[first : first + BATCH]

@@ -23,7 +23,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import relax_yarns
 
 BORDER_STITCHES = 4
-"""Stitches from the border that do not count as the middle."""
+"""Number of stitches between the border and the middle region."""
 
 
 def swatch(wales: int, courses: int, stitch_width: float) -> StitchMesh:
@@ -34,7 +34,7 @@ def swatch(wales: int, courses: int, stitch_width: float) -> StitchMesh:
 
 
 def gauge(fabric: StitchMesh, yarns: YarnSet, wales: int, courses: int) -> dict[str, float]:
-    """Loop length, wale and course spacing [cm] of the stitches in the middle."""
+    """Return the loop length, the wale spacing and the course spacing of the stitches in the middle [cm]."""
     count = np.bincount(yarns.face, minlength=fabric.face_count)
     centre = np.stack([np.bincount(yarns.face, axis, fabric.face_count) / count for axis in yarns.points.T], axis=1)
     grid = centre.reshape(courses, wales, 3)

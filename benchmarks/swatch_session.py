@@ -20,11 +20,11 @@ from stitchmesh.compute.device import device_named
 
 PATTERNS = ("stockinette", "rib2x2", "honeycomb")
 LONGEST = 300.0
-"""Seconds after which a change counts as not finished."""
+"""Time limit of a change [s]."""
 
 
 def changes_of(pattern: str, width: float) -> dict[str, dict[str, Any]]:
-    """Changes by name, each from the state that the one before leaves."""
+    """Return the changes by name; each change starts from the state after the previous one."""
     take_up = sm.RestLengths(held=0.6) if pattern == "honeycomb" else sm.RestLengths(factor=0.6)
     return {
         "drawn anew": {},
@@ -39,7 +39,7 @@ def changes_of(pattern: str, width: float) -> dict[str, dict[str, Any]]:
 
 
 def watched(session: sm.SwatchSession, number: int) -> str:
-    """A line of the table: what happens after frame ``number`` until the swatch is at rest."""
+    """Return a line of the table: the frames after the frame ``number`` until the swatch has converged."""
     first = session.wait_for_frame(LONGEST, after=number)
     assert first is not None
     last = first
@@ -57,7 +57,7 @@ def watched(session: sm.SwatchSession, number: int) -> str:
 
 
 def measure(pattern: str, quality: str, device: str | None, show: bool) -> None:
-    """Make the changes of a pattern, and print what they took."""
+    """Make the changes of a pattern, and print their times."""
     with sm.SwatchSession(pattern, quality=quality, device=device, relax_cell=True) as session:
         session.wait_until_rest(LONGEST)
         points, width = len(session.frame.yarns.points), session.frame.size[0]
