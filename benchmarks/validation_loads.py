@@ -38,7 +38,7 @@ Curves = dict[tuple[float, str, str], StretchCurve]
 
 
 def curves() -> Curves:
-    """Return stretch curves by loop length, direction and pattern, the other direction free; strains start at ``REST``."""
+    """Return stretch curves by loop length, direction and pattern, the other direction free; they start at ``REST``."""
     return {
         (loop, direction, pattern): drawn(loop, direction, pattern, STEP, MOST[direction][pattern])
         for loop in LOOPS for direction in PUBLISHED for pattern in PATTERNS
