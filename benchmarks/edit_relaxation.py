@@ -34,14 +34,14 @@ NUDGE = 0.01
 
 def main() -> None:
     """Print a table of the three relaxations for a few edits."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("--garment", default="hat")
-    told.add_argument("--stitch-width", type=float, default=1.2)
-    told.add_argument("--quality", default="standard")
-    told.add_argument("--tolerance", type=float)
-    told.add_argument("--rest-length-factor", type=float, default=1.0)
-    told.add_argument("--device")
-    arguments = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--garment", default="hat")
+    parser.add_argument("--stitch-width", type=float, default=1.2)
+    parser.add_argument("--quality", default="standard")
+    parser.add_argument("--tolerance", type=float)
+    parser.add_argument("--rest-length-factor", type=float, default=1.0)
+    parser.add_argument("--device")
+    arguments = parser.parse_args()
     quality = quality_named(arguments.quality)
     if arguments.tolerance is not None:
         quality = replace(quality, tolerance=arguments.tolerance)

@@ -137,12 +137,12 @@ def page(folder: Path) -> str:
 
 def main() -> None:
     """Relax or draw."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("step", choices=("relax", "draw"))
-    told.add_argument("folder", type=Path)
-    told.add_argument("patterns", nargs="*", help="all if none")
-    told.add_argument("--device")
-    given = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("step", choices=("relax", "draw"))
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("patterns", nargs="*", help="all if none")
+    parser.add_argument("--device")
+    given = parser.parse_args()
     names = given.patterns or [name for name in pattern_names() if name not in LEAF]
     if given.step == "relax":
         relax(given.folder, names, given.device)

@@ -44,11 +44,11 @@ Scene = tuple[str, sm.StitchMesh, YarnSet]
 
 def main() -> None:
     """Print the table."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("which", choices=("swatches", "cells", "free"))
-    told.add_argument("folder", type=Path, nargs="?")
-    told.add_argument("--quality", default="draft")
-    given = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("which", choices=("swatches", "cells", "free"))
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--quality", default="draft")
+    given = parser.parse_args()
     scenes = {"swatches": lambda: swatches(given.folder), "cells": lambda: cells(given.quality),
               "free": lambda: free_cells(given.quality)}  # fmt: skip
     print("| pattern | stitches | linked as named | seconds | a lifted loop | seconds |\n|---|---:|---|---:|---|---:|")

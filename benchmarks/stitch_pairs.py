@@ -51,10 +51,10 @@ class Tally:
 
 def main() -> None:
     """Print both tables."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("--quality", default="draft")
-    told.add_argument("--every", type=int, default=1, help="examine every N-th pair")
-    given = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quality", default="draft")
+    parser.add_argument("--every", type=int, default=1, help="examine every N-th pair")
+    given = parser.parse_args()
     tallies = {name: tally(pairs[:: given.every], given.quality) for name, pairs in kinds().items()}
     print("| pairs | pieces | yarns | passes named | wrong | smallest distance [r] |\n|---|---:|---:|---:|---:|---:|")
     for name, found in tallies.items():

@@ -275,10 +275,10 @@ def test_info_describes_stitches_marks_and_yarns(folder, tmp_path, capsys):
     assert cli.main([str(word) for word in words]) == 0
     capsys.readouterr()
     assert cli.main(["info", str(made)]) == 0
-    told = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
-    assert told["rows"] == "6" and told["stitches"] == "89 k, 18 cast-on, 1 p"
-    assert told["twisted loops"] == "1" and told["cables"] == "1 of 4 loops"
-    assert told["yarns"] == "2 (90 stitches of 0, 18 stitches of 1)"
+    described = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
+    assert described["rows"] == "6" and described["stitches"] == "89 k, 18 cast-on, 1 p"
+    assert described["twisted loops"] == "1" and described["cables"] == "1 of 4 loops"
+    assert described["yarns"] == "2 (90 stitches of 0, 18 stitches of 1)"
 
 
 def test_patterns_lists_the_library(capsys):

@@ -222,8 +222,8 @@ def test_words_that_are_not_numbers_give_a_message_of_one_line(capsys, words):
 def test_a_folder_that_cannot_be_written_is_an_error_before_the_computation(tmp_path, capsys):
     (tmp_path / "file").touch()
     for folder in (tmp_path / "file", tmp_path / "file" / "out"):
-        told = refused(capsys, tmp_path, "swatch", "plain", "-o", folder, *QUICK)
-        assert "choose another output folder" in told
+        message = refused(capsys, tmp_path, "swatch", "plain", "-o", folder, *QUICK)
+        assert "choose another output folder" in message
 
 
 def test_convert_writes_tiles(made, tmp_path, capsys):

@@ -159,7 +159,7 @@ class Machine:
             raise MachineError(f"{name} {target}: carrier {carrier} is not in action")
         at, sign = self.position[carrier], 1 if direction == "+" else -1
         if at is not None and (at - needle) * sign > 0:
-            raise MachineError(f"{name} {direction} {target}: carrier {carrier} stands at {at}")
+            raise MachineError(f"{name} {direction} {target}: carrier {carrier} is at {at}")
         if self.rack:
             raise MachineError(f"{name} {target} at rack {self.rack}")
         if self.hooked == carrier and self.hooked_at is None:

@@ -251,7 +251,7 @@ START = ";!knitout-2\n;;Carriers: 1 2\ninhook 1\ntuck - f1 1\ntuck - f0 1\nrelea
         ("knitout\n", "magic"),
         (START + "outhook 1\n", "left behind"),
         (START + "knit + f0 2\n", "not in action"),
-        (START + "knit + f-1 1\n", "stands at"),
+        (START + "knit + f-1 1\n", "is at"),
         (START + "knit + f2 1\n", "needle is empty"),
         (START + "rack 1\nxfer f1 b1\n", "do not face"),
         (START + "xfer f3 b3\n", "needle is empty"),
@@ -263,7 +263,7 @@ START = ";!knitout-2\n;;Carriers: 1 2\ninhook 1\ntuck - f1 1\ntuck - f0 1\nrelea
         (START + "jump\n", "unknown operation"),
         (START + "inhook 2\nouthook 1\n", "hook holds 2"),
         (START + "inhook 2\nknit + f0 2\n", "leads a yarn leftwards"),
-        (START + "inhook 2\nknit - f0 2\nknit - f1 1\n", "stands at"),
+        (START + "inhook 2\nknit - f0 2\nknit - f1 1\n", "is at"),
         (START + "inhook 2\nknit - f0 2\nknit + f1 1\n", "blocked by the hook at 0"),
     ],
 )
