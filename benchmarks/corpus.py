@@ -3,13 +3,14 @@
 """The corpus of Leaf et al. 2018, table 3, as periodic cells: relaxed, timed and drawn.
 
     python benchmarks/corpus.py relax FOLDER [--device cuda:0]    # the tables, FOLDER/NAME.h5 and a .json each
-    python benchmarks/corpus.py leaf FOLDER [NAME ...]            # L's test with time steps, from the start and at rest
+    python benchmarks/corpus.py leaf FOLDER [NAME ...]            # the test (5), at the start and relaxed
     python benchmarks/corpus.py draw FOLDER [NAME ...]            # docs/gallery/NAME.jpg
 
-29 knits and 8 weaves, their periods as they are drawn (L's users set them by hand), come to rest one by one and all in
-one batch. Yarn is as stiff as L's ("leaf"). Seconds are of the solver, kernels compiled: the second run of each. Times
-of L are of a GeForce GTX TITAN X, to its test (5), which asks for a tenth of the first gradient that is level from one
-step to the next.
+The corpus has 29 knits and 8 weaves. Their periods are those of the generated cells; the users of Leaf et al. set them
+by hand. The cells are relaxed one by one and all in one batch, with the stiffness of Leaf et al. (material "leaf"). The
+times [s] are those of the solver in the second run, when the kernels are compiled. The times of Leaf et al. are for a
+GeForce GTX TITAN X and their convergence test (5): a gradient that does not change between steps and is at most a tenth
+of the first gradient.
 """
 
 from __future__ import annotations

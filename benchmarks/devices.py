@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The same yarns on two devices: how far forces and relaxed states lie apart, and whether a device repeats itself.
+"""The same yarns on two devices: differences of forces and of relaxed states, and repeatability on each device.
 
     python benchmarks/devices.py --device cpu --save cpu.npz
     python benchmarks/devices.py --device cuda:0 --compare cpu.npz
 
-The scene, a generated and relaxed hat, is kept in the file, so that both runs start from the same bits.
+The file holds the scene, a generated and relaxed hat, so that both runs start from the same bits.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 
 
 def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarray:
-    """Force of one optional term after a small shake, double precision, in the solver's units."""
+    """Return the force of one optional term on slightly perturbed yarns, in float64 and the units of the solver."""
     material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
     scene = YarnSimulation.start(yarns, material, quality_named("reference"), device_named(device), [choice])
     shake = np.random.default_rng(5).normal(scale=0.01, size=yarns.points.shape)
@@ -47,7 +47,7 @@ def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarra
 
 
 def results(yarns: sm.YarnSet, fabric: sm.StitchMesh, device: str) -> dict[str, np.ndarray]:
-    """Forces [dyn] in both precisions and the relaxed control points [cm], which must be the same twice."""
+    """Return the forces in both precisions [dyn] and the relaxed control points [cm], which must repeat exactly."""
     material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
     found = {name: sm.yarn_forces(yarns, material, precision=name, device=device) for name in ("float64", "float32")}
     body = Body(sm.read_mesh(HAT))
@@ -72,7 +72,7 @@ def compare(mine: dict[str, np.ndarray], theirs: dict[str, np.ndarray], radius: 
 
 
 def main() -> None:
-    """Save one device's results or compare another's with them."""
+    """Save the results of one device, or compare the results of another device with them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--device", required=True)
     choice = parser.add_mutually_exclusive_group(required=True)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How long each edit takes on a large garment, from the call to the checked new stitch mesh, and its undoing.
+"""Time of each edit of a large garment, until the new stitch mesh is made and checked, and time to undo the edit.
 
     python benchmarks/edit_latency.py
     python benchmarks/edit_latency.py --mesh assets/meshes/sweater.obj --stitch-width 0.3
 
-Every run edits another place, in a stitch mesh that has computed nothing of itself yet, as an edit leaves it.
+Every run edits another position, in a stitch mesh without cached values, which is the state after an edit.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 
 RUNS = 20
-"""Places at which each edit is timed."""
+"""Number of positions at which each edit is measured."""
 
 EditAt = Callable[[StitchMesh, int], Edit]
 
@@ -72,11 +72,11 @@ CASES: list[tuple[list[EditAt], EditAt]] = [
     ([], at_face("bobble")),
     ([], at_face("paste_pattern", pattern="eyelet-lace")),
 ]
-"""Edits that are made first, and the one that is timed."""
+"""Edits that prepare the mesh, and the edit that is measured."""
 
 
 def forgetful(fabric: StitchMesh) -> StitchMesh:
-    """The same stitch mesh without what it has computed of itself."""
+    """Return the same stitch mesh without its cached values."""
     fresh = object.__new__(StitchMesh)
     for part in fields(StitchMesh):
         object.__setattr__(fresh, part.name, getattr(fabric, part.name))
@@ -84,7 +84,7 @@ def forgetful(fabric: StitchMesh) -> StitchMesh:
 
 
 def timed(fabric: StitchMesh, first: list[EditAt], then: EditAt, face: int) -> tuple[float, float, int]:
-    """Milliseconds of an edit and of its undoing, and how many faces it puts in.
+    """Return the times of an edit and of its undo [ms], and the number of faces that the edit adds.
 
     Raises:
         StitchMeshError: the edit is not possible at this face.

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an edit of one stitch costs a relaxed fabric: relaxing again against starting anew.
+"""Cost of the relaxation after an edit of one stitch: start from the relaxed yarns, or from newly generated yarns.
 
-Three relaxations of the edited fabric are compared: anew, from the yarns as generated; again, from the yarns relaxed
-before the edit (``regenerate_yarns``); and anew with every control point of the start moved by a hundredth of a radius.
-The last tells how well the state of rest is determined at all.
+Three relaxations of the edited fabric are compared. They start from the newly generated yarns; from the yarns that were
+relaxed before the edit (``regenerate_yarns``); and from the newly generated yarns with every control point moved by a
+hundredth of a radius. The last relaxation shows how well the relaxed state is determined.
 
     python benchmarks/edit_relaxation.py [--garment hat] [--stitch-width 1.2] [--quality standard] [--tolerance T]
 """
@@ -29,19 +29,19 @@ from stitchmesh.yarnrelax import Relaxation
 
 GARMENTS = Path(__file__).parent.parent / "assets" / "meshes"
 NUDGE = 0.01
-"""Root mean square displacement of the nudged start, in radii."""
+"""Root mean square displacement of the perturbed start, in radii."""
 
 
 def main() -> None:
     """Print a table of the three relaxations for a few edits."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("--garment", default="hat")
-    told.add_argument("--stitch-width", type=float, default=1.2)
-    told.add_argument("--quality", default="standard")
-    told.add_argument("--tolerance", type=float)
-    told.add_argument("--rest-length-factor", type=float, default=1.0)
-    told.add_argument("--device")
-    arguments = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--garment", default="hat")
+    parser.add_argument("--stitch-width", type=float, default=1.2)
+    parser.add_argument("--quality", default="standard")
+    parser.add_argument("--tolerance", type=float)
+    parser.add_argument("--rest-length-factor", type=float, default=1.0)
+    parser.add_argument("--device")
+    arguments = parser.parse_args()
     quality = quality_named(arguments.quality)
     if arguments.tolerance is not None:
         quality = replace(quality, tolerance=arguments.tolerance)
@@ -65,12 +65,12 @@ def main() -> None:
 def relaxed(
     yarns: YarnSet, fabric: StitchMesh, quality: Quality, device: str | None, start: YarnSet | None = None
 ) -> Relaxation:
-    """The yarns at rest, the fabric keeping its shape."""
+    """Relax yarns with the shape of the fabric."""
     return sm.relax_yarns(yarns, start=start, quality=quality, keep_shape=fabric, device=device)
 
 
 def with_stitch(fabric: StitchMesh, stitch: Stitch, place: float) -> StitchMesh:
-    """The fabric with one knit stitch in the middle of it changed, some part of the way around."""
+    """Return the fabric after the change of one knit stitch in the middle, at a fraction of its circumference."""
     knits = np.flatnonzero((fabric.stitch == Stitch.KNIT) & (fabric.row == fabric.row.max() // 2))
     face = knits[[int(place * len(knits))]]
     return apply_change(fabric, Marks("stitch", face, np.array([stitch])))
@@ -98,7 +98,7 @@ def points_apart(first: YarnSet, second: YarnSet) -> float:
 
 
 def curves_apart(first: YarnSet, second: YarnSet) -> float:
-    """Root mean square distance of one set's curves from the other's, in radii; sliding along itself does not count."""
+    """Return the root mean square distance between the curves of two sets, in radii, without sliding along yarns."""
     distance = cKDTree(np.concatenate(second.sampled(32))).query(np.concatenate(first.sampled(4)))[0]
     return float(np.sqrt(np.mean(distance**2)) / first.radius[0])
 

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns at the extremes, in both precisions: each comes to rest, says why it does not, or is refused by name.
+"""Extreme yarns in both precisions: each relaxation converges, stops with a message, or raises a StitchMesh error.
 
     python benchmarks/extremes.py --device cpu
     python benchmarks/extremes.py --only rest --precision float32
 
-Nothing else may happen: a number that is not finite, a distance of zero, a changed linking, a stop without a word or an
-exception of another kind is printed as FAILED, and the exit status is 1. docs/stability.md has the table.
+Every other result is printed as FAILED, and the exit status is 1: a number that is not finite, a distance of zero, a
+changed linking, a stop without a message, or another exception. docs/stability.md has the table.
 """
 
 from __future__ import annotations
@@ -33,39 +33,39 @@ from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_link
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 
 RADIUS = REFERENCE_RADIUS
-"""Yarn radius [cm] of scenes that are not about it."""
+"""Yarn radius of scenes with a usual radius [cm]."""
 STITCHMESH = YarnMaterial.named("stitchmesh")
 AT_REST, NOT_AT_REST, REFUSED, FAILED = "at rest", "not at rest", "refused", "FAILED"
-"""What may come of a case."""
+"""Possible results of a case."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One extreme."""
+    """One extreme scene."""
 
     name: str
     make: Callable[[], YarnSet]
-    """Makes the yarns."""
+    """Function that generates the yarns."""
     material: YarnMaterial | None = None
-    """Stiffnesses; those of the yarn's radius where not given."""
+    """Stiffnesses; by default those for the yarn radius."""
     constraints: tuple[ConstraintChoice, ...] = ()
-    """What holds control points."""
+    """Constraints of control points."""
     large: bool = False
-    """Whether it takes too long for a test."""
+    """Whether the case takes too long for a test."""
     iterations: int = 3000
     """Limit of iterations."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a case."""
+    """Result of a case."""
 
     kind: str
     """``AT_REST``, ``NOT_AT_REST``, ``REFUSED`` or ``FAILED``."""
     words: str
-    """The warning or the error, empty at rest."""
+    """Message of the warning or the error; empty if the relaxation converged."""
     report: dict[str, Any]
-    """The report of the relaxation; empty where there is none."""
+    """Report of the relaxation; empty if there is no report."""
     seconds: float
 
 
@@ -104,7 +104,7 @@ def linked(count: int) -> YarnSet:
 
 
 def repeated_point(times: int) -> YarnSet:
-    """The tube with ``times`` control points in a row in one place, and rest lengths as before."""
+    """Return the tube with ``times`` successive control points at one position and unchanged rest lengths."""
     yarns = knit()
     points = yarns.points.copy()
     points[10 : 10 + times] = points[10]
@@ -112,7 +112,7 @@ def repeated_point(times: int) -> YarnSet:
 
 
 def point_on_another() -> YarnSet:
-    """A control point of one yarn where one of another yarn is."""
+    """Return two yarns with a control point at the same position."""
     yarns = knit()
     points = yarns.points.copy()
     first, second = points[: yarns.start[1]], points[yarns.start[1] : yarns.start[2]]
@@ -129,7 +129,7 @@ def rest_lengths(factor: float) -> YarnSet:
 
 
 def in_steps(step: float, last: float) -> YarnSet:
-    """The tube after its rest lengths changed to ``last`` of what they were, ``step`` at a time, a little relaxed."""
+    """Return the tube after changes of its rest lengths by the factor ``step`` to ``last``, with short relaxations."""
     yarns, factor = knit(), 1.0
     rest_length = yarns.rest_length
     while factor != last:
@@ -140,7 +140,7 @@ def in_steps(step: float, last: float) -> YarnSet:
 
 
 def thick(factor: float) -> YarnSet:
-    """The tube where it is, of thicker or thinner yarn."""
+    """Return the tube at the same position with another yarn radius."""
     yarns = knit()
     return replace(yarns, radius=factor * yarns.radius)
 
@@ -153,7 +153,7 @@ def scaled(factor: float) -> YarnSet:
 
 
 def moved(distance: float) -> YarnSet:
-    """The tube, ``distance`` radii away."""
+    """Return the tube, moved by ``distance`` radii."""
     yarns = knit()
     return replace(yarns, points=yarns.points + distance * RADIUS)
 
@@ -176,7 +176,7 @@ def hairpin(bend: float) -> YarnSet:
 
 
 def squeezed(axis: int) -> YarnSet:
-    """The tube pressed to half its size in one direction, rest lengths as before."""
+    """Return the tube compressed to half its size in one direction, with unchanged rest lengths."""
     yarns = knit()
     scale = np.ones(3)
     scale[axis] = 0.5
@@ -206,7 +206,7 @@ def chains(count: int) -> YarnSet:
 
 
 def cases() -> list[Case]:
-    """All of them."""
+    """Return all cases."""
     everything = Pins(points=np.arange(len(knit().points)))
     straight = np.stack([np.arange(4) * 0.3, np.zeros(4), np.zeros(4)], axis=1)
     bent = straight + np.array([[0.0, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.0]])
@@ -260,7 +260,7 @@ def cases() -> list[Case]:
 
 
 class _Heard(logging.Handler):
-    """Keeps warnings."""
+    """A log handler that stores warnings."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
@@ -271,7 +271,7 @@ class _Heard(logging.Handler):
 
 
 def outcome(case: Case, quality: Quality, device: str | None) -> Outcome:
-    """Relax the yarns of a case and say what came of it."""
+    """Relax the yarns of a case, and return the result."""
     began = time.perf_counter()
     heard = _Heard()
     logger = logging.getLogger("stitchmesh")
@@ -299,7 +299,7 @@ def outcome(case: Case, quality: Quality, device: str | None) -> Outcome:
 def _judged(
     before: YarnSet, after: YarnSet, report: dict[str, Any], heard: list[str], device: str | None
 ) -> tuple[str, str]:
-    """Whether relaxed yarns are valid, and what they are."""
+    """Return whether relaxed yarns are valid, and their description."""
     numbers = [report[name] for name in ("residual", "energy", "max_strain", "min_distance_over_radius")]
     if not (np.isfinite(after.points).all() and np.isfinite(numbers).all()):
         return FAILED, "not finite"
@@ -314,7 +314,7 @@ def _judged(
 
 
 def line(case: Case, precision: str, found: Outcome) -> str:
-    """A line of the table."""
+    """Return a line of the table."""
     head = f"{case.name:<40}{precision:<9}{found.kind:<12}"
     if found.report:
         report = found.report
@@ -326,7 +326,7 @@ def line(case: Case, precision: str, found: Outcome) -> str:
 
 
 def runs(only: str, precisions: list[str], quality: Quality) -> Iterator[tuple[Case, Quality]]:
-    """The cases asked for, in each precision."""
+    """Return the selected cases in each precision."""
     for case in cases():
         if only in case.name:
             for precision in precisions:
@@ -335,7 +335,7 @@ def runs(only: str, precisions: list[str], quality: Quality) -> Iterator[tuple[C
 
 
 def main() -> int:
-    """Run the cases; 1 where one failed."""
+    """Run the cases, and return 1 if a case failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--device", help="cpu, cuda:0 ...; the first GPU, else the CPU")
     parser.add_argument("--quality", default="draft")

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The gallery: a swatch of each pattern of the library, relaxed and drawn, and the page docs/gallery.md.
+"""The gallery: a relaxed swatch and a picture of each pattern of the library, and the page docs/gallery.md.
 
     python benchmarks/gallery.py relax FOLDER [--device cuda:0] [PATTERN ...]   # FOLDER/PATTERN.h5 and a .json each
     python benchmarks/gallery.py draw FOLDER [PATTERN ...]                      # the pictures and the page
 
-A swatch is relaxed as a knitter blocks it: its edges are held, all else is free. The corpus of Leaf et al. 2018 and the
-weaves are periodic cells instead, which ``benchmarks/corpus.py`` relaxes into the same folder, and draws.
+The edges of a swatch are held, as when a knitter blocks it, and the other yarns are free. The corpus of Leaf et al.
+2018 and the weaves are periodic cells; ``benchmarks/corpus.py`` relaxes them into the same folder and draws them.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ PICTURES = DOCS / "gallery"
 STITCH_WIDTH, STITCH_HEIGHT, RADIUS = 0.8, 0.62, 0.1
 """Gauge of the swatches and yarn radius [cm]."""
 LOOPS = 28
-"""About how many loops wide and how many rows high a swatch is."""
+"""Approximate numbers of loops and of rows of a swatch."""
 MOST_ITERATIONS = 6000
 WOOL = (196, 184, 160)
 """Colour of a fabric of one yarn, sRGB."""
 SIZE, JPEG_QUALITY = 420, 84
 """Pixels of a picture."""
 SEEN = 0.74
-"""Part of the swatch's smaller side that is seen: its edges are not."""
+"""Visible fraction of the smaller side of a swatch; its borders are outside the picture."""
 FIGURE_16 = ("mrs-montagues", "openwork-trellis", "ridged-feather", "flame-ribbing", "braid-cables", "cable-work")
 """The patterns of Yuksel et al. 2012, figure 16, in its order."""
 
 
 def swatch_of(pattern: Pattern, device: str | None) -> sm.StitchMesh:
-    """Whole tiles, about square, evened out in their plane."""
+    """Return whole tiles of a pattern, approximately square, relaxed in their plane."""
     inner = max(LOOPS - pattern.rows[0].bottoms[0] - pattern.rows[0].bottoms[2], 1)
     columns, rows = max(1, round(inner / pattern.width)), max(1, round(LOOPS / pattern.height))
     fabric = sm.pattern_mesh(pattern, columns, rows, stitch_width=STITCH_WIDTH, stitch_height=STITCH_HEIGHT)
@@ -137,12 +137,12 @@ def page(folder: Path) -> str:
 
 def main() -> None:
     """Relax or draw."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("step", choices=("relax", "draw"))
-    told.add_argument("folder", type=Path)
-    told.add_argument("patterns", nargs="*", help="all if none")
-    told.add_argument("--device")
-    given = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("step", choices=("relax", "draw"))
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("patterns", nargs="*", help="all if none")
+    parser.add_argument("--device")
+    given = parser.parse_args()
     names = given.patterns or [name for name in pattern_names() if name not in LEAF]
     if given.step == "relax":
         relax(given.folder, names, given.device)

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole garments: seconds and peak memory of each stage, and how well the yarns came to rest.
+"""Whole garments: time and peak memory of each stage, and the convergence of the yarns.
 
     python benchmarks/garments.py assets/meshes/hat.obj --stitch-width 0.8
     python benchmarks/garments.py skirt.obj --unit dm --stitch-width 0.8 --quality draft --device cpu
 
-Peak memory is the process's high-water mark within the stage, which Linux lets us reset between stages; what
-earlier stages still hold is in it.
+Peak memory is the largest resident memory of the process in a stage; Linux can reset this value between stages. The
+value contains the memory that results of earlier stages occupy.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ STAGES = ("label", "tessellate", "meshrelax", "yarngen", "yarnrelax")
 
 
 class StageMemory:
-    """Peak memory of each stage [MB], taken when the next one begins."""
+    """Peak memory of each stage [MB], read when the next stage starts."""
 
     def __init__(self) -> None:
         self.peak: dict[str, float] = {}
@@ -35,7 +35,7 @@ class StageMemory:
             self._stage = stage
 
     def close(self) -> None:
-        """Take the mark of the stage that has ended and reset it."""
+        """Read the peak memory of the stage that has ended, and reset it."""
         if self._stage:
             self.peak[self._stage] = _high_water_mark()
         Path("/proc/self/clear_refs").write_text("5")

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A relaxation that is killed at random moments and resumed each time: whether it ends in the same bits.
+"""A relaxation that is killed at random moments and resumed each time; its result must have the same bits.
 
     python benchmarks/kill_and_resume.py glove.bcc --device cuda:0 --every 100
     python benchmarks/kill_and_resume.py --tube 20 60 --device cpu --iterations 400
 
-Each leg is a process of its own that relaxes until SIGKILL ends it. A leg lives as long after its first assessment as a
-random number says; in the mean a twelfth of the time that an undisturbed relaxation takes. Times of undisturbed ones,
-with checkpoints and without, tell what they cost.
+Each part of the relaxation is a process that SIGKILL ends. The time between the first assessment of a process and its
+end is random, with a mean of a twelfth of the time of an uninterrupted relaxation. The times of uninterrupted
+relaxations with and without checkpoints show the cost of checkpoints.
 """
 
 from __future__ import annotations

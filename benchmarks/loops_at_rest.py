@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Are loops at rest linked as their stitches say, and is a loop found that was lifted out of another on purpose?
+"""Check that relaxed loops are linked as their stitches require, and that the check finds a loop that is not.
 
     python benchmarks/gallery.py relax out/gallery [PATTERN ...]
     python benchmarks/loops_at_rest.py swatches out/gallery        # all swatches in that folder
     python benchmarks/loops_at_rest.py cells [--quality draft]     # the knits of Leaf et al. 2018, table 3
-    python benchmarks/loops_at_rest.py free [--quality draft]      # the same, their periods free
+    python benchmarks/loops_at_rest.py free [--quality draft]      # the same knits with free periods
 
-The loop that is lifted is that of the knit or purl stitch nearest to the middle: its head goes eight radii to the side
-that it was drawn through. Seconds are of ``check_loops`` alone.
+For the second check, the loop of the knit or purl stitch nearest to the centre is pulled out: its head moves by eight
+radii to the side from which it was drawn. The times are those of ``check_loops`` alone.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ from stitchmesh.yarngen.generate import yarns_along_routes
 from stitchmesh.yarngen.loop_check.pieces import generation_radius, yarn_pieces
 
 LIFT = 8.0
-"""How far the head of a loop is lifted, in yarn radii: two thicknesses of the fabric."""
+"""Displacement of the head of a loop that is pulled out, in yarn radii: two thicknesses of the fabric."""
 NEIGHBOURHOOD = 48
-"""Control points that tell which way the fabric faces at a loop: about two stitches."""
+"""Number of control points that determine the normal of the fabric at a loop: about two stitches."""
 Scene = tuple[str, sm.StitchMesh, YarnSet]
 
 
 def main() -> None:
     """Print the table."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("which", choices=("swatches", "cells", "free"))
-    told.add_argument("folder", type=Path, nargs="?")
-    told.add_argument("--quality", default="draft")
-    given = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("which", choices=("swatches", "cells", "free"))
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--quality", default="draft")
+    given = parser.parse_args()
     scenes = {"swatches": lambda: swatches(given.folder), "cells": lambda: cells(given.quality),
               "free": lambda: free_cells(given.quality)}  # fmt: skip
     print("| pattern | stitches | linked as named | seconds | a lifted loop | seconds |\n|---|---:|---|---:|---|---:|")
@@ -79,7 +79,7 @@ def knits() -> list[str]:
 
 
 def cells(quality: str) -> Iterator[Scene]:
-    """The corpus as ``benchmarks/corpus.py`` relaxes it, its periods as drawn."""
+    """Return the corpus with the generated periods, as ``benchmarks/corpus.py`` relaxes it."""
     for name in knits():
         fabric, yarns = draw_swatch(sm.read_pattern(name), SwatchOptions(), quality_named(quality))
         assert fabric is not None
@@ -88,7 +88,7 @@ def cells(quality: str) -> Iterator[Scene]:
 
 
 def free_cells(quality: str) -> Iterator[Scene]:
-    """The corpus in its own sizes."""
+    """Return the corpus with free periods."""
     for name in knits():
         swatch = sm.swatch(name, quality=quality, device="cpu", relax_cell=True)
         assert swatch.fabric is not None
@@ -96,7 +96,7 @@ def free_cells(quality: str) -> Iterator[Scene]:
 
 
 def complaint_about(fabric: sm.StitchMesh, yarns: YarnSet) -> tuple[str, float]:
-    """What ``check_loops`` says, and how long it takes [s]."""
+    """Return the result of ``check_loops`` and its time [s]."""
     began = time.perf_counter()
     try:
         sm.check_loops(fabric, yarns)
@@ -107,7 +107,7 @@ def complaint_about(fabric: sm.StitchMesh, yarns: YarnSet) -> tuple[str, float]:
 
 
 def lifted(fabric: sm.StitchMesh, yarns: YarnSet) -> YarnSet:
-    """The yarns with the head of one loop lifted out of the loop that was drawn through it."""
+    """Return the yarns after the head of one loop is pulled out of the loop that was drawn through it."""
     plain = np.flatnonzero(np.isin(fabric.stitch, [Stitch.KNIT, Stitch.PURL]))
     centre = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1])[plain] / 4
     face = int(plain[np.linalg.norm(centre - fabric.vertices.mean(axis=0), axis=1).argmin()])
@@ -119,7 +119,7 @@ def lifted(fabric: sm.StitchMesh, yarns: YarnSet) -> YarnSet:
 
 
 def front_at(fabric: sm.StitchMesh, yarns: YarnSet, where: np.ndarray) -> np.ndarray:
-    """The side of the fabric that was drawn in front, unit vector, where it lies around some control points."""
+    """Return the unit normal of the fabric, towards the right side, near some control points."""
     drawn = yarns_along_routes(yarn_pieces(fabric, yarns).routes, generation_radius(fabric, yarns)).points
     near = np.argsort(np.linalg.norm(drawn - drawn[where].mean(axis=0), axis=1))[:NEIGHBOURHOOD]
     now, then = (places[near] - places[near].mean(axis=0) for places in (yarns.points, drawn))

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Mesh relaxation of large fabrics: time, iterations and how even the stitches end.
+"""Mesh relaxation of large fabrics: time, number of iterations, and remaining stretch.
 
     python benchmarks/mesh_relaxation.py
     python benchmarks/mesh_relaxation.py --faces 10000 --device cuda:0
 
-The target is 65,000 faces within 60 seconds on two cores. The time is that of the whole stage: subdivision, first
-association and relaxation, and the loading of the kernel, which is compiled once per machine.
+The target is 65,000 faces within 60 seconds on two cores. The time is that of the whole stage: subdivision, the first
+closest points, the relaxation, and the loading of the kernel, which is compiled once on each machine.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes of any size for the benchmarks: tubes of plain knit from a formula (Crane 2023)."""
+"""Scenes of any size for the benchmarks: tubes of plain knit that a formula generates (Crane 2023)."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Every stitch beside and on top of every other: is each piece one yarn, do loops hold what stitches name, how near?
+"""Every stitch beside and above every other stitch: number of yarns, linking of the loops, and smallest distances.
 
     python benchmarks/stitch_pairs.py                     # all pairs: the table of docs/stitches.md
     python benchmarks/stitch_pairs.py --quality standard --every 5
 
-A piece is a pair of stitches among knit ones, cast on and bound off; the samplers are those of the tests.
+A piece is a pair of stitches among knit stitches, with a cast-on and a bind-off. The tests use the same pieces.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
 
 BATCH = 80
-"""Pieces generated at once."""
+"""Number of pieces that are generated at once."""
 WITHIN = 1.6
-"""How far yarns are looked for, in radii."""
+"""Largest distance between yarns that is searched, in radii."""
 
 
 @dataclass
 class Tally:
-    """What was found in the pieces of one kind."""
+    """Results for the pieces of one kind."""
 
     pieces: int = 0
     yarns: int = 0
@@ -51,10 +51,10 @@ class Tally:
 
 def main() -> None:
     """Print both tables."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("--quality", default="draft")
-    told.add_argument("--every", type=int, default=1, help="take every so many pairs")
-    given = told.parse_args()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quality", default="draft")
+    parser.add_argument("--every", type=int, default=1, help="examine every N-th pair")
+    given = parser.parse_args()
     tallies = {name: tally(pairs[:: given.every], given.quality) for name, pairs in kinds().items()}
     print("| pairs | pieces | yarns | threadings defined | wrong | smallest distance [r] |")
     print("|---|---:|---:|---:|---:|---:|")
@@ -68,7 +68,7 @@ def main() -> None:
 
 
 def kinds() -> dict[str, list[tuple[Stitch, Stitch, Block]]]:
-    """All pairs, and the pieces that they stand in."""
+    """Return all pairs and their pieces."""
     every = list(VOCABULARY)
     worked = [stitch for stitch in every if sides_of(stitch)[0]]
     return {
@@ -79,7 +79,7 @@ def kinds() -> dict[str, list[tuple[Stitch, Stitch, Block]]]:
 
 
 def tally(pairs: list[tuple[Stitch, Stitch, Block]], quality: str) -> Tally:
-    """Make all pieces and look at them."""
+    """Generate and examine all pieces."""
     found = Tally()
     for first in range(0, len(pairs), BATCH):
         some = pairs[first : first + BATCH]

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of every stitch in plain knitting, a sheet of all of them, and the table of docs/stitches.md.
+"""A picture of every stitch in plain knitting, a sheet of all pictures, and the table of docs/stitches.md.
 
     python benchmarks/stitch_pictures.py            # everything
     python benchmarks/stitch_pictures.py kpk d123k  # these pictures only
 
-The yarn of the stitch's own row is red; the loops that it is worked on are blue, green and yellow from the left.
-Distances are the smallest between the axes of yarns as ``generate_yarns`` draws them, in yarn radii: touching yarns
-are 2 apart.
+The yarn of the stitch's row is red; the loops on which the stitch is worked are blue, green and yellow from the left.
+Distances are the smallest distances between the axes of the generated yarns, in yarn radii; the distance of touching
+yarns is 2.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ PICTURES = DOCS / "stitches"
 SIZE, COLUMNS, GAP, LETTERING = 200, 8, 4, 16
 """Pixels of a picture, pictures in a row of the sheet, pixels between them, and pixels for the code below."""
 BELOW = 0
-"""Row below the stitch."""
+"""Number of the row below the stitch."""
 JPEG_QUALITY = 82
 REST, OWN = (198, 188, 170), (150, 40, 34)
 WORKED = ((44, 78, 130), (58, 110, 66), (176, 130, 40))
-"""Colours of the loops worked, from left to right, sRGB; the lights brighten them."""
+"""Colours (sRGB) of the loops on which the stitch is worked, from left to right; lights brighten them."""
 NARROWEST, BESIDE = 1.6, 0.4
-"""Least width of a stitch in the picture, and how much is seen beside it [stitch widths]."""
+"""Smallest width of a stitch in the picture, and visible width beside the stitch [stitch widths]."""
 WITHIN = 3 * RADIUS_OVER_WIDTH
-"""How near yarns are looked for [stitch widths]."""
+"""Largest distance between yarns that is searched [stitch widths]."""
 
 
 def colours_of(fabric: StitchMesh, centre: int, yarns: YarnSet) -> np.ndarray:
@@ -57,7 +57,7 @@ def colours_of(fabric: StitchMesh, centre: int, yarns: YarnSet) -> np.ndarray:
     colours = np.tile(REST, (len(yarns.points), 1))
 
     def paint(face: int, part_numbers: list[int], row: int, colour: tuple[int, int, int]) -> None:
-        # rows tell the stitch's loops from those above, whose bind-off is told of the same faces
+        # The row distinguishes the loops of the stitch from those above, because the bind-off has the same faces.
         colours[(yarns.face == face) & np.isin(yarns.part, part_numbers) & (yarns.row == row)] = colour
 
     for loop in range(n_bottom):
@@ -75,13 +75,13 @@ def colours_of(fabric: StitchMesh, centre: int, yarns: YarnSet) -> np.ndarray:
 
 
 def _parts(fabric: StitchMesh, face: int, *, is_head: bool) -> list[int]:
-    """Numbers of a face's parts that are heads, or that are not."""
+    """Return the numbers of the parts of a face that are heads, or that are not heads."""
     shape = template(Stitch(fabric.stitch[face]), int(fabric.n_bottom[face]), int(fabric.n_top[face]))
     return [number for number, part in enumerate(shape.parts) if part.is_head == is_head]
 
 
 def take_picture(stitch: Stitch) -> None:
-    """Draw one stitch and its surrounding."""
+    """Draw one stitch and the stitches around it."""
     path = PICTURES / f"{VOCABULARY[stitch].code}.png"
     fabric, centre = surround_stitch(stitch)
     yarns = generate_yarns(fabric, yarn_radius=RADIUS_OVER_WIDTH)
@@ -99,7 +99,7 @@ def take_picture(stitch: Stitch) -> None:
 
 
 def sheet() -> None:
-    """All pictures on one, with their codes."""
+    """Draw all pictures in one sheet, with the codes of the stitches."""
     rows = -(-len(VOCABULARY) // COLUMNS)
     whole = Image.new("RGB", (COLUMNS * (SIZE + GAP) - GAP, rows * (SIZE + LETTERING)), "white")
     draw = ImageDraw.Draw(whole)
@@ -111,7 +111,7 @@ def sheet() -> None:
 
 
 def distance(stitch: Stitch, twists: tuple[int, ...]) -> float:
-    """Smallest distance in knit and purl surroundings [radii]."""
+    """Return the smallest distances among knit and among purl stitches [radii]."""
     found = []
     for plain in (Stitch.KNIT, Stitch.PURL):
         yarns = generate_yarns(surround_stitch(stitch, twists, plain)[0], yarn_radius=RADIUS_OVER_WIDTH)
@@ -120,7 +120,7 @@ def distance(stitch: Stitch, twists: tuple[int, ...]) -> float:
 
 
 def table() -> str:
-    """A line for each stitch."""
+    """Return the table with a line for each stitch."""
     lines = [
         "| | code | loops below, from the front | loops above | what a knitter does | distance | twisted |",
         "|---|---|---|---|---|---|---|",
@@ -154,7 +154,7 @@ In the pictures the yarn of the stitch's own row is red, and the loops that it i
 from the left. The stitches around it are knit.
 
 *Distance* is the smallest distance between the axes of yarns when yarn is generated for the stitch among knit stitches
-and among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns are 2 apart. Relaxation moves
+and among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns yarns is 2. Relaxation moves
 yarns apart. *Twisted* is the smallest distance over all combinations of twists of the loops on top.
 
 [Speed](measurements.md#pairs-of-stitches) has the distances of every stitch beside and on top of every other one.
@@ -187,9 +187,9 @@ Yuksel et al. 2012 show some stitches only in drawings (figures 4 and 5). This l
 
 
 def main() -> None:
-    """Take pictures, and without codes write the page."""
+    """Draw the pictures; if no codes are given, also write the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("codes", nargs="*", help="of the stitches to draw; all if none")
+    parser.add_argument("codes", nargs="*", help="codes of the stitches to draw (default: all)")
     given = parser.parse_args()
     for code in given.codes or CODES:
         take_picture(CODES[code])

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxed stockinette: loop length, wale and course spacing in the middle of a flat swatch, and its picture.
+"""Relaxed stockinette: loop length, wale spacing and course spacing in the middle of a flat swatch, and a picture.
 
     python benchmarks/stockinette.py --picture docs/stockinette.png
 
-The swatch's border stitches are held, so its gauge is the gauge that it was knitted to; what relaxes is the shape of
-the loops. Munden's constants K_c = loop length / course spacing and K_w = loop length / wale spacing are printed for
+The border stitches of the swatch are held, so that the gauge is that of the stitch mesh and only the shape of the loops
+relaxes. Munden's constants K_c = loop length / course spacing and K_w = loop length / wale spacing are printed for
 comparison with relaxed plain knit (5.0 to 5.5 and 3.8 to 4.2).
 """
 
@@ -23,7 +23,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import relax_yarns
 
 BORDER_STITCHES = 4
-"""Stitches from the border that do not count as the middle."""
+"""Number of stitches between the border and the middle region."""
 
 
 def swatch(wales: int, courses: int, stitch_width: float) -> StitchMesh:
@@ -34,7 +34,7 @@ def swatch(wales: int, courses: int, stitch_width: float) -> StitchMesh:
 
 
 def gauge(fabric: StitchMesh, yarns: YarnSet, wales: int, courses: int) -> dict[str, float]:
-    """Loop length, wale and course spacing [cm] of the stitches in the middle."""
+    """Return the loop length, the wale spacing and the course spacing of the stitches in the middle [cm]."""
     count = np.bincount(yarns.face, minlength=fabric.face_count)
     centre = np.stack([np.bincount(yarns.face, axis, fabric.face_count) / count for axis in yarns.points.T], axis=1)
     grid = centre.reshape(courses, wales, 3)

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Swatches at the extremes: what becomes of gamma, take-up, sizes and the number of stitches that hardly can be.
+"""Swatches with extreme values of gamma, take-up, size and number of stitches.
 
     python benchmarks/swatch_extremes.py [--device cpu] [--quality draft] [--only WORDS] [--large]
 
-A swatch comes to rest, or stops with a warning, or is refused in one line; all else fails, and the status is 1. Memory
-is the most that the process has held so far. ``--large`` adds the repeat of 200 by 200 stitches.
+Each relaxation must converge, stop with a warning, or raise an error with a message of one line. Every other result is
+a failure, and the exit status is 1. Memory is the largest memory of the process so far. ``--large`` adds the repeat of
+200 by 200 stitches.
 """
 
 from __future__ import annotations
@@ -29,22 +30,22 @@ from stitchmesh.yarn.rest_length import RestLengths
 PATTERNS = ("stockinette", "rib1x1", "slip-stitch-honeycomb", "plain")
 FAILED = "FAILED"
 MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10
-"""In units of the largest resident set."""
+"""Bytes in the unit of the operating system for the largest resident memory."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A swatch and what is extreme about it."""
+    """A swatch with its extreme values."""
 
     name: str
     pattern: Any
     options: dict[str, Any] = field(default_factory=dict)
     shares: tuple[float, float] | None = None
-    """Width and height over those of the free repeat."""
+    """Width and height relative to those of the free repeat."""
 
 
 def cases(large: bool) -> list[Case]:
-    """All of them."""
+    """Return all cases."""
     found = []
     for pattern in PATTERNS:
         for gamma in (0.1, 0.2, 5.0, 10.0):
@@ -73,7 +74,7 @@ def cases(large: bool) -> list[Case]:
 
 
 def line(case: Case, quality: Quality, device: str | None) -> tuple[bool, str]:
-    """Whether a case is as it should be, and its line of the table."""
+    """Return whether the result of a case is allowed, and its line of the table."""
     began = time.perf_counter()
     sound, words = True, ""
     try:
@@ -92,7 +93,7 @@ def line(case: Case, quality: Quality, device: str | None) -> tuple[bool, str]:
 
 
 def judged(made: sm.Swatch) -> tuple[bool, str]:
-    """Whether a swatch is valid, and its figures."""
+    """Return whether a swatch is valid, and its figures."""
     report = made.report
     numbers = [report[name] for name in ("energy", "max_strain", "min_distance_over_radius", "width", "height")]
     sound = bool(np.isfinite(made.yarns.points).all() and np.isfinite(numbers).all() and numbers[2] > 0.0)
@@ -102,7 +103,7 @@ def judged(made: sm.Swatch) -> tuple[bool, str]:
 
 
 def main() -> int:
-    """Run the cases; 1 where one failed."""
+    """Run the cases, and return 1 if a case failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--device", help="cpu, cuda:0 ...; the first GPU, else the CPU")
     parser.add_argument("--quality", default="draft")

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How fast a live swatch answers: time from a change to its first frame and to rest, and where it rests.
+"""Response of a live swatch: time from a change to the first frame and to convergence, and the relaxed state.
 
     python benchmarks/swatch_session.py
     python benchmarks/swatch_session.py --device cuda:0 --quality standard
 
-Each pattern relaxes in its free cell, then takes one change after another, the next when it is at rest. The kernels are
-compiled, and loaded, by a run of every change before the one that is timed.
+Each pattern relaxes in a free cell. Then several changes are made, each of them after the swatch has converged. The
+kernels are compiled and loaded by a run of all changes before the measured run.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from stitchmesh.compute.device import device_named
 
 PATTERNS = ("stockinette", "rib2x2", "honeycomb")
 LONGEST = 300.0
-"""Seconds after which a change counts as not finished."""
+"""Time limit of a change [s]."""
 
 
 def changes_of(pattern: str, width: float) -> dict[str, dict[str, Any]]:
-    """Changes by name, each from the state that the one before leaves."""
+    """Return the changes by name; each change starts from the state after the previous one."""
     take_up = sm.RestLengths(held=0.6) if pattern == "honeycomb" else sm.RestLengths(factor=0.6)
     return {
         "drawn anew": {},
@@ -39,7 +39,7 @@ def changes_of(pattern: str, width: float) -> dict[str, dict[str, Any]]:
 
 
 def watched(session: sm.SwatchSession, number: int) -> str:
-    """A line of the table: what happens after frame ``number`` until the swatch is at rest."""
+    """Return a line of the table: the frames after the frame ``number`` until the swatch has converged."""
     first = session.wait_for_frame(LONGEST, after=number)
     assert first is not None
     last = first
@@ -57,7 +57,7 @@ def watched(session: sm.SwatchSession, number: int) -> str:
 
 
 def measure(pattern: str, quality: str, device: str | None, show: bool) -> None:
-    """Make the changes of a pattern, and print what they took."""
+    """Make the changes of a pattern, and print their times."""
     with sm.SwatchSession(pattern, quality=quality, device=device, relax_cell=True) as session:
         session.wait_until_rest(LONGEST)
         points, width = len(session.frame.yarns.points), session.frame.size[0]

@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What accuracy costs: presets and sweeps of one knob, time against distance to ``reference``.
+"""Cost of accuracy: time against distance to ``reference``, for the presets and for changes of one parameter.
 
     python benchmarks/tradeoff.py run --scene stockinette rib --device cuda:0 --output out/accuracy.csv
     python benchmarks/tradeoff.py run --scene glove --glove glove.bcc --resume --output out/accuracy.csv
     python benchmarks/tradeoff.py run --scene skirt --skirt skirt.obj --unit dm --resume --output out/accuracy.csv
     python benchmarks/tradeoff.py plot out/accuracy.csv --picture docs/accuracy.png
 
-``run`` writes a row when a run has ended; with ``--resume`` it leaves out what the file holds. The reference of each
-scene lies beside the file as NAME-SCENE.npz and is made once. Seconds are those of ``relax_yarns``, certificates
-included, with kernels loaded. ``plot`` draws the picture and prints the tables of ``docs/accuracy.md``.
+``run`` writes a row after each run; with ``--resume`` it skips the runs that the file already contains. The reference
+of each scene is computed once and stored beside the file as NAME-SCENE.npz. The times [s] are those of ``relax_yarns``
+with the linking certificates and with loaded kernels. ``plot`` draws the picture and prints the tables of
+``docs/accuracy.md``.
 """
 
 from __future__ import annotations
@@ -41,20 +42,20 @@ SWEEPS: dict[str, tuple[Any, ...]] = {
     "tolerance": (0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 5e-4, 2e-4, 1e-4),
     "solver": ("quasistatic", "dynamics"),
 }
-"""Values of each knob, the others as in ``standard``."""
+"""Values of each varied parameter; the other parameters are those of ``standard``."""
 MEASURED = (
     "tolerance", "device", "control_points", "seconds", "iterations", "residual", "converged", "energy",
     "rms", "largest", "wale_error", "course_error", "energy_error", "max_strain",
     "reference_converged", "reference_residual", "failure",
 )  # fmt: skip
-"""What a row says of a run; ``energy`` [erg] is evaluated as the reference is, distances are in yarn radii."""
+"""Columns of a row; ``energy`` [erg] is evaluated with the sampling of the reference, distances are in yarn radii."""
 COLUMNS = ("scene", "knob", "value", *MEASURED)
 LOADING = 20
-"""Iterations of the run that loads the kernels."""
+"""Number of iterations of the run that loads the kernels."""
 
 
 KEPT = ("tolerance", "device", "seconds", "iterations", "residual", "converged", "max_strain")
-"""What a row takes from a report, to which the tolerance is added."""
+"""Entries of the report that a row contains; the tolerance is added to them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,14 +72,14 @@ class Yardstick:
 
     @classmethod
     def of(cls, scene: Scene, yarns: YarnSet, report: dict[str, Any], device: str | None) -> Yardstick:
-        """Take a relaxed state for the reference."""
+        """Make the reference from a relaxed state."""
         material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
         start = scene.make(PRESETS["reference"].control_points_per_stitch)
         gauge, places = scene.gauge(places_of(start, scene.per_run)), places_of(yarns, scene.per_run)
         return cls(yarns, report, material, gauge, places, energy_of(yarns, material, device))
 
     def row(self, scene: Scene, yarns: YarnSet, report: dict[str, Any], device: str | None) -> dict[str, Any]:
-        """What a row says of a relaxation."""
+        """Return the entries of a row for a relaxation."""
         radius = float(yarns.radius.mean())
         found = difference(places_of(yarns, scene.per_run), self.places, self.gauge, scene.freedom, radius)
         energy = energy_of(yarns, self.material, device)
@@ -95,7 +96,7 @@ class Yardstick:
 
 
 def relax(scene: Scene, quality: Quality, device: str | None) -> tuple[YarnSet, dict[str, Any]]:
-    """Relaxed yarns and their report; a short run loads the kernels first."""
+    """Relax yarns, and return them with their report; a short run loads the kernels first."""
     yarns = scene.make(quality.control_points_per_stitch)
     for chosen in (replace(quality, max_iterations=min(LOADING, quality.max_iterations)), quality):
         result = relax_yarns(yarns, quality=chosen, device=device, keep_shape=scene.fabric)
@@ -103,7 +104,7 @@ def relax(scene: Scene, quality: Quality, device: str | None) -> tuple[YarnSet, 
 
 
 def runs(scene: Scene, given: argparse.Namespace) -> Iterator[tuple[str, Any, Quality]]:
-    """Knob, value and quality of every run but the reference's; the presets come first."""
+    """Return parameter, value and quality of every run except the reference, starting with the presets."""
     if "preset" in given.knob:
         for name in ("draft", "standard"):
             yield "preset", name, PRESETS[name]
@@ -118,7 +119,7 @@ def runs(scene: Scene, given: argparse.Namespace) -> Iterator[tuple[str, Any, Qu
 
 
 def measure_scene(scene: Scene, given: argparse.Namespace) -> None:
-    """All runs of one scene, a row after each."""
+    """Make all runs of one scene, and write a row after each run."""
     output = Path(given.output)
     rows = [row for row in read_rows(output) if row["scene"] == scene.name]
     done: dict[tuple[str, str], dict[str, Any]] = {(row["knob"], row["value"]): row for row in rows}
@@ -137,7 +138,7 @@ def measure_scene(scene: Scene, given: argparse.Namespace) -> None:
 
 
 def _row(scene: Scene, quality: Quality, reference: Yardstick, device: str | None) -> dict[str, Any]:
-    """What a row says of a relaxation with this quality, or why there was none."""
+    """Return the entries of a row for a relaxation with this quality, or the reason of its failure."""
     try:
         return reference.row(scene, *relax(scene, quality, device), device)
     except SolverError as error:
@@ -145,7 +146,7 @@ def _row(scene: Scene, quality: Quality, reference: Yardstick, device: str | Non
 
 
 def _reference(scene: Scene, output: Path, given: argparse.Namespace) -> Yardstick:
-    """Read the reference, or make it where there is none."""
+    """Read the reference, or compute it if it does not exist."""
     path = output.with_name(f"{output.stem}-{scene.name}.npz")
     quality = replace(
         PRESETS["reference"], tolerance=given.reference_tolerance, max_iterations=given.reference_iterations
@@ -161,7 +162,7 @@ def _reference(scene: Scene, output: Path, given: argparse.Namespace) -> Yardsti
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """The rows of a file, none where there is no file."""
+    """Return the rows of a file; no rows if the file does not exist."""
     if not path.exists():
         return []
     with path.open(newline="") as file:
@@ -169,7 +170,7 @@ def read_rows(path: Path) -> list[dict[str, str]]:
 
 
 def _write(path: Path, row: dict[str, Any]) -> None:
-    """Add a row to the file and say it."""
+    """Add a row to the file, and print it."""
     fresh = not path.exists()
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", newline="") as file:
@@ -205,16 +206,16 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--scene", nargs="+", choices=scenes, default=scenes[:2])
     run.add_argument("--knob", nargs="+", choices=["preset", *SWEEPS], default=["preset", *SWEEPS])
     run.add_argument("--output", default="out/accuracy.csv")
-    run.add_argument("--resume", action="store_true", help="leave out runs that the file holds")
+    run.add_argument("--resume", action="store_true", help="skip runs that the file already contains")
     run.add_argument("--device")
     run.add_argument("--rows", type=int, default=8, help="rows of stockinette and rib")
     run.add_argument("--stitches", type=int, default=24, help="stitches of a row of stockinette and rib")
     run.add_argument("--glove", default="glove.bcc")
     run.add_argument("--skirt", default="skirt.obj")
-    run.add_argument("--unit", default="dm", help="of the skirt")
+    run.add_argument("--unit", default="dm", help="unit of the file of the skirt")
     run.add_argument("--skirt-width", type=float, default=0.8, help="stitch width of the skirt [cm]")
-    run.add_argument("--max-iterations", type=int, default=PRESETS["standard"].max_iterations, help="of the sweeps")
-    run.add_argument("--sweep-tolerance", type=float, help="of all sweeps but that of the tolerance")
+    run.add_argument("--max-iterations", type=int, default=PRESETS["standard"].max_iterations, help="of varied runs")
+    run.add_argument("--sweep-tolerance", type=float, help="tolerance of all varied runs except those of the tolerance")
     run.add_argument("--reference-tolerance", type=float, default=PRESETS["reference"].tolerance)
     run.add_argument("--reference-iterations", type=int, default=PRESETS["reference"].max_iterations)
     plot = commands.add_parser("plot", help="draw a CSV and print its tables")
@@ -224,7 +225,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def main() -> None:
-    """Measure, or draw what was measured."""
+    """Measure, or draw the measurements."""
     given = _parser().parse_args()
     if given.command == "plot":
         rows = read_rows(Path(given.csv))

@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far two relaxations of one scene are apart: distances at equal places, spacings of loops, energy.
+"""Differences of two relaxations of one scene: distances of corresponding positions, spacings of loops, and energy.
 
-A place is a point of a yarn that is the same in every discretisation. Control points in a row that share stitch face
-and part are a run; the border between two runs lies between their control points, divided as their spacings are. A
-run of rest length L, from arc s, has its places at s + (j + 1/2) L / m, j = 0 .. m - 1. The runs at the two ends of
-an open yarn have none: a spline ends a control point's spacing before its tail does.
+A position is a point of a yarn that is the same material point in every discretisation. Successive control points with
+the same stitch face and part form a run. The border between two runs is between their control points and divides the
+distance in the ratio of their spacings. A run of rest length L that starts at the arc length s has the positions
+s + (j + 1/2) L / m, j = 0 .. m - 1. The first and the last run of an open yarn have no positions, because a spline ends
+one spacing of control points before the end of its tail.
 
-Spacings are mean distances of neighbouring loops' centres, along a row and between rows; a loop's centre is the mean
-of its places. Errors of spacings and of energy are relative to the reference's.
+Spacings are mean distances between the centres of adjacent loops, along a row and between rows. The centre of a loop is
+the mean of its positions. The errors of spacings and of energy are relative to the reference.
 """
 
 from __future__ import annotations
@@ -27,45 +28,45 @@ from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 
 Freedom = Literal["rigid", "shift", "none"]
-"""How a scene may move as a whole without any force: turn and shift, shift on its lattice, or not at all."""
+"""Rigid motions of a scene without a force: rotation and translation, translation on its lattice, or none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Equal places of the yarns of a scene."""
+    """Corresponding positions on the yarns of a scene."""
 
     points: FloatArray
-    """Where they lie [cm], shape (P, 3)."""
+    """Coordinates [cm], shape (P, 3)."""
     face: IntArray
-    """Stitch face of each, shape (P,)."""
+    """Stitch face of each position, shape (P,)."""
     yarn: IntArray
-    """Yarn of each, shape (P,)."""
+    """Yarn of each position, shape (P,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Gauge:
-    """Which loops are neighbours."""
+    """Loops and the pairs of adjacent loops."""
 
     centre: csr_matrix
-    """From places to centres of loops, shape (loops, P)."""
+    """Matrix from positions to the centres of loops, shape (loops, P)."""
     wale: IntArray
-    """Neighbours along a row, shape (W, 2)."""
+    """Adjacent loops along a row, shape (W, 2)."""
     wale_shift: FloatArray
     """Lattice shift of the second of each pair [cm], shape (W, 3)."""
     course: IntArray
-    """Neighbours in two rows, shape (C, 2)."""
+    """Adjacent loops of two rows, shape (C, 2)."""
     course_shift: FloatArray
     """Lattice shift of the second of each pair [cm], shape (C, 3)."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """How far a relaxation is from the reference."""
+    """Difference of a relaxation from the reference."""
 
     rms: float
-    """Root mean square distance of equal places, in yarn radii."""
+    """Root mean square distance of corresponding positions, in yarn radii."""
     largest: float
-    """Largest distance of equal places, in yarn radii."""
+    """Largest distance of corresponding positions, in yarn radii."""
     wale_error: float
     """Relative error of the wale spacing."""
     course_error: float
@@ -73,14 +74,14 @@ class Difference:
 
 
 def places_of(yarns: YarnSet, per_run: int) -> Places:
-    """The places of yarns, ``per_run`` in each run."""
+    """Return the positions on yarns, ``per_run`` in each run."""
     found = [_places_of_yarn(yarns, yarn, per_run) for yarn in range(yarns.yarn_count)]
     points, faces = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
     return Places(points, faces, np.repeat(np.arange(len(found)), [len(faces) for _, faces in found]))
 
 
 def _places_of_yarn(yarns: YarnSet, yarn: int, per_run: int) -> tuple[FloatArray, IntArray]:
-    """Places of one yarn and their stitch faces."""
+    """Return the positions on one yarn and their stitch faces."""
     first, last = yarns.start[yarn], yarns.start[yarn + 1]
     segments = np.arange(yarns.segment_start[yarn], yarns.segment_start[yarn + 1])
     closed = bool(yarns.closed[yarn])
@@ -122,7 +123,7 @@ def _runs(
 
 
 def aligned(points: FloatArray, onto: FloatArray, freedom: Freedom) -> FloatArray:
-    """The points moved as a whole so that they lie as near as they can (Kabsch 1976)."""
+    """Return the points after the rigid motion that minimises the distances (Kabsch 1976)."""
     if freedom == "none":
         return points
     middle, target = points.mean(axis=0), onto.mean(axis=0)
@@ -137,7 +138,7 @@ def gauge_of_faces(
     places: Places, wale: IntArray, course: IntArray, *, wale_shift: FloatArray | None = None,
     course_shift: FloatArray | None = None,
 ) -> Gauge:  # fmt: skip
-    """Loops are stitch faces."""
+    """Return the loops of yarns with stitch faces; each face is a loop."""
     count = np.bincount(places.face)
     rows = (1.0 / count[places.face], (places.face, np.arange(len(places.face))))
     full = (count > 0).astype(bool)
@@ -158,7 +159,7 @@ def _both_there(pairs: IntArray, there: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def spacings(gauge: Gauge, points: FloatArray) -> tuple[float, float]:
-    """Wale and course spacing [cm], up to a factor that is the same for all states of a scene."""
+    """Return wale and course spacing [cm], up to a factor that is equal for all states of a scene."""
     centre = gauge.centre @ points
 
     def mean(pairs: IntArray, shift: FloatArray) -> float:
@@ -168,7 +169,7 @@ def spacings(gauge: Gauge, points: FloatArray) -> tuple[float, float]:
 
 
 def difference(places: Places, reference: Places, gauge: Gauge, freedom: Freedom, radius: float) -> Difference:
-    """How far places are from the reference's.
+    """Return the differences of positions from those of the reference.
 
     Raises:
         YarnError: the two are not places of one scene.
@@ -186,5 +187,5 @@ def difference(places: Places, reference: Places, gauge: Gauge, freedom: Freedom
 
 
 def energy_of(yarns: YarnSet, material: YarnMaterial, device: str | None) -> float:
-    """Energy of the yarns as they lie, sampled as the reference is [erg]."""
+    """Return the energy of yarns with the sampling of the reference [erg]."""
     return sum(sm.yarn_energies(yarns, material, quadrature_points=11, contact_samples=11, device=device).values())

@@ -19,15 +19,15 @@ MARKERS = {
     "tolerance": ("o", "tab:blue"),
     "solver": ("D", "tab:gray"),
 }
-"""Marker and colour of each knob."""
+"""Marker and colour of each varied parameter."""
 SHORT = {"control_points_per_stitch": "control points per stitch", "quadrature_points": "quadrature points",
          "contact_samples": "contact samples", "step_fraction": "step fraction"}  # fmt: skip
 MACHINES = {"cpu": "a CPU", "cuda:0": "a GPU"}
-"""What a panel calls a device: seconds compare within a panel only."""
+"""Names of the devices in the panels; times can be compared within a panel only."""
 
 
 def draw(rows: Sequence[Row], path: str) -> None:
-    """Time against rms distance to the reference, a panel for each scene."""
+    """Draw time against rms distance to the reference, with a panel for each scene."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -52,7 +52,7 @@ def draw(rows: Sequence[Row], path: str) -> None:
 
 
 def _draw_scene(panel: Any, scene: str, rows: list[Row]) -> None:
-    """One panel: markers of runs, the presets by name, the runs that none beats in both."""
+    """Draw one panel: the runs, the names of the presets, and the Pareto front."""
     compared = [row for row in rows if row["value"] != "reference"]
     for knob, (marker, colour) in MARKERS.items():
         for at_rest in (True, False):
@@ -82,12 +82,12 @@ def _draw_scene(panel: Any, scene: str, rows: list[Row]) -> None:
 
 
 def _decades(limits: tuple[float, float]) -> tuple[float, float]:
-    """The limits widened to whole decades, so that every axis has numbers."""
+    """Widen limits to whole decades, so that every axis has numbers."""
     return 10.0 ** math.floor(math.log10(limits[0])), 10.0 ** math.ceil(math.log10(limits[1]))
 
 
 def pareto(rows: Sequence[Row]) -> list[tuple[float, float]]:
-    """Seconds and rms distance of the runs that no other run beats in both, fastest first."""
+    """Return the Pareto front: times [s] and rms distances of the runs that no other run dominates, fastest first."""
     front: list[tuple[float, float]] = []
     for seconds, rms in sorted((float(row["seconds"]), float(row["rms"])) for row in rows):
         if not front or rms < front[-1][1]:
@@ -96,17 +96,17 @@ def pareto(rows: Sequence[Row]) -> list[tuple[float, float]]:
 
 
 def measured(row: Row) -> bool:
-    """Whether a run ended with yarns."""
+    """Return whether a run produced yarns."""
     return bool(row["seconds"])
 
 
 def scenes_of(rows: Sequence[Row]) -> list[str]:
-    """Names of the scenes in the order in which they come."""
+    """Return the names of the scenes in the order of their first rows."""
     return list(dict.fromkeys(row["scene"] for row in rows))
 
 
 def tables(rows: Sequence[Row]) -> str:
-    """The tables of ``docs/accuracy.md``: the presets of all scenes, then one table for each knob."""
+    """Return the tables of ``docs/accuracy.md``: the presets of all scenes, and a table for each varied parameter."""
     text = [*_scene_table([row for row in rows if row["knob"] == "preset"], "preset"), ""]
     for knob in MARKERS:
         chosen = [row for row in rows if row["knob"] == knob]
@@ -137,5 +137,5 @@ def _scene_table(rows: Sequence[Row], knob: str) -> list[str]:
 
 
 def _percent(error: str) -> str:
-    """An error in per cent; a spacing that the scene's lattice gives has none."""
+    """Return an error in per cent; a spacing that the lattice of the scene prescribes has no error."""
     return f"{100 * float(error):.2g}" if error else "given"

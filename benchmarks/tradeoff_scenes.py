@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The scenes of the trade-off: plain knit and rib as tubes and as periodic cells, a real glove, a real skirt.
+"""The scenes of the trade-off: plain knit and rib as tubes and as periodic cells, a published glove, a published skirt.
 
-A plain loop is (t + 1.5 sin 2t, 4 cos t, cos 2t), t from -pi to pi, rows 4.5 apart (Crane 2023); a purl is its mirror
-image in z. Where a knit meets a purl the feet pass through the fabric: there z is multiplied by sin(pi d / 2 w), d
-the distance of t from the border of the loop, up to d = w.
+A plain loop is (t + 1.5 sin 2t, 4 cos t, cos 2t) with t from -pi to pi and a course spacing of 4.5 (Crane 2023). A purl
+loop is its mirror image in z. Between a knit and a purl loop the feet pass through the fabric: there z is multiplied by
+sin(pi d / 2 w), where d, at most w, is the distance of t from the border of the loop.
 """
 
 from __future__ import annotations
@@ -27,35 +27,35 @@ from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths, segment_points
 
 RADIUS = 0.125
-"""Yarn radius of the scenes from the formula [cm]."""
+"""Yarn radius of the scenes that the formula generates [cm]."""
 PASSING = 0.5
 """Range w of the parameter in which a foot passes through the fabric."""
 PLAIN, RIB = (1,), (1, 1, -1, -1)
-"""Sides of the loops of a repeat: 1 knit, -1 purl."""
+"""Loops of a repeat: 1 is knit, -1 is purl."""
 FAR = 2.0
-"""Distance of a tube's images beside it, over its circumference: they never meet."""
+"""Distance of the periodic images of a tube, divided by its circumference, so that images do not touch."""
 LONGEST_LOOP = 40
-"""Control points of the longest loop that is looked for in a yarn file."""
+"""Number of control points of the longest loop that is searched in a yarn file."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is relaxed, and how its states are compared."""
+    """A scene that is relaxed, and the data with which its states are compared."""
 
     name: str
     make: Callable[[int], YarnSet]
-    """Yarns with a number of control points a stitch."""
+    """Function that generates yarns with a given number of control points for each stitch."""
     gauge: Callable[[Places], Gauge]
-    """Neighbouring loops, from the places at the start."""
+    """Adjacent loops, determined from the positions at the start."""
     freedom: Freedom
     per_run: int
-    """Places in each run of control points."""
+    """Number of positions in each run of control points."""
     fabric: StitchMesh | None = None
-    """Fabric whose shape is kept."""
+    """Fabric whose shape the relaxation keeps."""
     given: tuple[str, ...] = ()
-    """Errors that cannot occur, as the lattice gives the spacing."""
+    """Errors that are zero because the lattice prescribes the spacing."""
     generated: bool = True
-    """Whether the number of control points a stitch can be chosen."""
+    """Whether the number of control points of a stitch can be chosen."""
 
 
 def tube(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
@@ -69,7 +69,7 @@ def tube(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
     lattice = Lattice([[scale * FAR * stitches * STITCH_WIDTH, 0.0, 0.0], [0.0, height, 0.0]])
 
     def make(points_per_stitch: int) -> YarnSet:
-        """Rings of the formula's loops, one above the other."""
+        """Return rings of the loops of the formula, one above another."""
         flat = formula_row(pattern, stitches, points_per_stitch)
         around = stitches * STITCH_WIDTH / (2 * np.pi)
         angle, out = flat[:, 0] / around, around + flat[:, 2]
@@ -91,13 +91,13 @@ def tube(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
 
 
 def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
-    """A periodic cell: its gauge is given, its loops find their shape."""
+    """Return a periodic cell with a prescribed gauge, in which the shape of the loops relaxes."""
     _check_whole_repeats(pattern, stitches)
     scale = RADIUS / FORMULA_RADIUS
     lattice = Lattice(scale * np.array([[stitches * STITCH_WIDTH, 0.0, 0.0], [0.0, rows * ROW_HEIGHT, 0.0]]))
 
     def make(points_per_stitch: int) -> YarnSet:
-        """Rows of the formula's loops that go on beyond the cell."""
+        """Return rows of the loops of the formula that continue periodically beyond the cell."""
         row = formula_row(pattern, stitches, points_per_stitch)
         trend = np.arange(len(row))[:, None] / len(row) * [stitches * STITCH_WIDTH, 0.0, 0.0]
         row = _control_points(row - trend) + trend  # a spline whose control points lie on a line follows it
@@ -125,7 +125,7 @@ def cell(name: str, pattern: Sequence[int], rows: int, stitches: int) -> Scene:
 
 
 def garment(name: str, path: str, unit: str, stitch_width: float, device: str | None) -> Scene:
-    """A mesh, knitted; the yarns keep its shape."""
+    """Return the scene of a knitted mesh, whose yarns keep the shape of the mesh."""
     mesh = sm.read_mesh(path, unit=unit)
     fabric = sm.tessellate(sm.label(mesh), stitch_width=stitch_width)
     fabric = sm.relax_mesh(fabric, surface=mesh, device=device)
@@ -144,14 +144,14 @@ def garment(name: str, path: str, unit: str, stitch_width: float, device: str | 
 
 
 def yarn_file(name: str, path: str) -> Scene:
-    """Yarns from a file, free to find their rest; loops are told by how often a yarn's direction repeats."""
+    """Return the scene of free yarns from a file; loops are found from the period of the directions of a yarn."""
     read = sm.read_yarns(path)
     yarns = replace(read, face=np.arange(len(read.points)))
     return Scene(name, lambda _: yarns, _gauge_of_loops, "rigid", per_run=1, generated=False)
 
 
 def formula_row(pattern: Sequence[int], stitches: int, points_per_stitch: int) -> FloatArray:
-    """Points of a row at even arc length of each loop, half a step from its borders, in units of the formula."""
+    """Return points of a row at equal arc lengths in each loop, half a step from its borders [units of the formula]."""
     t = np.linspace(-np.pi, np.pi, 4001)
     loops = []
     for number in range(stitches):
@@ -172,13 +172,13 @@ def _check_whole_repeats(pattern: Sequence[int], stitches: int) -> None:
 
 
 def _control_points(curve: FloatArray) -> FloatArray:
-    """Control points of the closed spline that passes through the points at its knots."""
+    """Return the control points of the closed spline whose knots are the points."""
     wave = 2 * np.pi * np.fft.fftfreq(len(curve))
     return np.fft.ifft(np.fft.fft(curve, axis=0) / ((4 + 2 * np.cos(wave)) / 6)[:, None], axis=0).real
 
 
 def _gauge_of_loops(places: Places) -> Gauge:
-    """Loops of yarns that no stitches made: as many control points as a yarn's direction takes to repeat.
+    """Return the loops of yarns without stitches; a loop has as many control points as the period of the directions.
 
     Every place begins a loop. Neighbours along a row are one loop apart; a loop's neighbour in another row is the
     loop of another yarn whose centre is nearest, where it is no further than two loops of its own row are.
@@ -198,7 +198,7 @@ def _gauge_of_loops(places: Places) -> Gauge:
 
 
 def _loop_size(points: FloatArray) -> int:
-    """Control points after which the direction of a closed yarn repeats best."""
+    """Return the number of control points after which the directions of a closed yarn repeat best."""
     step = np.roll(points, -1, axis=0) - points
     direction = step / np.linalg.norm(step, axis=1, keepdims=True)
     lags = np.arange(4, min(LONGEST_LOOP, len(points) // 2))
@@ -206,7 +206,7 @@ def _loop_size(points: FloatArray) -> int:
 
 
 def _nearest_of_other_yarns(centre: FloatArray, yarn: IntArray, wale: IntArray) -> IntArray:
-    """Pairs of a loop and the nearest loop of another yarn."""
+    """Return pairs of a loop and the nearest loop of another yarn."""
     reach = 2.0 * float(np.linalg.norm(centre[wale[:, 1]] - centre[wale[:, 0]], axis=1).mean())
     asking = np.unique(wale[:, 0])
     distance, found = cKDTree(centre).query(centre[asking], k=64, distance_upper_bound=reach)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Swatches against what is known of fabrics: prints the tables of docs/validation.md, and draws its pictures.
+"""Comparison of swatches with published measurements: the tables and the pictures of docs/validation.md.
 
     python benchmarks/validation.py --pictures docs
     python benchmarks/validation.py cells --cells FOLDER      # with stockinette.pyp and basket.pyp
 
-All of it runs on one core of a CPU.
+The script runs on one core of a CPU.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ SECTIONS = ("loops", "tiling", "knits", "stretch", "loads", "weave", "cells")
 
 
 def main() -> None:
-    """Print what is asked for."""
+    """Print the selected sections."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"some of {', '.join(SECTIONS)} (all)")
-    parser.add_argument("--pictures", type=Path, metavar="DIR", help="folder to draw pictures into")
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"some of {', '.join(SECTIONS)} (default: all)")
+    parser.add_argument("--pictures", type=Path, metavar="DIR", help="folder for the pictures")
     parser.add_argument("--cells", type=Path, metavar="DIR", help="folder of stockinette.pyp and basket.pyp")
     given = parser.parse_args()
     if unknown := set(given.sections) - set(SECTIONS):
@@ -97,7 +97,7 @@ def _cells(folder: Path | None) -> None:
 
 
 def print_table(title: str, rows: Iterable[list[object]]) -> None:
-    """A Markdown table, its first row the titles."""
+    """Return a Markdown table; the first row holds the titles."""
     print(f"\n### {title}\n")
     for number, row in enumerate(rows):
         print("| " + " | ".join(map(str, row)) + " |", flush=True)

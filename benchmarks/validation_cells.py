@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Two relaxed cells of another group (Sperl et al. 2021), relaxed here with their radius and rest lengths.
+"""Two relaxed cells of Sperl et al. 2021, relaxed again with their radius and their rest lengths.
 
-Their yarns are rods of a natural curvature, which the files state, and of stiffnesses that the files do not state but
-that follow from the balance of their forces (``validation_rods``). So the cells are relaxed here straight at rest and
-with their natural curvature, of three materials: the published one; the same, but that ``k_len`` holds the length of a
-segment as a whole, since their vertices are spaced unevenly and a spline through them runs at an uneven speed, which is
-no strain of theirs; and one of their stiffnesses.
+The yarns of Sperl et al. are rods with a natural curvature, which the files state, and with stiffnesses, which the
+files do not state but which follow from the balance of forces (``validation_rods``). The cells are therefore relaxed
+both with straight yarns and with the natural curvature, for three materials: the published material; the same with
+``k_len`` acting on the total length of a segment, because the vertices have uneven spacings and the speed of a spline
+through them is uneven without a strain of the rods; and a material with the stiffnesses that follow from the forces.
 """
 
 from __future__ import annotations
@@ -29,41 +29,41 @@ from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 CELLS = ("stockinette", "basket")
 REPEAT = {"stockinette": (2, 2), "basket": (4, 4)}
-"""Wales and courses, or warps and wefts, of a cell."""
+"""Numbers of wales and courses, or of warps and wefts, of a cell."""
 QUALITY = replace(PRESETS["reference"], max_iterations=30_000)
 FREE = RelaxCell(shear=False)
 DYN = 1e5 * validation_rods.MODULUS
-"""In the unit of force of the rods."""
+"""Dynes in the unit of force of the rods."""
 DRIFT = 1e-3
-"""Part of a segment's stiffness that evens its parameter out."""
+"""Fraction of the stiffness of a segment that makes its parametrisation uniform."""
 CONTACT = 7.3e-5
-"""Contact stiffness over Young's modulus [m] of the stockinette; the basket weave, which hardly touches, tells none."""
+"""Contact stiffness over Young's modulus of the stockinette [m]; the basket weave has too few contacts for a value."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of the files."""
+    """A cell of a published file."""
 
     rods: validation_rods.Rods
-    """As they state it, and with the periods of its yarns."""
+    """Rods of the file, with the periods that fit the yarns."""
     stated: np.ndarray
     """Periods that the file states [cm], shape (2,)."""
     yarns: YarnSet
-    """As splines in those of the yarns; at rest as long against their arcs as the file's edges against their chords."""
+    """Splines in the periods that fit the yarns, with the ratios of length to rest length of the edges in the file."""
 
     @property
     def straight(self) -> YarnSet:
-        """The same yarns, straight at rest."""
+        """Return the same yarns without natural curvature."""
         return replace(self.yarns, natural_curvature=np.zeros(len(self.yarns.points)))
 
     @property
     def stiffness(self) -> validation_rods.Stiffness:
-        """Of the rods: what follows from the balance of their forces."""
+        """Return the constants of the rods that follow from the balance of their forces."""
         return replace(validation_rods.constants_of(self.rods), contact=CONTACT).stiffness(self.rods.radius)
 
 
 def read_cell(path: Path) -> Cell:
-    """A cell with its natural curvature."""
+    """Return a cell with its natural curvature."""
     rods = validation_rods.read_rods(path)
     yarns = _read_with_periods(path, rods.periods)
     chords = []
@@ -76,7 +76,7 @@ def read_cell(path: Path) -> Cell:
 
 
 def _read_with_periods(path: Path, periods: np.ndarray) -> YarnSet:
-    """Yarns of a file as if it stated these periods [m]."""
+    """Return the yarns of a file for other periods [m]."""
     lines = path.read_text().splitlines()
     lines[1] = " ".join([*map(repr, periods.tolist()), *lines[1].split()[2:]])
     says = logging.getLogger("stitchmesh.io.yarn_formats.pyp")
@@ -92,13 +92,13 @@ def _read_with_periods(path: Path, periods: np.ndarray) -> YarnSet:
 
 
 def _ends(yarns: YarnSet) -> np.ndarray:
-    """Where the first knot of each yarn lies one image on [cm], shape (Y, 3)."""
+    """Return the next periodic image of the first knot of each yarn [cm], shape (Y, 3)."""
     assert yarns.lattice is not None and yarns.lattice_step is not None
     return np.array([knots[0] for knots in yarns.sampled(1)]) + yarns.lattice.shift(yarns.lattice_step)
 
 
 def periods_table(folder: Path) -> Iterable[list[object]]:
-    """The periods that the files state, and those of their yarns."""
+    """Compare the periods that the files state with those that fit the yarns."""
     yield ["cell", "periods stated [cm]", "periods of the yarns [cm]", "edges to directors at the border, stated",
            "strain of edges at the border, stated", "with the yarns' periods", "strain of the others"]  # fmt: skip
     for name in CELLS:
@@ -118,7 +118,7 @@ def _cosines(rods: validation_rods.Rods) -> np.ndarray:
 
 
 def constants_table(folder: Path) -> Iterable[list[object]]:
-    """What the balance of their forces says of their yarn, beside the published material."""
+    """Compare the constants from the balance of forces with the published material."""
     yield ["cell", "G / E", "torques left", "bending against a solid rod's", "contact / E [m]", "forces left",
            "bending / (contact d^3)", "published material"]  # fmt: skip
     for name in CELLS:
@@ -132,7 +132,7 @@ def constants_table(folder: Path) -> Iterable[list[object]]:
 
 
 def cells_table(folder: Path) -> Iterable[list[object]]:
-    """Spacings of free cells of several yarns against theirs, and how far yarns move in their periods."""
+    """Compare the spacings of free cells with those of the files, and give the displacements in the fixed periods."""
     yield ["cell", "yarn", "wale or warp spacing [cm]", "course or weft spacing [cm]", "change", "change",
            "from the periods stated", "yarns moved in their periods [radii]"]  # fmt: skip
     for name in CELLS:
@@ -147,7 +147,7 @@ def cells_table(folder: Path) -> Iterable[list[object]]:
 
 
 def variants(cell: Cell) -> Iterable[tuple[str, YarnSet, YarnMaterial]]:
-    """Yarns and materials with which a cell is relaxed."""
+    """Return the yarns and the materials with which a cell is relaxed."""
     materials = {"published material": published_material(cell), "the same, length held by the segment": held(cell),
                  "their stiffnesses": theirs(cell)}  # fmt: skip
     for said, material in materials.items():
@@ -156,7 +156,7 @@ def variants(cell: Cell) -> Iterable[tuple[str, YarnSet, YarnMaterial]]:
 
 
 def stress_table(folder: Path) -> Iterable[list[object]]:
-    """Tensions in their periods, with their stiffnesses."""
+    """Compare tensions in the periods of the files for the stiffnesses of the rods."""
     yield ["cell", "tensions of their rods [dyn/cm]", "here, straight", "here, natural curvature"]
     for name in CELLS:
         cell = read_cell(folder / f"{name}.pyp")
@@ -166,7 +166,7 @@ def stress_table(folder: Path) -> Iterable[list[object]]:
 
 
 def theirs(cell: Cell) -> YarnMaterial:
-    """The material whose stiffnesses are those of their rods."""
+    """Return the material with the stiffnesses of the rods."""
     stiff = cell.stiffness
     along = DYN * stiff.stretch * cell.yarns.rest_length.mean() / 2
     bend, contact = DYN * stiff.bend * 1e4 / 2, DYN * stiff.contact * 1e-2  # cm in m
@@ -174,7 +174,7 @@ def theirs(cell: Cell) -> YarnMaterial:
 
 
 def as_rods(cell: Cell) -> validation_rods.Stiffness:
-    """The stiffnesses of rods of the published material, their torsion as theirs is to their bending."""
+    """Return rod stiffnesses of the published material, with the ratio of twist to bending stiffness of the files."""
     material, own = published_material(cell), cell.stiffness
     stretch, bend = 2 * material.k_len / cell.yarns.rest_length.mean(), 2 * material.k_bend * 1e-4
     bend /= DYN
@@ -182,18 +182,18 @@ def as_rods(cell: Cell) -> validation_rods.Stiffness:
 
 
 def held(cell: Cell) -> YarnMaterial:
-    """The published material, the length of a segment held as a whole."""
+    """Return the published material with a length penalty on the total length of a segment."""
     material = published_material(cell)
     return replace(material, k_len=DRIFT * material.k_len, k_length=material.k_len)
 
 
 def published_material(cell: Cell) -> YarnMaterial:
-    """The published simulation material, scaled to the yarns' radius."""
+    """Return the published simulation material, scaled to the radius of the yarns."""
     return YarnMaterial.named("kaldor-simulation").scaled(float(cell.yarns.radius[0]) / REFERENCE_RADIUS)
 
 
 def tension(yarns: YarnSet, material: YarnMaterial, quality: Quality = QUALITY) -> np.ndarray:
-    """Tensions along the periods of yarns at rest in their cell [dyn/cm], shape (2,)."""
+    """Return the tensions along the periods of relaxed yarns [dyn/cm], shape (2,)."""
     rest = at_rest(yarns, material, None, quality)[0]
     counts = {"quadrature_points": quality.quadrature_points, "contact_samples": quality.contact_samples}
     stress = cell_stress(rest, material, **counts)
@@ -201,7 +201,7 @@ def tension(yarns: YarnSet, material: YarnMaterial, quality: Quality = QUALITY) 
 
 
 def moved_by(yarns: YarnSet, material: YarnMaterial, quality: Quality = QUALITY) -> float:
-    """Distance of places of yarns at rest in their cell from where they were [radii], root mean square."""
+    """Return the root mean square displacement of yarns during the relaxation in their cell [radii]."""
     before, after = (np.concatenate(of.sampled(4)) for of in (yarns, at_rest(yarns, material, None, quality)[0]))
     way = after - before
     way -= way.mean(axis=0)
@@ -211,7 +211,7 @@ def moved_by(yarns: YarnSet, material: YarnMaterial, quality: Quality = QUALITY)
 def at_rest(
     yarns: YarnSet, material: YarnMaterial, cell: RelaxCell | None, quality: Quality = QUALITY
 ) -> tuple[YarnSet, tuple[float, float]]:
-    """Yarns at rest, and the size of their cell."""
+    """Return relaxed yarns and the size of their cell."""
     rest = relax_yarns(yarns, material=material, quality=quality, device="cpu", cell=cell).yarns
     assert rest.lattice is not None
     return rest, size_of(rest.lattice)
@@ -222,7 +222,7 @@ def _spacings(name: str, size: np.ndarray) -> list[str]:
 
 
 def _changes(size: np.ndarray, cell: Cell) -> list[str]:
-    """From the periods of the yarns, one by one, and from those stated."""
+    """Return the sizes from the periods that fit each yarn, and the stated sizes."""
     own = [f"{100 * change:+.1f} %" for change in size / (100 * cell.rods.periods) - 1]
     return [*own, _pair(100 * (size / cell.stated - 1), "{:+.1f} %")]
 

@@ -18,12 +18,12 @@ from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
 MATERIAL = "kaldor-simulation"
-"""The published material that all but one table use; its yarn has the default radius."""
+"""The published material of all tables except one; its yarn has the default radius."""
 DIAMETER = 2 * YARN_RADIUS
-"""Of the yarn [cm]."""
+"""Diameter of the yarn [cm]."""
 PATTERNS = ("stockinette", "garter", "seed", "rib1x1", "rib2x2")
 LOOPS = (10, 11, 12, 13, 14, 15, 16, COMPACT_LOOP, 17, 18, 20, 22, 24, 27, 30)
-"""Loop lengths [yarn diameters]; above about 13.7 loops are drawn as thick as they are, below they grow."""
+"""Loop lengths [yarn diameters]; below about 13.7, swatches start with a smaller yarn radius that then grows."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +62,13 @@ def relaxed(
 
 
 def gauge(found: Swatch) -> Gauge:
-    """By the loop length as it lies."""
+    """Return the gauge for the actual loop length."""
     report = found.report
     return Gauge(report["loop_length"] / report["course_spacing"], report["loop_length"] / report["wale_spacing"])
 
 
 def presets_table() -> Iterable[list[object]]:
-    """Stockinette at the compact loop, by preset and material."""
+    """Compare presets and materials for stockinette at the compact loop."""
     yield ["material", "quality", "K_c", "K_w", "K_s", "R", "course moment [dyn]", "wale moment [dyn]", "seconds"]
     runs = [(MATERIAL, name) for name in PRESETS] + [(name, "reference") for name in ("leaf", "stitchmesh")]
     for material, quality in runs:
@@ -92,7 +92,7 @@ def loops(lengths: Iterable[float] = LOOPS) -> list[tuple[float, Gauge, float]]:
 
 
 def loops_table(found: Iterable[tuple[float, Gauge, float]]) -> Iterable[list[object]]:
-    """Stockinette by loop length."""
+    """Compare loop lengths for stockinette."""
     yield ["loop length / d", "K_c", "K_w", "K_s", "R", "nearest axes / d", "R at standard quality"]
     for length, constants, nearest in found:
         sizes = [f"{value:.2f}" for value in (constants.k_c, constants.k_w, constants.k_s, constants.ratio)]
@@ -101,7 +101,7 @@ def loops_table(found: Iterable[tuple[float, Gauge, float]]) -> Iterable[list[ob
 
 
 def tiling_table() -> Iterable[list[object]]:
-    """A cell of one stitch and its tilings."""
+    """Compare a cell of one stitch with cells of several stitches."""
     yield ["cell", "energy a stitch [erg]", "wale spacing [cm]", "course spacing [cm]"]
     exact, stitch = replace(PRESETS["reference"], tolerance=1e-6), parse_pattern("round 1: k")
     for columns, rows in ((1, 1), (2, 1), (1, 2), (2, 3)):
@@ -111,7 +111,7 @@ def tiling_table() -> Iterable[list[object]]:
 
 
 def knits_table() -> Iterable[list[object]]:
-    """Spacings of several fabrics over those of stockinette, thickness and moments over its moments."""
+    """Compare spacings, thickness and moments of several fabrics with those of stockinette."""
     yield ["pattern", "cell", "wale spacing", "course spacing", "thickness / d", "lean", "course moment",
            "wale moment", "energy a stitch [erg]"]  # fmt: skip
     plain = relaxed("stockinette").report
@@ -125,7 +125,7 @@ def knits_table() -> Iterable[list[object]]:
 
 
 def shaken_table() -> Iterable[list[object]]:
-    """Fabrics that are shaken a little at rest, and come to rest again: whether they have another shape nearby."""
+    """Perturb relaxed fabrics slightly and relax them again, to find other stable shapes nearby."""
     from stitchmesh.yarnrelax import relax_yarns
 
     yield ["pattern", "repeats", "energy a stitch [erg]", "after shaking, four times"]

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stiffness of knitted swatches by loop length: modulus at rest, and how far they give under one load.
+"""Stiffness of knitted swatches against loop length: modulus of the relaxed swatch, and extension under one load.
 
-Singal et al. 2024 draw swatches in one direction, the other free, fit a modulus Y [N/mm] to the linear part of force
-over width, and compare Y L A / B, with L the yarn and A the area of a stitch and B the bending stiffness of the yarn.
+Singal et al. 2024 stretch swatches in one direction with the other direction free, fit a modulus Y [N/mm] to the linear
+part of force per width, and compare Y L A / B, where L is the yarn length of a stitch, A the area of a stitch and B the
+bending stiffness of the yarn.
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ LOOPS = (14, 15, 16.67)
 LOADS = (500.0, 1000.0, 1500.0)
 """Tensions under which extensions are compared [dyn/cm]."""
 REST = 0.02
-"""Strain to which the modulus at rest is measured."""
+"""Largest strain for the measurement of the modulus of the relaxed fabric."""
 MOST = {"course": {"stockinette": 1.6, "garter": 1.2, "seed": 1.6, "rib1x1": 3.6},
         "wale": {"stockinette": 0.7, "garter": 1.5, "seed": 1.3, "rib1x1": 0.8}}  # fmt: skip
-"""Strains by which the largest load is reached."""
+"""Strains at which the largest load has been reached."""
 STEP = 0.05
-"""Between two strains of a curve."""
+"""Difference of successive strains of a curve."""
 FINE = replace(PRESETS["reference"], quadrature_points=5, contact_samples=7, tolerance=2e-4)
-"""Contacts of fewer spheres catch on one another, which shows in a slope."""
+"""Number of contact spheres; with fewer spheres, yarns interlock, which changes slopes."""
 
 Curves = dict[tuple[float, str, str], StretchCurve]
 
 
 def curves() -> Curves:
-    """By loop length, direction and pattern, the other direction free; the first strain is ``REST``'s."""
+    """Return stretch curves by loop length, direction and pattern, the other direction free; they start at ``REST``."""
     return {
         (loop, direction, pattern): drawn(loop, direction, pattern, STEP, MOST[direction][pattern])
         for loop in LOOPS for direction in PUBLISHED for pattern in PATTERNS
@@ -45,7 +46,7 @@ def curves() -> Curves:
 
 
 def drawn(loop: float, direction: str, pattern: str, step: float, most: float) -> StretchCurve:
-    """A swatch drawn to ``most``."""
+    """Return the stretch curve of a swatch up to the strain ``most``."""
     return stretch_test(
         pattern, **{direction: (0.0, most)}, other="free", steps=round(most / step) + 1, quality=FINE, device="cpu",
         material=YarnMaterial.named(MATERIAL), loop_length=loop * DIAMETER,
@@ -53,7 +54,7 @@ def drawn(loop: float, direction: str, pattern: str, step: float, most: float) -
 
 
 def modulus_table() -> Iterable[list[object]]:
-    """Modulus of each fabric at rest, and that over B / (L A)."""
+    """Compare the moduli of relaxed fabrics, also divided by B / (L A)."""
     yield ["loop length / d", "drawn along", "Y [dyn/cm]", "Y L A / B", "published"]
     for loop in LOOPS:
         for direction, published in PUBLISHED.items():
@@ -71,7 +72,7 @@ def _similarity(curve: StretchCurve) -> float:
 
 
 def loads_table(made: Curves) -> Iterable[list[object]]:
-    """Extension of each fabric under the same load, the stiffest first."""
+    """Compare the extensions of the fabrics under the same load, the stiffest first."""
     yield ["loop length / d", "drawn along", *(f"extension at {load / 1000:g} N/m" for load in LOADS), "published"]
     for loop in LOOPS:
         for direction, published in PUBLISHED.items():
@@ -83,7 +84,7 @@ def loads_table(made: Curves) -> Iterable[list[object]]:
 
 
 def extension(curve: StretchCurve, load: float) -> float:
-    """Strain at which the tension first reaches the load, on the straight line between two states."""
+    """Return the strain at which the tension first reaches the load, by linear interpolation between states."""
     tension, strain = curve.tension, curve.column("strain")
     above = int(np.argmax(tension >= load))
     assert tension[above] >= load, f"drawn to {strain[-1]:g}, which takes {tension[-1]:g} dyn/cm"
@@ -91,7 +92,7 @@ def extension(curve: StretchCurve, load: float) -> float:
 
 
 def slopes_table(made: Curves) -> Iterable[list[object]]:
-    """Slope of the tension along the wales by the strain, as far as each fabric is drawn by the same load."""
+    """Compare the slopes of tension against strain along the wales under the same load."""
     yield ["loop length / d", *(f"slope at {load / 1000:g} N/m [dyn/cm]" for load in LOADS), "published"]
     for loop in LOOPS:
         orders = []
@@ -102,7 +103,7 @@ def slopes_table(made: Curves) -> Iterable[list[object]]:
 
 
 def slope(curve: StretchCurve, load: float) -> float:
-    """Rise of the tension by strain where it first reaches the load, strain counted from there [dyn/cm]."""
+    """Return the slope of the tension where it first reaches the load, with strain relative to that state [dyn/cm]."""
     tension, strain = curve.tension, curve.column("strain")
     above = int(np.argmax(tension >= load))
     rise = (tension[above] - tension[above - 1]) / (strain[above] - strain[above - 1])
@@ -110,6 +111,6 @@ def slope(curve: StretchCurve, load: float) -> float:
 
 
 def _ordered(found: dict[str, float], form: str, stiffest: float = -1.0) -> str:
-    """Names and numbers, from the largest down; from the smallest up where ``stiffest`` is 1."""
+    """Return names and numbers in decreasing order, or in increasing order if ``stiffest`` is 1."""
     order = sorted(found, key=lambda pattern: stiffest * found[pattern])
     return ", ".join(f"{pattern.removesuffix('1x1')} {found[pattern]:{form}}" for pattern in order)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the validation: gauge by loop length, stretch curves, and crimp of a plain weave."""
+"""Pictures of the validation: gauge against loop length, stretch curves, and crimp of a plain weave."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def draw_loops(found: Sequence[tuple[float, Gauge, float]], path: Path) -> None:
 
 
 def draw_curves(made: Curves, path: Path) -> None:
-    """Tension against strain of every pattern, a panel for each way of drawing."""
+    """Draw tension against strain of every pattern, with a panel for each kind of stretch."""
     figure, panels = _figure(2, 2, (9.0, 6.4))
     for line, other in zip(panels, ("free", "held"), strict=True):
         for panel, direction in zip(line, ("course", "wale"), strict=True):
@@ -54,7 +54,7 @@ def draw_curves(made: Curves, path: Path) -> None:
 
 
 def draw_crimp(found: Sequence[Taut], path: Path) -> None:
-    """Crimp against spacing, with Peirce's curve up to where it ends."""
+    """Draw crimp against spacing, with Peirce's curve up to the jammed state."""
     figure, panels = _figure(1, 1, (6.4, 4.2))
     panel = panels[0, 0]
     theory = [Peirce.at(angle) for angle in np.linspace(0.15, np.pi / 3, 200)]

@@ -1,21 +1,21 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The discrete rods of ``.pyp`` files in their own model, as far as the files tell it, and its constants from them.
+"""The discrete rod model of ``.pyp`` files, and the determination of its unknown constants from the files.
 
-Energy over Young's modulus of polylines with edges e of rest length l and vertices of mean rest length v (Bergou 2008,
-2010), r their radius:
+The energy divided by Young's modulus, for polylines of the radius r with edges e of the rest length l and vertices of
+the mean rest length v (Bergou et al. 2008, 2010):
 
     stretch   pi r^2 / 2  sum (|e| / l - 1)^2 l
     bending   b pi r^4 / 8  sum |k - k'|^2 / v       k the curvature in the material frame, k' the natural one
     twist     b g pi r^4 / 4  sum (m - m')^2 / v     m the twist, m' the natural one
     contact   c  double integral of 1 / d^2 + d^2 - 2 over pairs of edges less than d = 1 diameter apart (Kaldor 2008)
 
-The files hold all of it but three numbers: g, the shear modulus over Young's; b, by which bending and twist are weaker
-than those of a solid round rod; and the contact stiffness c. Their yarns are at rest, so that forces must cancel: turns
-about the yarns' axes say g alone, and the vertices b and c.
+The files contain all values except three numbers: g, the shear modulus divided by Young's modulus; b, the factor of the
+bending and twist stiffness relative to a solid round rod; and the contact stiffness c. The yarns are relaxed, so that
+the forces must cancel: the torques about the axes of the yarns give g alone, and the forces on the vertices b and c.
 
-Periods are those with which the edges across the border are square to their directors, as they are not with those that
-the basket weave states. All lengths in metres.
+The periods are those for which the edges across the border are perpendicular to their directors; this does not hold for
+the periods that the file of the basket weave states. All lengths are in metres.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ import numpy as np
 from scipy.optimize import minimize
 
 SAMPLES = 8
-"""Contact samples of an edge."""
+"""Number of contact samples of an edge."""
 NEIGHBOURS = 3
-"""Edges of a yarn this near along it are not in contact."""
+"""Number of edges along a yarn within which two edges are not in contact."""
 REACH = 1.25
-"""Diameters within which pairs are listed while yarns move."""
+"""Distance of listed pairs while yarns move [diameters]."""
 IMAGES = ((0, 0), (0, 1), (1, -1), (1, 0), (1, 1))
-"""Cells in which a pair's second edge may lie; the others have it first."""
+"""Cells of the second edge of a pair; in the opposite cells the edge is the first of its pair."""
 ROUNDS, STEPS = 15, 400
-"""Of a relaxation; pairs and frames are renewed from round to round."""
+"""Numbers of rounds of a relaxation and of steps in a round; pairs and frames are updated in each round."""
 MODULUS = 1e6
-"""Young's modulus [Pa] taken for forces; states of rest know nothing of it."""
+"""Assumed Young's modulus for forces [Pa]; relaxed states do not depend on it."""
 
 
 class Slopes(NamedTuple):
@@ -46,11 +46,11 @@ class Slopes(NamedTuple):
 
     energy: float
     places: np.ndarray
-    """By the vertices, shape (n, 3)."""
+    """Derivatives by the vertices, shape (n, 3)."""
     turns: np.ndarray
-    """By the turns of the edges, shape (n,)."""
+    """Derivatives by the rotations of the edges, shape (n,)."""
     periods: np.ndarray
-    """By the two periods, vertices staying, shape (2,)."""
+    """Derivatives by the two periods for fixed vertices, shape (2,)."""
 
 
 class Stiffness(NamedTuple):
@@ -64,7 +64,7 @@ class Stiffness(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Rods:
-    """A cell of a file; edges and vertices are numbered alike, by the vertex that the edge leaves."""
+    """A cell of a file; an edge has the number of its first vertex."""
 
     places: np.ndarray
     turns: np.ndarray
@@ -73,42 +73,42 @@ class Rods:
     following: np.ndarray
     """Vertex at the end of each edge."""
     before: np.ndarray
-    """Edge that reaches each vertex."""
+    """Edge that ends at each vertex."""
     shift: np.ndarray
-    """Periods from an edge's end to the vertex in the cell, shape (n, 2)."""
+    """Shift from the vertex in the cell to the end of each edge, in periods, shape (n, 2)."""
     rest_length: np.ndarray
     natural_curvature: np.ndarray
     natural_twist: np.ndarray
     tangents: np.ndarray
-    """Of the edges when the directors were as stated."""
+    """Tangents of the edges for which the file states the directors."""
     directors: np.ndarray
     reference_twist: np.ndarray
 
     @property
     def edges(self) -> np.ndarray:
-        """From each vertex to the next, shape (n, 3)."""
+        """Vector from each vertex to the next, shape (n, 3)."""
         return self.places[self.following] + self.shift * self.periods @ np.eye(2, 3) - self.places
 
     @property
     def vertex_length(self) -> np.ndarray:
-        """Half of the rest lengths on both sides of a vertex."""
+        """Mean rest length of the edges on both sides of each vertex."""
         return (self.rest_length + self.rest_length[self.before]) / 2
 
 
 @dataclass(frozen=True)
 class Constants:
-    """What the balance of forces says."""
+    """Constants from the balance of forces."""
 
     shear: float
-    """Shear modulus over Young's."""
+    """Shear modulus over Young's modulus."""
     weakening: float
     """Factor of bending and twist."""
     contact: float
     """Contact stiffness over Young's modulus [m]."""
     turning_left: float
-    """Torques that are left, of those of bending."""
+    """Remaining torques relative to those of bending."""
     force_left: float
-    """Forces that are left, of those of stretch."""
+    """Remaining forces relative to those of stretch."""
 
     def stiffness(self, radius: float) -> Stiffness:
         """Factors of the terms."""
@@ -117,7 +117,7 @@ class Constants:
 
 
 def read_rods(path: Path) -> Rods:
-    """The cell of a file, with the periods of its yarns."""
+    """Return the cell of a file with the periods that fit its yarns."""
     blocks = _blocks(path)
     ends = blocks["E"].astype(int)
     following, before = np.zeros(len(ends), dtype=int), np.zeros(len(ends), dtype=int)
@@ -137,7 +137,7 @@ def read_rods(path: Path) -> Rods:
 
 
 def constants_of(rods: Rods) -> Constants:
-    """The constants with which the cell of a file is at rest."""
+    """Return the constants for which the forces in the cell of a file cancel."""
     size = np.pi * rods.radius**4 / 4
     stretch, bend, twist = (rod_slopes(rods, stiff) for stiff in np.diag([np.pi * rods.radius**2, size, 2 * size]))
     shear = -(bend.turns @ twist.turns) / (twist.turns @ twist.turns)
@@ -157,7 +157,7 @@ def tension(rods: Rods, stiff: Stiffness) -> np.ndarray:
 
 
 def relaxed(rods: Rods, stiff: Stiffness) -> Rods:
-    """The rods at rest, their periods free, by quasi-Newton steps."""
+    """Relax the rods and their periods by quasi-Newton steps."""
     count = len(rods.places)
     energy = np.pi * rods.radius**3 * 1e-6
     for _ in range(ROUNDS):
@@ -183,13 +183,13 @@ def relaxed(rods: Rods, stiff: Stiffness) -> Rods:
 
 
 def slopes(rods: Rods, pairs: Pairs, stiff: Stiffness) -> Slopes:
-    """Of all terms together."""
+    """Return the energy of all terms."""
     parts = rod_slopes(rods, np.array(stiff[:3])), contact_slopes(rods, pairs, stiff.contact)
     return Slopes(*(sum(each) for each in zip(*parts, strict=True)))  # type: ignore[arg-type]
 
 
 def rod_slopes(rods: Rods, stiff: np.ndarray) -> Slopes:
-    """Of stretch, bending and twist with these factors (Bergou 2010, appendix)."""
+    """Return the energy of stretch, bending and twist with the given factors (Bergou et al. 2010, appendix)."""
     edges, before = rods.edges, rods.before
     length = np.linalg.norm(edges, axis=1)
     frames = _frames(rods)
@@ -223,7 +223,7 @@ def rod_slopes(rods: Rods, stiff: np.ndarray) -> Slopes:
 
 
 class Pairs(NamedTuple):
-    """Samples of edges that may touch, and the periods from the first's cell to the second's."""
+    """Samples of edges that may touch, and the shift from the cell of the first to that of the second, in periods."""
 
     first: np.ndarray
     second: np.ndarray
@@ -231,7 +231,7 @@ class Pairs(NamedTuple):
 
 
 def pairs_of(rods: Rods) -> Pairs:
-    """All pairs of samples within reach, each once, without those of neighbours along a yarn."""
+    """Return all pairs of near samples, each pair once, without the pairs of adjacent edges of a yarn."""
     samples = _samples(rods)
     found = []
     for image in IMAGES:
@@ -244,7 +244,7 @@ def pairs_of(rods: Rods) -> Pairs:
 
 
 def contact_slopes(rods: Rods, pairs: Pairs, stiff: float) -> Slopes:
-    """Of contact."""
+    """Return the energy of contact."""
     samples, count = _samples(rods), len(rods.places)
     apart = samples[pairs.first] - samples[pairs.second]
     apart[:, :2] -= pairs.image * rods.periods
@@ -271,7 +271,7 @@ def _samples(rods: Rods) -> np.ndarray:
 
 
 def _neighbours(rods: Rods, image: tuple[int, int]) -> np.ndarray:
-    """Whether an edge and that image of another are neighbours along a yarn, shape (n, n)."""
+    """Return whether an edge and an image of another edge are adjacent along a yarn, shape (n, n)."""
     count = len(rods.places)
     found = np.zeros((count, count), dtype=bool)
     ahead, way = np.arange(count), np.zeros((count, 2))
@@ -284,7 +284,7 @@ def _neighbours(rods: Rods, image: tuple[int, int]) -> np.ndarray:
 
 
 class Frames(NamedTuple):
-    """Of the edges: tangents, directors, material directors and the twist of the directors at each vertex."""
+    """Return tangents, directors and material directors of the edges, and the twist of the directors at each vertex."""
 
     tangents: np.ndarray
     directors: np.ndarray
@@ -294,7 +294,7 @@ class Frames(NamedTuple):
 
 
 def _frames(rods: Rods) -> Frames:
-    """Directors moved with their edges without a turn (Bergou 2010, section 4)."""
+    """Return the directors after parallel transport in time (Bergou et al. 2010, section 4)."""
     t = rods.edges / np.linalg.norm(rods.edges, axis=1)[:, None]
     first = _carried(rods.directors, rods.tangents, t)
     second = np.cross(t, first)
@@ -308,13 +308,13 @@ def _frames(rods: Rods) -> Frames:
 
 
 def transported(rods: Rods) -> Rods:
-    """The same rods, directors and reference twists as they are now."""
+    """Return the same rods with the present directors and reference twists."""
     frames = _frames(rods)
     return replace(rods, tangents=frames.tangents, directors=frames.directors, reference_twist=frames.reference_twist)
 
 
 def _carried(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Vectors turned as the least turn from unit vectors to others does."""
+    """Rotate vectors by the smallest rotations from some unit vectors to others."""
     axis, cosine = np.cross(start, end), _dot(start, end)[:, None]
     return vectors * cosine + np.cross(axis, vectors) + axis * (_dot(axis, vectors)[:, None] / (1 + cosine))
 
@@ -324,7 +324,7 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _blocks(path: Path) -> dict[str, np.ndarray]:
-    """The numbers of each block of a file."""
+    """Return the numbers of each block of a file."""
     found: dict[str, list[list[float]]] = {}
     name = ""
     for line in path.read_text().splitlines():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stiffness of knitted swatches: tension at a fifth of strain, and how spacings follow one another."""
+"""Stiffness of knitted swatches: tension at a strain of 0.2, and the dependence of one spacing on the other."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from stitchmesh.yarnrelax import YarnMaterial
 
 PATTERNS = ("stockinette", "garter", "seed", "rib1x1")
 MOST, STEPS = 0.4, 9
-"""Largest strain, and strains; every other one is a multiple of a tenth."""
+"""Largest strain, and number of strains; every second strain is a multiple of 0.1."""
 AT = 0.2
 """Strain at which tensions are compared."""
 PUBLISHED = {"course": "stockinette > garter > seed > rib", "wale": "stockinette > rib > garter > seed"}
 """Orders of stiffness (Singal et al. 2024)."""
 HYLC = {("stockinette", "course"): 10.26, ("stockinette", "wale"): 8.30, ("rib1x1", "course"): 0.33,
         ("rib1x1", "wale"): 2.86}  # fmt: skip
-"""Tension at 20 %, the other direction held [N/m], of another yarn, from the data of Sperl et al. 2020; their rib."""
+"""Tension at 20 % with the other direction held [N/m], of another yarn and rib, from the data of Sperl et al. 2020."""
 POINCLOUX = 0.86
-"""Fall of the course spacing over the rise of the wale spacing while a stockinette is drawn (Poincloux et al. 2018)."""
+"""Decrease of course spacing over increase of wale spacing in stretched stockinette (Poincloux et al. 2018)."""
 
 Curves = dict[tuple[str, str, str], StretchCurve]
 
 
 def curves(quality: str = "standard") -> Curves:
-    """By pattern, direction and what the other direction does."""
+    """Return stretch curves by pattern, direction and condition of the other direction."""
     material = YarnMaterial.named(MATERIAL)
     made: Curves = {}
     for pattern in PATTERNS:
@@ -42,12 +42,12 @@ def curves(quality: str = "standard") -> Curves:
 
 
 def tension_at(curve: StretchCurve, strain: float = AT) -> float:
-    """Tension along the direction that is drawn [dyn/cm]."""
+    """Return the tension in the direction of the stretch [dyn/cm]."""
     return float(np.interp(strain, curve.column("strain"), curve.tension))
 
 
 def stiffness_table(made: Curves) -> Iterable[list[object]]:
-    """Tension of each pattern at 20 % [dyn/cm], and beside stockinette's."""
+    """Compare the tensions of the patterns at 20 % [dyn/cm] with that of stockinette."""
     yield ["pattern", "course, free", "wale, free", "course, held", "wale, held", "of stockinette", "snaps",
            "HYLC held, of stockinette"]  # fmt: skip
     ways = [(direction, other) for other in ("free", "held") for direction in ("course", "wale")]
@@ -66,7 +66,7 @@ def _hylc(pattern: str) -> str:
 
 
 def orders_table(made: Curves) -> Iterable[list[object]]:
-    """From the stiffest to the softest, beside what is published."""
+    """Compare the order of the stiffnesses with published orders."""
     yield ["drawn along", "across", "10 %", "20 %", "40 %", "published"]
     for direction, published in PUBLISHED.items():
         for other in ("free", "held"):
@@ -80,7 +80,7 @@ def _order(curves: dict[str, StretchCurve], strain: float) -> str:
 
 
 def spacing_lines(made: Curves) -> Iterable[str]:
-    """How course and wale spacing of stockinette follow one another."""
+    """Compare the course spacing with the wale spacing of stretched stockinette."""
     for direction in ("course", "wale"):
         curve = made["stockinette", direction, "free"]
         report = curve.free.report
@@ -93,7 +93,7 @@ def spacing_lines(made: Curves) -> Iterable[str]:
 
 
 def hylc_lines(made: Curves) -> Iterable[str]:
-    """Course over wale tension, beside that of another yarn."""
+    """Compare the ratio of course tension to wale tension with that of another yarn."""
     for pattern in ("stockinette", "rib1x1"):
         course, wale = (tension_at(made[pattern, way, "held"]) * NEWTONS_PER_METRE for way in ("course", "wale"))
         other = HYLC[pattern, "course"] / HYLC[pattern, "wale"]
@@ -104,7 +104,7 @@ def hylc_lines(made: Curves) -> Iterable[str]:
 
 
 def accuracy_table() -> Iterable[list[object]]:
-    """The same curve at every preset: stockinette drawn along the courses, the wales held."""
+    """Compare the presets for stockinette stretched along the courses with held wales."""
     yield ["quality", "10 %", "20 %", "30 %", "40 %"]
     for quality in PRESETS:
         curve = stretch_test("stockinette", course=(0.0, MOST), other="held", steps=5, quality=quality, device="cpu",

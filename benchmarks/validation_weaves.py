@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A balanced plain weave of taut, limp, nearly rigid round yarns, against the geometry of Peirce 1937.
+"""A balanced plain weave of taut, flexible and nearly incompressible round yarns, compared with Peirce 1937.
 
-Peirce's yarns are circular, as long as they are and without resistance to bending: between crossings they are
-straight, around each other they lie on arcs whose radius is the diameter d. With l the yarn and p the distance from
-crossing to crossing, and the arcs of an angle t at both ends,
+Peirce's yarns have a circular section, a constant length and no bending stiffness. They are straight between crossings
+and bend around each other on arcs whose radius is the diameter d. With the yarn length l and the distance p between
+crossings, and arcs of the angle t at both ends,
 
     p = (l - 2 d t) cos t + 2 d sin t,    d = (l - 2 d t) sin t + 2 d (1 - cos t)
 
-and nothing straight is left at t = 60 degrees: p = sqrt(3) d, where the weave is jammed. Here the same limit is yarn
-whose bending is little beside its tension, whose tension is little beside its contact, and whose periods are held.
+and the straight part vanishes at t = 60 degrees: p = sqrt(3) d, where the weave is jammed. In the simulation, this
+limit is a yarn whose bending forces are small compared with its tension, whose tension is small compared with its
+contact forces, and whose periods are held.
 """
 
 from __future__ import annotations
@@ -28,18 +29,18 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 RADIUS = 0.125
-"""Of the yarn [cm]."""
+"""Radius of the yarn [cm]."""
 SPACINGS = (1.8, 2.0, 2.4, 3.0)
-"""Distances of neighbouring yarns that are compared [diameters]."""
+"""Distances of adjacent yarns that are compared [diameters]."""
 JAMMED = (1.7, 1.6, 1.5)
-"""And such as leave no room."""
+"""Distances of adjacent yarns beyond jamming [diameters]."""
 JAM_ANGLE = np.pi / 3
 HALF_WAVES = 8
-"""Of the four yarns of a repeat, from crossing to crossing."""
+"""Number of segments between crossings of the four yarns of a repeat."""
 SHORTER = 0.01
-"""How much shorter than Peirce's the yarn is at rest, which makes it taut."""
+"""Relative reduction of the rest length from Peirce's yarn length, which makes the yarn taut."""
 CONTACT, BENDING = 100.0, 2e-4
-"""Stiffnesses over those of ``kaldor-simulation``."""
+"""Stiffnesses relative to those of ``kaldor-simulation``."""
 QUALITY = replace(PRESETS["reference"], quadrature_points=5, tolerance=1e-3)
 
 
@@ -48,24 +49,24 @@ class Peirce:
     """A balanced plain weave of rigid round yarns."""
 
     spacing: float
-    """From crossing to crossing [diameters]."""
+    """Distance between crossings [diameters]."""
     yarn: float
-    """Yarn from crossing to crossing [diameters]."""
+    """Yarn length between crossings [diameters]."""
 
     @property
     def crimp(self) -> float:
-        """Yarn over spacing, less one."""
+        """Crimp: yarn length divided by spacing, minus one."""
         return self.yarn / self.spacing - 1.0
 
     @classmethod
     def at(cls, angle: float) -> Peirce:
-        """Of arcs of that angle."""
+        """Return the geometry for arcs of an angle [rad]."""
         straight = (2 * np.cos(angle) - 1) / np.sin(angle)
         return cls(straight * np.cos(angle) + 2 * np.sin(angle), straight + 2 * angle)
 
     @classmethod
     def spaced(cls, spacing: float) -> Peirce:
-        """Of that spacing [diameters]; the jammed one where there is none."""
+        """Return the geometry for a spacing [diameters], or the jammed geometry for a spacing below that of jamming."""
         low, high = 0.01, JAM_ANGLE
         for _ in range(60):
             middle = (low + high) / 2
@@ -75,25 +76,25 @@ class Peirce:
 
 @dataclass(frozen=True)
 class Taut:
-    """A weave of taut yarns at rest."""
+    """A relaxed weave of taut yarns."""
 
     yarns: YarnSet
     crimp: float
-    """Yarn over spacing, less one."""
+    """Crimp: yarn length divided by spacing, minus one."""
     nearest: float
     """Smallest distance of axes [diameters], the effective diameter."""
     crown: float
-    """Height of a yarn's waves [diameters]; 1 in Peirce's geometry."""
+    """Height of the waves of a yarn [diameters]; 1 in Peirce's geometry."""
     tension: float
-    """Of the fabric [dyn/cm]; negative where yarns push the periods apart."""
+    """Tension of the fabric [dyn/cm]; negative if the yarns push the periods apart."""
     spacing: float
-    """From crossing to crossing [diameters]."""
+    """Distance between crossings [diameters]."""
     strain: float
-    """Of the yarn."""
+    """Strain of the yarn."""
 
 
 def taut_weave(spacing: float, *, yarn: float | None = None, contact: float = CONTACT, free: bool = False) -> Taut:
-    """A plain weave drawn at a spacing [diameters], its periods held or free.
+    """Return a relaxed plain weave that is generated at a spacing [diameters], with held or free periods.
 
     Args:
         spacing: from crossing to crossing [diameters].
@@ -122,7 +123,7 @@ def taut_weave(spacing: float, *, yarn: float | None = None, contact: float = CO
 
 
 def peirce_table() -> Iterable[list[object]]:
-    """Crimp at the spacings that are compared, of two stiffnesses of contact."""
+    """Compare the crimp at several spacings for two contact stiffnesses."""
     yield ["p / d", "Peirce's crimp", "crimp", "nearest axes / d", "crown height / d", "tension [dyn/cm]",
            "crimp, contact 10 times as stiff", "nearest axes / d"]  # fmt: skip
     for spacing in SPACINGS:
@@ -133,7 +134,7 @@ def peirce_table() -> Iterable[list[object]]:
 
 
 def jam_table() -> Iterable[list[object]]:
-    """Periods held above and below jamming; and yarn shorter than the jammed one's in a free cell."""
+    """Compare held periods above and below jamming, and a free cell with shorter yarns than the jammed weave."""
     yield ["cell", "tension [dyn/cm]", "crown height / d", "nearest axes / d", "p / d", "strain of the yarn"]
     for spacing in (1.8, *JAMMED):
         yield [f"held at p = {spacing:g} d", *_jam_row(taut_weave(spacing, contact=10 * CONTACT))]

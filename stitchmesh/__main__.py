@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``python -m stitchmesh``."""
+"""Entry point of ``python -m stitchmesh``, which runs the command line."""
 
 import sys
 

@@ -112,12 +112,12 @@ class Knitted:
     """Assessments of the relaxation of yarns, in order."""
 
 
-def silent(stage: str, done: float, note: str) -> None:
+def no_progress(stage: str, done: float, note: str) -> None:
     """Report no progress (a ``Progress`` function)."""
 
 
 def knit(
-    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = silent
+    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress
 ) -> Knitted:
     """Make relaxed yarns from a polygon mesh, and write them.
 
@@ -144,7 +144,7 @@ def knit(
     write_stitches(target / "stitches.h5", fabric)
     saver = _StateSaver(target, report, yarns)
     try:
-        relaxed = relax_as_told(
+        relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
             progress=progress, on_state=saver.keep,
         )  # fmt: skip
@@ -157,10 +157,10 @@ def knit(
     return Knitted(fabric, relaxed.yarns, report, relaxed.history)
 
 
-def relax_as_told(
+def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
-    progress: Progress = silent, on_state: Callable[[YarnSet], None] | None = None,
+    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
 

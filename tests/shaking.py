@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays changed by one unit in the last place, for tests that such a change does not change a decision."""
+"""Arrays perturbed by one unit in the last place; discrete decisions about them must not change."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SHAKES = 10_000
 
 
 def shaken(values: FloatArray, seed: int) -> FloatArray:
-    """Each number moved up or down by one unit in its last place.
+    """Move each number up or down by one unit in its last place, or, for odd seeds, in that of the largest number.
 
     For odd seeds the unit is that of the largest number: the rounding error of a number, such as zero, that is the
     difference of larger ones.
@@ -25,5 +25,5 @@ def shaken(values: FloatArray, seed: int) -> FloatArray:
 
 
 def shaken_many(values: FloatArray, count: int = SHAKES) -> FloatArray:
-    """Copies of an array, each changed by a seed of its own, shape (count, *shape)."""
+    """Return ``count`` perturbed copies of an array, shape (count, *shape)."""
     return np.stack([shaken(values, seed) for seed in range(count)])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Every example runs and gives yarns that are whole and hardly stretched."""
+"""Every example runs, and its yarns are valid and have small strains."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_example_runs(path, tmp_path):
     spec.loader.exec_module(module)
     yarns = module.main(tmp_path, 2.5)
     assert np.isfinite(yarns.points).all()
-    assert np.abs(yarns.strain).max() < 0.05  # what a garment's yarn may be strained, README
+    assert np.abs(yarns.strain).max() < 0.05  # The largest strain of a garment's yarn that the README allows.
     assert any(tmp_path.iterdir())
 
 

@@ -128,17 +128,23 @@ def test_all_public_names_exist():
 
     for name in stitchmesh.__all__:
         assert getattr(stitchmesh, name) is not None
-    assert callable(stitchmesh.tessellate)
-    with pytest.raises(AttributeError, match="no attribute 'knitting'"):
+    with pytest.raises(AttributeError, match="attribute knitting"):
         stitchmesh.knitting  # noqa: B018
 
 
-@pytest.mark.parametrize("package", [path.parent for path in modules() if "\n_HOME = " in path.read_text()])
-def test_names_that_load_when_first_used_are_there_and_share_no_name_with_a_module(package):
-    """A module of the same name would take the place of the function as soon as anything imports it."""
+@pytest.mark.parametrize("first", ["", "import stitchmesh.tessellate.panel; ", "from stitchmesh.cli import main; "])
+def test_tessellate_is_the_function_whatever_is_imported_first(first):
+    """The function has the name of its package, and an import of a package binds its name in the parent package."""
+    code = f"import stitchmesh; {first}from stitchmesh import tessellate; assert stitchmesh.tessellate is tessellate"
+    subprocess.run([sys.executable, "-c", f"{code}; assert tessellate.__code__"], check=True, cwd=ROOT)
+
+
+@pytest.mark.parametrize("package", [path.parent for path in modules() if "__getattr__" in path.read_text()])
+def test_names_that_load_when_first_used_exist_and_share_no_name_with_a_module(package):
+    """An import of a module would bind its name in the package, in the place of a function of the same name."""
     name = ".".join(package.relative_to(ROOT).parts)
     loaded = importlib.import_module(name)
     below = {path.stem for path in package.glob("*.py")} | {path.name for path in package.iterdir() if path.is_dir()}
-    assert not set(loaded._HOME) & below
+    assert set(loaded.__all__) & below == ({"tessellate"} if name == "stitchmesh" else set())
     for public in loaded.__all__:
         assert getattr(loaded, public) is not None

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: every stage from file to file, each option read from a field of a dataclass."""
+"""The command line: commands that read files, run a stage and write files; each option is a field of a dataclass."""

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How arguments are written on the command line: read by tyro from the annotated fields of dataclasses.
+"""Parsing of the command line: the library tyro reads the arguments from the annotated fields of dataclasses.
 
-A field is an option: its name the flag, its default the default, its docstring the help. What is added to tyro here is
-one rule for numbers and lists of them, so that a refusal says what was found and what was expected, and one line where
-tyro draws a box.
+A field is an option: its name is the flag, its default the default value, and its docstring the help text. This module
+adds two things to tyro: rules for texts, choices and numbers, so that error messages state what was found and what was
+expected; and the conversion of tyro's error messages, which are drawn in a box, into one line.
 """
 
 from __future__ import annotations
@@ -23,40 +23,47 @@ from tyro.conf import arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 BAD_INPUT = 2
-"""Exit status where input is refused."""
+"""Exit status after an error in the input."""
 TERMINAL_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+"""Escape sequence that sets a colour on a terminal."""
 CONFIG = (tyro.conf.OmitArgPrefixes, tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff)
-"""Flags bear the names of their fields alone, whichever group they are in, and no flag has a negation."""
+"""Options of tyro: a flag is the name of its field without the name of its group, and no flag has a negation."""
 FREE = "free"
-"""A size that is not given."""
-KINDS: dict[Any, tuple[str, str]] = {int: ("whole number", "N"), float: ("number", "X")}
-"""What words of a kind are called in a refusal and in the help."""
+"""Word for a size that the relaxation determines."""
+NUMBER_NAMES: dict[Any, tuple[str, str]] = {int: ("whole number", "N"), float: ("number", "X")}
+"""Names of each type of number in error messages and in the help."""
 
 T = TypeVar("T")
 
 
 class Command(Protocol):
-    """What a command can do."""
+    """A command of the program; its fields are the arguments."""
 
     def run(self) -> None:
-        """Do it."""
+        """Run the command."""
 
 
-def shown(metavar: str, unset: str | None = None, *, help: str | None = None, short: str | None = None) -> object:
-    """How an option stands in the help.
+def help_entry(metavar: str, unset: str | None = None, *, help: str | None = None, short: str | None = None) -> object:
+    """Return an annotation that describes an option in the help.
 
     Args:
-        metavar: what stands for its value.
-        unset: what holds where it is not given, if its default is None.
-        help: its text, where the field's docstring cannot hold it.
-        short: another flag for it.
+        metavar: placeholder of the value.
+        unset: description of the default, for an option whose default is None or an empty tuple.
+        help: help text, if it contains values and cannot be the docstring of the field.
+        short: second flag, for example ``-o``.
     """
     hint = None if unset is None else f"(default: {unset})"
     return arg(metavar=metavar, help=help, help_behavior_hint=hint, aliases=None if short is None else [short])
 
 
-def read_by(parse: Callable[[str], T], metavar: str, write: Callable[[T], str] = str) -> PrimitiveConstructorSpec[T]:
-    """How one word becomes a value; ``parse`` raises ``ValueError`` with what it expected."""
+def parsed_by(parse: Callable[[str], T], metavar: str, write: Callable[[T], str] = str) -> PrimitiveConstructorSpec[T]:
+    """Return an annotation of an option whose value is one word.
+
+    Args:
+        parse: function that converts the word into the value; it raises ``ValueError`` with the error message.
+        metavar: placeholder of the value in the help.
+        write: function that converts a default value into a word for the help.
+    """
     return PrimitiveConstructorSpec(
         nargs=1,
         metavar=metavar,
@@ -67,7 +74,7 @@ def read_by(parse: Callable[[str], T], metavar: str, write: Callable[[T], str] =
 
 
 Flag = Annotated[bool, arg(help_behavior_hint="")]
-"""An option without a value."""
+"""An option without a value, which is false if it is not given."""
 
 
 def _pair(text: str) -> tuple[int, int]:
@@ -101,10 +108,10 @@ def _sizes(words: list[str]) -> tuple[float | None, ...]:
         raise ValueError(f"got {' '.join(words)!r}; expected two numbers of cm, or {FREE} for either") from error
 
 
-Pair = Annotated[tuple[int, int], read_by(_pair, "V,W")]
-"""Two whole numbers in one word."""
-OneOrTwo = Annotated[tuple[float, ...] | None, read_by(_one_or_two, "A[,B]")]
-"""One or two numbers in one word."""
+Pair = Annotated[tuple[int, int], parsed_by(_pair, "V,W")]
+"""Two whole numbers in one word, with a comma between them."""
+OneOrTwo = Annotated[tuple[float, ...] | None, parsed_by(_one_or_two, "A[,B]")]
+"""One number, or two numbers in one word with a comma between them."""
 Period = Annotated[
     tuple[float | None, float | None],
     PrimitiveConstructorSpec(
@@ -115,47 +122,48 @@ Period = Annotated[
         str_from_instance=lambda sizes: [FREE if size is None else str(size) for size in sizes],
     ),
 ]
-"""Width and height, each a number or free, which is None."""
+"""Width and height: two words, each a number [cm] or ``free``, which is None."""
 
 
 def parse(commands: Sequence[type[Command]], words: Sequence[str], *, program: str, description: str) -> Command:
-    """The command that the words ask for.
+    """Return the command that the words of a command line describe.
 
     Args:
         commands: frozen dataclasses, one for each command.
-        words: the words after the program's name.
-        program: its name.
-        description: what it does.
+        words: the words after the name of the program.
+        program: name of the program.
+        description: description of the program in the help.
 
     Raises:
-        SystemExit: help was asked for (status 0), or the words are no command (``BAD_INPUT``, one line said).
-        StitchMeshError: options refuse themselves.
+        SystemExit: the help was printed (status 0), or the words do not describe a command (status ``BAD_INPUT``, after
+            one line on standard error).
+        StitchMeshError: the constructor of a group of options does not accept a value.
     """
-    said = io.StringIO()
+    messages = io.StringIO()
     try:
-        with redirect_stderr(said):
+        with redirect_stderr(messages):
             return tyro.cli(
-                cast(type[Command], Union[tuple(commands)]),  # noqa: UP007 (the union is made while running)
+                cast(type[Command], Union[tuple(commands)]),  # noqa: UP007 (the union is made at run time)
                 prog=program, description=description, args=words, config=CONFIG, registry=_registry(),
             )  # fmt: skip
     except SystemExit as stop:
         if stop.code:
-            command = {_name(each) for each in commands} & set(words[:1])
-            asked = " ".join([program, *command])
-            print(f"{asked}: {one_line(said.getvalue())}; see {asked} --help", file=sys.stderr)
+            command = {_command_name(each) for each in commands} & set(words[:1])
+            called = " ".join([program, *command])
+            print(f"{called}: {one_line(messages.getvalue())}; see {called} --help", file=sys.stderr)
         raise
 
 
-def _name(command: type) -> str:
-    """What a command is called: its class's name with hyphens."""
+def _command_name(command: type) -> str:
+    """Return the name of a command: the name of its class in lower case with hyphens."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", command.__name__).lower()
 
 
 def one_line(box: str) -> str:
-    """The text in one of tyro's boxes as one line, without the help of arguments that stands below it.
+    """Return the text of one of tyro's error messages as one line, without the help of arguments at its end.
 
-    A box has lines around it, or, where standard output cannot draw these, a title with a rule below it and lines that
-    are indented by two.
+    An error message is drawn as a box. If standard output cannot show the characters of a box, the message has a title,
+    a horizontal line below it, and text lines that are indented by two spaces.
     """
     sections = [""]
     for line in TERMINAL_COLOUR.sub("", box).splitlines():
@@ -163,7 +171,7 @@ def one_line(box: str) -> str:
         text = (found[1] or found[2] or "") if found else ""
         if text and set(text) <= set("─-"):
             sections.append("")
-        elif text and not text.startswith(" " * 8):  # indented twice: the help of an argument
+        elif text and not text.startswith(" " * 8):  # A line that is indented by more is the help of an argument.
             listed = text.startswith(" " * 4) and not sections[-1].endswith(":")
             sections[-1] += (", " if listed else " ") + text.strip()
     kept = [text.strip() for text in sections if text and not text.startswith((" Argument helptext", " For full help"))]
@@ -171,35 +179,46 @@ def one_line(box: str) -> str:
 
 
 def _registry() -> ConstructorRegistry:
+    """Return tyro's rules of conversion, with the rules of this module added."""
     registry = ConstructorRegistry()
     registry.primitive_rule(_spec_of_type)
     return registry
 
 
 def _spec_of_type(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-    """How a text, a choice, a number or a tuple of numbers of one kind is written; it is None where it is not given."""
+    """Return the rule of conversion for a text, a choice, a number or a tuple of numbers; None for other types.
+
+    The rule for an optional type is that of the type itself, because the default is None.
+    """
     declared: Any = info.type
     if get_origin(declared) in (Union, UnionType):
         options = [option for option in get_args(declared) if option is not NoneType]
         declared = options[0] if len(options) == 1 else None
     if declared is str:
-        return read_by(str, "NAME")
+        return parsed_by(str, "NAME")
     if get_origin(declared) is Literal:
-        return read_by(partial(_choice, get_args(declared)), "NAME")
-    if declared in KINDS:
+        return parsed_by(partial(_choice, get_args(declared)), "NAME")
+    if declared in NUMBER_NAMES:
         return _numbers(declared, 1, lambda values: values[0])
     parts = get_args(declared) if get_origin(declared) is tuple else ()
-    if not parts or parts[0] not in KINDS or tyro.conf.UseAppendAction in info.markers:
+    if not parts or parts[0] not in NUMBER_NAMES or tyro.conf.UseAppendAction in info.markers:
         return None
     return _numbers(parts[0], "*" if Ellipsis in parts else len(parts), tuple)
 
 
-def _numbers(kind: Any, count: Any, together: Callable[[list[Any]], Any]) -> PrimitiveConstructorSpec[Any]:
-    name, metavar = KINDS[kind]
+def _numbers(kind: Any, count: Any, combine: Callable[[list[Any]], Any]) -> PrimitiveConstructorSpec[Any]:
+    """Return the rule of conversion for numbers.
+
+    Args:
+        kind: type of the numbers, a key of ``NUMBER_NAMES``.
+        count: number of words, or ``*`` for any number.
+        combine: function that makes the value from the list of numbers.
+    """
+    name, metavar = NUMBER_NAMES[kind]
 
     def parse_words(words: list[str]) -> Any:
         try:
-            return together([kind(word) for word in words])
+            return combine([kind(word) for word in words])
         except ValueError as error:
             expected = f"a {name}" if count == 1 else f"{name}s"
             raise ValueError(f"got {' '.join(words)!r}; expected {expected}") from error

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a mesh, a stitch mesh or yarns are, in a few lines of words and numbers."""
+"""Descriptions of a mesh, a stitch mesh or yarns in a few lines of text, for the command ``info``."""
 
 from __future__ import annotations
 
@@ -19,32 +19,33 @@ NAMES = {stitch: code for code, stitch in CODES.items()} | {
     Stitch.BIND_OFF: "bind-off",
     Stitch.DRAW_THROUGH: "draw-through",
 }
-"""What each kind of face is called: its code, where it has one."""
+"""Name of each kind of face: its code, if it has a code."""
 
 
-def kind_of(noun: Mesh | YarnSet) -> str:
-    """What the noun is, in words."""
-    return {YarnSet: "yarns", StitchMesh: "stitch mesh", Mesh: "polygon mesh"}[type(noun)]
+def kind_of(content: Mesh | YarnSet) -> str:
+    """Return the name of the kind of a file's content."""
+    return {YarnSet: "yarns", StitchMesh: "stitch mesh", Mesh: "polygon mesh"}[type(content)]
 
 
-def description(noun: Mesh | YarnSet) -> list[str]:
-    """The lines that describe it.
+def description(content: Mesh | YarnSet) -> list[str]:
+    """Return the lines that describe a mesh, a stitch mesh or yarns.
 
     Raises:
-        LabelError: cables of a stitch mesh are malformed.
+        LabelError: the cables of a stitch mesh are malformed.
     """
-    if isinstance(noun, YarnSet):
-        return _of_yarns(noun)
+    if isinstance(content, YarnSet):
+        return _yarn_lines(content)
+    counts = f"{content.face_count} faces, {len(content.vertices)} vertices, {len(content.edge_side)} edges"
     lines = [
-        f"{kind_of(noun)}: {noun.face_count} faces, {len(noun.vertices)} vertices, {len(noun.edge_side)} edges",
-        f"borders: {len(noun.boundary_loops)}",
-        f"area: {np.linalg.norm(noun.face_vector_area, axis=1).sum():.2f} cm2",
-        _extent(noun.vertices),
+        f"{kind_of(content)}: {counts}",
+        f"borders: {len(content.boundary_loops)}",
+        f"area: {np.linalg.norm(content.face_vector_area, axis=1).sum():.2f} cm2",
+        _extent(content.vertices),
     ]
-    return [*lines, *_of_stitches(noun)] if isinstance(noun, StitchMesh) else lines
+    return [*lines, *_stitch_lines(content)] if isinstance(content, StitchMesh) else lines
 
 
-def _of_yarns(yarns: YarnSet) -> list[str]:
+def _yarn_lines(yarns: YarnSet) -> list[str]:
     return [
         f"yarns: {yarns.yarn_count} ({int(yarns.closed.sum())} closed)",
         f"control points: {len(yarns.points)}",
@@ -55,11 +56,11 @@ def _of_yarns(yarns: YarnSet) -> list[str]:
     ]
 
 
-def _of_stitches(fabric: StitchMesh) -> list[str]:
-    """Rows, stitches by their kinds, the most frequent first, and their marks."""
+def _stitch_lines(fabric: StitchMesh) -> list[str]:
+    """Return the lines of the rows, the stitches by their kinds, the most frequent kind first, and the marks."""
     rows = f"rows: {fabric.row.max() + 1}"
     if (fabric.stitch == Stitch.PANEL).all():
-        return [rows, "stitches: none yet, each face is a panel of them"]
+        return [rows, "stitches: none, because the mesh is labeled but not tessellated"]
     kinds, counts = np.unique(fabric.stitch, return_counts=True)
     order = np.argsort(-counts, kind="stable")
     stitches = ", ".join(f"{counts[k]} {NAMES[Stitch(int(kinds[k]))]}" for k in order)
@@ -71,21 +72,21 @@ def _of_stitches(fabric: StitchMesh) -> list[str]:
         f"decreases: {shaped['decreases']}",
         f"twisted loops: {np.count_nonzero(fabric.twist)}",
         f"cables: {_cables(fabric)}",
-        f"yarns: {_yarns_of(fabric)}",
+        f"yarns: {_yarn_counts(fabric)}",
     ]
 
 
-def _yarns_of(fabric: StitchMesh) -> str:
-    """How many yarns the stitches name, and where there are several, which is in how many."""
+def _yarn_counts(fabric: StitchMesh) -> str:
+    """Return the number of yarns of the stitches and, if there are several, the number of stitches of each yarn."""
     numbers, faces = np.unique(fabric.yarn, return_counts=True)
     if len(numbers) == 1:
         return "1"
-    stitches = ", ".join(f"{count} stitches in {number}" for number, count in zip(numbers, faces, strict=True))
+    stitches = ", ".join(f"{count} stitches of {number}" for number, count in zip(numbers, faces, strict=True))
     return f"{len(numbers)} ({stitches})"
 
 
 def _cables(fabric: StitchMesh) -> str:
-    """How many crossings there are, of how many loops."""
+    """Return the number of cable crossings and their numbers of loops."""
     groups = cable_groups(fabric)
     if not groups:
         return "0"
@@ -94,5 +95,6 @@ def _cables(fabric: StitchMesh) -> str:
 
 
 def _extent(points: FloatArray) -> str:
+    """Return the line with the size of the bounding box of points [cm], shape (n, 3)."""
     size = points.max(axis=0) - points.min(axis=0)
     return f"extent: {size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} cm"

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The program: it reads the words, runs the command, and returns the exit status."""
+"""The program: it parses the command line, runs the command, and returns the exit status."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ COMMANDS = (
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit status.
+    """Run one command, and return the exit status.
 
     Args:
-        argv: the words after the program's name; those of the process unless given.
+        argv: the words after the name of the program; the words of the process if it is None.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if words == ["--version"]:
         print(f"stitchmesh {__version__}")
         return 0
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a terminal that knows no more than ASCII prints what it can
-    logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_ToStandardError()])
+        sys.stdout.reconfigure(errors="replace")  # A terminal may support ASCII only.
+    logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_StandardErrorHandler()])
     try:
         parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION).run()
         sys.stdout.flush()
@@ -61,15 +61,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("interrupted; what was saved last is whole", file=sys.stderr)
+        print("interrupted; files that have been written are complete", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # the reader of the output, for example `head`, has closed it; the rest is discarded
+    except BrokenPipeError:  # The reader of the output, for example `head`, has ended; the other output is discarded.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
 
-class _ToStandardError(logging.Handler):
-    """Logs to what standard error is now; while a progress is drawn that is a stream that keeps its lines apart."""
+class _StandardErrorHandler(logging.Handler):
+    """A log handler that prints to the present value of ``sys.stderr``.
+
+    While a progress bar is drawn, ``sys.stderr`` is a stream that prints log lines above the bar.
+    """
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one record."""

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Options that several commands take, each group a frozen dataclass; their defaults are those of the library."""
+"""Options of several commands. Each group is a frozen dataclass, and the defaults are those of the library.
+
+The docstring of a field is the help text of the option.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import UseAppendAction
 
-from stitchmesh.cli.arguments import OneOrTwo, Pair, shown
+from stitchmesh.cli.arguments import OneOrTwo, Pair, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
@@ -29,37 +32,39 @@ READ_STITCHES = "stitch mesh: .h5 or .smobj"
 WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
 READ_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp or .obj"
 WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp, .glb or .obj"
-FOUND_RADIUS = "the file's own, or estimated from the distances between yarns"
+FOUND_RADIUS = "from the file, or estimated from the distances between yarns"
 GENERATED_RADIUS = "an eighth of the stitch width"
 
 FACTORS = (
-    "of a stitch type (k=1.1), of a row (row:3=0.9), of a yarn (yarn:12=1.2), or of the floats or held loops of slip "
-    "stitches (floats=F, held=F)"
+    "for a stitch type (k=1.1), a row (row:3=0.9), a yarn (yarn:12=1.2), or the floats or held loops of slip stitches "
+    "(floats=F, held=F)"
 )
 
-QualityName = Annotated[str, shown("NAME", help=f"accuracy and cost: {', '.join(PRESETS)}")]
-Device = Annotated[str | None, shown("NAME", "the first GPU, else the CPU", help="processor: cpu or cuda:0")]
-Unit = Annotated[str, shown("UNIT", help=f"unit of a file that states none: {', '.join(CENTIMETRES)}")]
-StitchWidth = Annotated[float, shown("CM", help="wale spacing [cm]")]
-Material = Annotated[str, shown("NAME", help=f"material, scaled to the yarn's radius: {', '.join(sorted(NAMED))}")]
+QualityName = Annotated[str, help_entry("NAME", help=f"preset of accuracy and cost: {', '.join(PRESETS)}")]
+Device = Annotated[
+    str | None, help_entry("NAME", "the first GPU, or the CPU without a GPU", help="processor: cpu or cuda:0")
+]
+Unit = Annotated[str, help_entry("UNIT", help=f"unit of a file that states no unit: {', '.join(CENTIMETRES)}")]
+StitchWidth = Annotated[float, help_entry("CM", help="wale spacing [cm]")]
+Material = Annotated[str, help_entry("NAME", help=f"material, scaled to the yarn radius: {', '.join(sorted(NAMED))}")]
 MaxIterations = Annotated[
-    int | None, shown("N", "the quality's", help="iterations after which the relaxation stops in any case")
+    int | None, help_entry("N", "that of the quality", help="largest number of iterations of the relaxation")
 ]
 ReportFolder = Annotated[
-    str | None, shown("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
+    str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
 ]
 
 
 @dataclass(frozen=True)
 class FileReading:
-    """What a file does not say about itself."""
+    """Properties that a file may not state."""
 
     unit: Unit = DEFAULT_UNIT
-    yarn_radius: Annotated[float | None, shown("CM", FOUND_RADIUS)] = None
-    """radius of yarns [cm]"""
+    yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
+    """radius of the yarns [cm]"""
 
     def read(self, path: str) -> Mesh | YarnSet:
-        """What the file holds."""
+        """Read a file."""
         from stitchmesh.io.any_file import read_any
 
         return read_any(path, unit=self.unit, radius=self.yarn_radius)
@@ -67,46 +72,50 @@ class FileReading:
 
 @dataclass(frozen=True)
 class Rows:
-    """Knitting rows."""
+    """Seeds and directions of the knitting rows."""
 
-    seed: Annotated[UseAppendAction[tuple[Pair, ...]], shown("V,W")] = ()
-    """course edge that rows start from, by its two vertices counted from 0"""
-    flip: Annotated[UseAppendAction[tuple[int, ...]], shown("FACE")] = ()
-    """face whose row is turned over, counted from 0"""
+    seed: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """course edge from which rows start: its two vertices, counted from 0"""
+    flip: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
+    """face whose row is reversed, counted from 0"""
 
 
 @dataclass(frozen=True)
 class RestLengthFactors:
-    """Rest lengths of yarn, as factors of the generated lengths."""
+    """Rest lengths of the yarns, as factors of the generated lengths."""
 
-    rest_length_factor: Annotated[float, shown("F")] = RestLengths.factor
-    """factor of all yarn"""
-    loop_length: Annotated[float | None, shown("CM", "as generated")] = RestLengths.loop_length
-    """yarn in every plain stitch before the factors [cm]"""
-    rest_length: Annotated[UseAppendAction[tuple[str, ...]], shown("KEY=F", help=f"factor {FACTORS}")] = ()
+    rest_length_factor: Annotated[float, help_entry("F")] = RestLengths.factor
+    """factor for all yarns"""
+    loop_length: Annotated[float | None, help_entry("CM", "as generated")] = RestLengths.loop_length
+    """yarn length of every plain stitch before the factors apply [cm]"""
+    rest_length: Annotated[UseAppendAction[tuple[str, ...]], help_entry("KEY=F", help=f"factor {FACTORS}")] = ()
 
     def rest_lengths(self) -> RestLengths:
-        """The same for the library."""
+        """Return the changes of the rest lengths.
+
+        Raises:
+            ParameterError: a factor is malformed or out of bounds.
+        """
         return parse_rest_lengths(self.rest_length, factor=self.rest_length_factor, loop_length=self.loop_length)
 
 
 @dataclass(frozen=True)
 class MorePhysics:
-    """More energies, each of which acts only if it is given."""
+    """Additional energies; each energy acts only if its option is given."""
 
-    gravity: Annotated[tuple[float, float, float] | None, shown("X Y Z", "off")] = None
-    """acceleration [cm/s^2]; on Earth 0 -981 0 where y points up"""
-    friction: Annotated[OneOrTwo, shown("MU[,MU]", "off")] = None
-    """coefficient of friction between yarns, or two: along the yarn and across it"""
-    twist: Annotated[OneOrTwo, shown("K[,ANGLE]", "off")] = None
-    """torsional stiffness [erg cm], and twist of each yarn from end to end [rad], 0 unless given"""
-    body: Annotated[str | None, shown("MESH", "off")] = None
-    """polygon mesh that the yarns stay outside of"""
-    body_unit: Annotated[str, shown("UNIT")] = DEFAULT_UNIT
-    """unit of the body's file"""
+    gravity: Annotated[tuple[float, float, float] | None, help_entry("X Y Z", "off")] = None
+    """acceleration of gravity [cm/s^2]; 0 -981 0 on Earth if y points up"""
+    friction: Annotated[OneOrTwo, help_entry("MU[,MU]", "off")] = None
+    """coefficient of friction between yarns, or two coefficients: along the yarn and across the yarn"""
+    twist: Annotated[OneOrTwo, help_entry("K[,ANGLE]", "off")] = None
+    """torsional stiffness [erg cm], and twist of each yarn from end to end [rad], 0 if it is not given"""
+    body: Annotated[str | None, help_entry("MESH", "off")] = None
+    """polygon mesh of a solid body that the yarns do not enter"""
+    body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
+    """unit of the file of the body"""
 
     def terms(self) -> list[TermChoice]:
-        """The energies asked for; the module of one that is not is not imported."""
+        """Return the energies whose options are given; the modules of the other energies are not imported."""
         terms: list[TermChoice] = []
         if self.gravity is not None:
             from stitchmesh.yarnrelax.energies.gravity import Gravity
@@ -131,23 +140,29 @@ class MorePhysics:
 
 @dataclass(frozen=True)
 class SolverOptions:
-    """How yarns come to rest."""
+    """Method and limits of the relaxation of yarns."""
 
     material: Material = DEFAULT_MATERIAL
-    solver: Annotated[Solver | None, shown("NAME", "the quality's")] = None
-    """quasistatic, or dynamics as in Leaf 2018"""
+    solver: Annotated[Solver | None, help_entry("NAME", "that of the quality")] = None
+    """method: quasistatic, or dynamics (Leaf et al. 2018)"""
     max_iterations: MaxIterations = None
-    checkpoint_every: Annotated[int | None, shown("N", "no checkpoints")] = None
-    """write a checkpoint every N iterations: in knit's folder, or beside the file in a folder of its name"""
-    resume: Annotated[str | None, shown("PATH", "start anew")] = None
-    """checkpoint, .smc, to go on from; give all other options as they were given then"""
+    checkpoint_every: Annotated[int | None, help_entry("N", "no checkpoints")] = None
+    """write a checkpoint every N iterations, to the output folder or to OUTPUT.checkpoints beside the output file"""
+    resume: Annotated[str | None, help_entry("PATH", "a new relaxation")] = None
+    """checkpoint (.smc) from which the relaxation continues; give the same other options as before"""
 
     def quality(self, preset: str) -> str | Quality:
-        """The preset, or what these options make of it."""
+        """Return the preset, changed by these options."""
         return quality_with(preset, solver=self.solver, max_iterations=self.max_iterations)
 
     def relax_options(self, physics: MorePhysics, rest_lengths: RestLengths, checkpoints: Path) -> RelaxOptions:
-        """The same for the library; checkpoints, if asked for, go into the folder named."""
+        """Return the options of the relaxation.
+
+        Args:
+            physics: additional energies.
+            rest_lengths: changes of the rest lengths.
+            checkpoints: folder for checkpoints, if checkpoints are written.
+        """
         from stitchmesh.pipeline import RelaxOptions
 
         return RelaxOptions(
@@ -168,15 +183,15 @@ class SolverOptions:
 
 @dataclass(frozen=True)
 class PinnedPlaces:
-    """Yarn that does not move."""
+    """Control points that do not move."""
 
-    pin_point: Annotated[UseAppendAction[tuple[int, ...]], shown("POINT")] = ()
-    """control point that stays where it is, counted from 0"""
-    pin_face: Annotated[UseAppendAction[tuple[int, ...]], shown("FACE")] = ()
-    """stitch face whose loops stay where they are, counted from 0"""
+    pin_point: Annotated[UseAppendAction[tuple[int, ...]], help_entry("POINT")] = ()
+    """control point that does not move, counted from 0"""
+    pin_face: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
+    """stitch face whose control points do not move, counted from 0"""
 
     def constraints(self) -> list[ConstraintChoice]:
-        """The same for the library."""
+        """Return the constraints of the relaxation."""
         if not (self.pin_point or self.pin_face):
             return []
         from stitchmesh.yarnrelax.constraints.pins import Pins
@@ -188,21 +203,21 @@ class PinnedPlaces:
 class SwatchFabric:
     """The fabric of a swatch."""
 
-    yarn_radius: Annotated[float, shown("CM")] = SwatchOptions.yarn_radius
+    yarn_radius: Annotated[float, help_entry("CM")] = SwatchOptions.yarn_radius
     """yarn radius [cm]"""
-    loop_length: Annotated[float | None, shown("CM", f"{COMPACT_LOOP} diameters")] = SwatchOptions.loop_length
-    """yarn of a plain stitch [cm]"""
-    spacing: Annotated[tuple[float, ...] | None, shown("CM [CM]", f"{SPACING} diameters")] = None
-    """distance of a weave's yarns [cm], or of its warps and of its wefts"""
-    gamma: Annotated[float, shown("G")] = SwatchOptions.gamma
-    """yarn is taken up by this factor, 0.1 to 10; the fabric becomes tighter by the same factor"""
-    columns: Annotated[int, shown("N")] = SwatchOptions.columns
-    """repeats of the pattern side by side"""
-    rows: Annotated[int, shown("N")] = SwatchOptions.rows
-    """repeats of the pattern above one another"""
+    loop_length: Annotated[float | None, help_entry("CM", f"{COMPACT_LOOP} diameters")] = SwatchOptions.loop_length
+    """yarn length of a plain stitch [cm]"""
+    spacing: Annotated[tuple[float, ...] | None, help_entry("CM [CM]", f"{SPACING} diameters")] = None
+    """distance between the yarns of a weave [cm], or between its warps and between its wefts"""
+    gamma: Annotated[float, help_entry("G")] = SwatchOptions.gamma
+    """tightness: all rest lengths are divided by this factor, 0.1 to 10"""
+    columns: Annotated[int, help_entry("N")] = SwatchOptions.columns
+    """number of repeats of the pattern, side by side"""
+    rows: Annotated[int, help_entry("N")] = SwatchOptions.rows
+    """number of repeats of the pattern, one above another"""
 
     def options(self) -> dict[str, Any]:
-        """Fields of ``SwatchOptions``.
+        """Return the fields of ``SwatchOptions`` by name.
 
         Raises:
             ParameterError: there are more than two spacings.
@@ -210,6 +225,7 @@ class SwatchFabric:
         return {**asdict(self), "spacing": self._spacing()}
 
     def _spacing(self) -> float | tuple[float, float] | None:
+        """Return one spacing, the spacings of warps and of wefts, or None [cm]."""
         numbers = self.spacing
         if numbers is None or len(numbers) == 1:
             return None if numbers is None else numbers[0]

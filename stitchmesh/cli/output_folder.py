@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The folder that a command writes into, and the pictures that go there beside the numbers."""
+"""The output folder of a command, and the pictures that are written to it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from stitchmesh.quality import Quality, quality_named
 
 @contextmanager
 def output_folder(name: str) -> Iterator[Path]:
-    """The output folder, made before hours of work, so that they do not end at a closed door.
+    """Make the output folder and check that it can be written, before a long computation starts.
 
-    Where the work is refused, a folder that was made for it and is still empty goes again.
+    If the folder is new and still empty when the block ends, for example because of an error, it is removed.
 
     Raises:
         FileError: the folder cannot be made or written.
@@ -40,14 +40,14 @@ def output_folder(name: str) -> Iterator[Path]:
 
 
 def plot_history(history: Sequence[HistoryEntry], folder: Path, quality: str | Quality) -> None:
-    """Draw how yarns came to rest, as ``convergence.png``."""
+    """Draw the convergence of a relaxation as ``convergence.png``."""
     from stitchmesh.render.convergence_plot import plot_convergence
 
     plot_convergence(history, folder / "convergence.png", tolerance=quality_named(quality).tolerance)
 
 
 def draw_if_possible(draw: Callable[[], None]) -> None:
-    """Draw the picture of a run; a machine that cannot keeps its yarns and is told what it lacks."""
+    """Draw a picture; if this machine cannot draw, print the reason and continue, because all other files exist."""
     try:
         draw()
     except DisplayError as error:

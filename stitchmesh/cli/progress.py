@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Progress on standard error: on a terminal the stage under way in two lines, in a file a line now and then.
+"""Progress reports on standard error: two lines with a bar on a terminal, and a line every few seconds in a file.
 
-What is left is what the stage has taken so far times the
-part that is still to do over the part that is done.
+The remaining time of a stage is estimated as the time so far, times the part that remains, divided by the completed
+part.
 """
 
 from __future__ import annotations
@@ -19,26 +19,27 @@ from rich.text import Text
 
 from stitchmesh.pipeline import Progress as Report
 
-STAGES = {
+STAGE_TEXTS = {
     "label": "labeling rows",
     "tessellate": "tessellating",
-    "pattern": "laying the pattern",
-    "meshrelax": "evening out stitches",
+    "pattern": "applying the pattern",
+    "meshrelax": "relaxing the stitch mesh",
     "yarngen": "generating yarns",
     "yarnrelax": "relaxing yarns",
 }
 
+"""Text for each stage."""
 LINE_SECONDS = 3.0
-"""Time between two lines."""
-TOO_EARLY = 0.05
-"""Part done below which nobody can tell what is left."""
+"""Shortest time between two lines in a file [s]."""
+SMALLEST_PART = 0.05
+"""Completed part below which the remaining time is not estimated."""
 NEXT_LINE = "\n"
-"""Between the two lines of a note."""
+"""Separator of the two lines of a note."""
 
 
 @contextmanager
-def on_terminal(console: Console | None = None) -> Iterator[Report]:
-    """A progress report that is drawn on a console, standard error unless given."""
+def show_progress(console: Console | None = None) -> Iterator[Report]:
+    """Provide a progress function that draws on a console; the console is standard error if it is None."""
     console = console or Console(stderr=True)
     if not console.is_terminal:
         yield _Lines(console)
@@ -50,67 +51,75 @@ def on_terminal(console: Console | None = None) -> Iterator[Report]:
 
 
 def seconds_left(spent: float, done: float) -> float | None:
-    """Time that a stage still takes [s], if it goes on as it went; None where that cannot be told."""
-    return spent * (1.0 - done) / done if TOO_EARLY < done < 1.0 else None
+    """Estimate the remaining time of a stage [s].
+
+    Args:
+        spent: time so far [s].
+        done: completed part, from 0 to 1.
+
+    Returns:
+        The remaining time at constant speed; None if the completed part is too small, or the stage is complete.
+    """
+    return spent * (1.0 - done) / done if SMALLEST_PART < done < 1.0 else None
 
 
 class _Lines:
-    """A line every few seconds; what is done sooner, a refusal of bad input among it, is told by nobody."""
+    """Progress as a line every few seconds; a command that ends or fails within the first seconds prints no line."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._told = self._began = time.monotonic()
+        self._last_line = self._stage_start = time.monotonic()
         self._stage = ""
 
     def __call__(self, stage: str, done: float, note: str) -> None:
         now = time.monotonic()
         if stage != self._stage:
-            self._stage, self._began = stage, now
-        if now - self._told < LINE_SECONDS:
+            self._stage, self._stage_start = stage, now
+        if now - self._last_line < LINE_SECONDS:
             return
-        self._told = now
-        left = seconds_left(now - self._began, done)
-        about = "" if left is None else f", about {left:.0f} s left"
-        line = f"{STAGES.get(stage, stage)}: {done:.0%}{about} ({note.replace(NEXT_LINE, '; ')})"
+        self._last_line = now
+        left = seconds_left(now - self._stage_start, done)
+        estimate = "" if left is None else f", about {left:.0f} s left"
+        line = f"{STAGE_TEXTS.get(stage, stage)}: {done:.0%}{estimate} ({note.replace(NEXT_LINE, '; ')})"
         self._console.print(line, highlight=False, soft_wrap=True)
 
 
 class _Display(Progress):
-    """A bar between what is going on and how it goes, and perhaps a line below; both vanish at the end."""
+    """Lines on a terminal: stage, bar and note, and optionally a second line. Both lines are removed at the end."""
 
     def __init__(self, console: Console) -> None:
-        self.below = ""
+        self.second_line = ""
         columns = (TextColumn("{task.description}"), BarColumn(bar_width=12), TextColumn("{task.fields[words]}"))
         super().__init__(*columns, console=console, transient=True)
 
     def get_renderables(self) -> Iterator[RenderableType]:
-        """The two lines."""
+        """Yield the lines to draw."""
         yield self.make_tasks_table(self.tasks)
-        if self.below:
-            yield Text(self.below)
+        if self.second_line:
+            yield Text(self.second_line)
 
 
 class _Bar:
-    """The bar of the stage under way; a stage that has ended leaves a line with its time."""
+    """Progress as a bar of the current stage; a line with the duration of each completed stage remains."""
 
     def __init__(self, display: _Display) -> None:
         self._display = display
         self._task = display.add_task("", total=1.0, words="")
-        self._stage, self._began, self._done = "", time.monotonic(), 0.0
+        self._stage, self._start, self._done = "", time.monotonic(), 0.0
 
     def __call__(self, stage: str, done: float, note: str) -> None:
         if stage != self._stage:
             self.end_stage()
-            self._stage, self._began, self._done = stage, time.monotonic(), 0.0
-            self._display.reset(self._task, total=1.0, description=STAGES.get(stage, stage))
+            self._stage, self._start, self._done = stage, time.monotonic(), 0.0
+            self._display.reset(self._task, total=1.0, description=STAGE_TEXTS.get(stage, stage))
         self._done = max(done, self._done)
-        left = seconds_left(time.monotonic() - self._began, self._done)
-        about = "" if left is None else f"about {timedelta(seconds=round(left))} left, "
-        beside, _, self._display.below = note.partition(NEXT_LINE)
-        self._display.update(self._task, completed=self._done, words=about + beside)
+        left = seconds_left(time.monotonic() - self._start, self._done)
+        estimate = "" if left is None else f"about {timedelta(seconds=round(left))} left, "
+        first_line, _, self._display.second_line = note.partition(NEXT_LINE)
+        self._display.update(self._task, completed=self._done, words=estimate + first_line)
 
     def end_stage(self) -> None:
-        """Say how long the stage took."""
+        """Print the duration of the current stage."""
         if self._stage:
-            line = f"{STAGES.get(self._stage, self._stage)}: {time.monotonic() - self._began:.1f} s"
+            line = f"{STAGE_TEXTS.get(self._stage, self._stage)}: {time.monotonic() - self._start:.1f} s"
             self._display.console.print(line, highlight=False)

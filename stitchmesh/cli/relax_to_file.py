@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What ``relax`` and ``relax-edited`` do after they have read their files."""
+"""The part that the commands ``relax`` and ``relax-edited`` share: relax yarns, and write the results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def checkpoint_folder(output: str) -> Path:
-    """Beside the output, in a folder of its name."""
+    """Return the folder of checkpoints: it is beside the output file and has the name of that file."""
     return Path(output).with_suffix(".checkpoints")
 
 
@@ -29,33 +29,33 @@ def relax_to_file(
     output: str, report: str | None, given: YarnSet, options: RelaxOptions, *, quality: str | Quality,
     device: str | None, fabric: StitchMesh | None, keep_shape: bool, start: YarnSet | None = None,
 ) -> None:  # fmt: skip
-    """Relax yarns and write them; an interrupt leaves the last good state in the output file.
+    """Relax yarns and write them; after an interrupt, the last good state is written to the output file.
 
     Args:
-        output: file for the yarns.
-        report: folder for the report and the convergence, if it is asked for.
+        output: file for the relaxed yarns.
+        report: folder for the report and the convergence; None writes neither.
         given: the yarns.
-        options: as for ``pipeline.relax_as_told``, and so are those that follow.
-        quality: a preset or a ``Quality``.
-        device: name of the processor.
-        fabric: the fabric that the yarns were made from.
-        keep_shape: whether its shape is kept.
-        start: the same yarns in another place to start from.
+        options: options of the relaxation.
+        quality: name of a preset, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+        fabric: the fabric from which the yarns were made, if it is known.
+        keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
+        start: the same yarns at the positions from which the relaxation starts; ``given`` if None.
 
     Raises:
-        StitchMeshError: the relaxation cannot go on, or a file cannot be written.
+        StitchMeshError: the relaxation cannot continue, or a file cannot be written.
     """
-    from stitchmesh.cli.progress import on_terminal
+    from stitchmesh.cli.progress import show_progress
     from stitchmesh.io import write_yarns
-    from stitchmesh.pipeline import relax_as_told
+    from stitchmesh.pipeline import relax_with_options
 
     last = [start or given]
     with ExitStack() as stack:
         stack.enter_context(output_folder(str(Path(output).parent)))
         folder = None if report is None else stack.enter_context(output_folder(report))
-        progress = stack.enter_context(on_terminal())
+        progress = stack.enter_context(show_progress())
         try:
-            relaxed = relax_as_told(
+            relaxed = relax_with_options(
                 given, options, quality=quality, device=device, fabric=fabric, keep_shape=keep_shape,
                 start=start, progress=progress, on_state=lambda state: last.__setitem__(0, state),
             )  # fmt: skip

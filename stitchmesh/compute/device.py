@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where kernels run: Warp's devices, started without noise."""
+"""Warp's devices, on which kernels run; Warp is initialised without messages."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ CUDA_DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
 
 _turn = threading.Condition()
 _queue: deque[int] = deque()
-"""Threads that launch kernels or wait to; the first one does."""
+"""Identifiers of the threads that launch kernels or wait for it; the first thread launches kernels."""
 
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """Launch kernels while no other thread of the program does; a context, or with ``@alone()`` all of a function.
+    """Exclude all other threads from launching kernels; a context manager, or the decorator ``@alone()`` of a function.
 
-    Warp is not made for several threads: on the CPU, sums by tiles share one scratch memory, on a GPU a graph records
-    what others launch. Threads take turns in the order in which they ask, and may ask again during their turn.
+    Warp does not support several threads: on the CPU, tile sums share one scratch memory, and on a GPU a captured graph
+    contains the launches of other threads too. Threads get the exclusive access in the order of their requests. A
+    thread that has the access may request it again (the lock is reentrant).
     """
     own = threading.get_ident()
     with _turn:
@@ -39,7 +40,7 @@ def alone() -> Iterator[None]:
             _queue.append(own)
             try:
                 _turn.wait_for(lambda: _queue[0] == own)
-            except BaseException:  # interrupted: others must not wait for this thread
+            except BaseException:  # After an interrupt, other threads must not wait for this thread.
                 _queue.remove(own)
                 _turn.notify_all()
                 raise
@@ -53,10 +54,14 @@ def alone() -> Iterator[None]:
 
 
 def device_named(name: str | None) -> wp.Device:
-    """The device of that name; the first GPU, else the CPU, where none is named.
+    """Return a device.
+
+    Args:
+        name: Warp's name of the device, for example ``cpu`` or ``cuda:0``. If it is None, the device is the first GPU,
+            or the CPU on a machine without a GPU.
 
     Raises:
-        ParameterError: there is no such device.
+        ParameterError: there is no device of that name.
     """
     _start_warp()
     names = [str(device) for device in wp.get_devices()]
@@ -76,6 +81,7 @@ def _start_warp() -> None:
 
 
 def _has_driver() -> bool:
+    """Return whether the machine has a CUDA driver."""
     try:
         ctypes.CDLL(CUDA_DRIVER)
     except OSError:
@@ -85,7 +91,7 @@ def _has_driver() -> bool:
 
 @contextmanager
 def _silent_standard_error() -> Iterator[None]:
-    """Native code writes its warning to the file descriptor, past ``sys.stderr``."""
+    """Discard standard error on the level of the file descriptor, because native code does not use ``sys.stderr``."""
     sys.stderr.flush()
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:

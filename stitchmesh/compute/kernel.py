@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How kernels are declared: each compiled by itself, forwards only.
+"""The decorator of kernels: each kernel is a module of its own, without derivatives.
 
-A kernel by itself is compiled again only where it changes. Warp would compile the derivative of each too, which nothing
-here asks for and which takes longer than the kernel.
+A kernel in a module of its own is compiled again only if the kernel itself changes. By default Warp also compiles the
+derivative of each kernel; StitchMesh does not use derivatives, and their compilation takes longer than that of the
+kernel.
 """
 
 from __future__ import annotations
@@ -13,4 +14,4 @@ import functools
 import warp as wp
 
 kernel = functools.partial(wp.kernel, module="unique", enable_backward=False)
-"""Decorator of a kernel, in place of ``wp.kernel``."""
+"""Decorator of a kernel; it replaces ``wp.kernel``."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Edits as data: a name and arguments that JSON can hold, applied to a stitch mesh."""
+"""Edits of a stitch mesh as data: a name, and arguments that JSON can hold."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift
 from stitchmesh.editing.wale_lines import insert_wale
 from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
 from stitchmesh.errors import MeshError, ParameterError
-from stitchmesh.io.checked import checked
+from stitchmesh.io.checked import check_value
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Change, Marks, apply_change, inverse_change
@@ -46,89 +46,91 @@ EDITS: dict[str, Callable[..., list[Change]]] = {
         spiral, unspiral, graft, ungraft,
     )
 }  # fmt: skip
-"""What each edit changes, by its name."""
+"""Function of each edit, by name. It takes a stitch mesh and the arguments, and returns the changes of the mesh."""
 
-LARGEST = 2**31 - 1
-"""Of the whole numbers in an edit."""
-WholeNumber = Annotated[int, msgspec.Meta(ge=-LARGEST, le=LARGEST)]
+LARGEST_NUMBER = 2**31 - 1
+"""Largest absolute value of a whole number in the arguments of an edit."""
+WholeNumber = Annotated[int, msgspec.Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+"""Type of a whole number in the arguments of an edit."""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """What is done to a stitch mesh."""
+    """One edit of a stitch mesh."""
 
     name: str
-    """One of ``EDITS``."""
+    """A key of ``EDITS``."""
     arguments: Mapping[str, object] = field(default_factory=dict)
-    """Arguments of that function beside the stitch mesh, by name: numbers, texts and lists of numbers."""
+    """Arguments of the edit by name, without the stitch mesh: numbers, texts and lists of numbers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Edited:
-    """What an edit has made."""
+    """The result of an edit."""
 
     fabric: StitchMesh
+    """Stitch mesh after the edit."""
     changes: tuple[Change, ...]
-    """What it changed, in turn."""
+    """Changes of the edit, in the order in which they are applied."""
     inverse: tuple[Change, ...]
-    """What undoes it exactly, in turn."""
+    """Changes that undo the edit exactly, in the order in which they are applied."""
 
 
 def apply_edit(fabric: StitchMesh, edit: Edit) -> Edited:
-    """Apply an edit; the stitch mesh given stays as it is.
+    """Apply an edit, and return a new stitch mesh; the given stitch mesh stays unchanged.
 
     Args:
-        fabric: stitch faces.
-        edit: what to do.
+        fabric: a tessellated stitch mesh without a lattice.
+        edit: the edit.
 
     Raises:
-        ParameterError: there is no such edit, an argument is missing, unknown or of another kind, or what it names is
-            not there or leaves no room for the edit.
-        MeshError: the surface would not be an oriented manifold, or the mesh has no stitches yet or repeats.
+        ParameterError: the edit is unknown; an argument is missing, unknown or of another type; or an argument names a
+            face, a side or a row that does not exist or at which the edit is not possible.
+        MeshError: the mesh would not be an oriented manifold surface, is not tessellated, or is periodic.
         LabelError: a face would not be a legal stitch face, or a cable would be cut.
     """
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels) or fabric.lattice is not None:
-        what = "repeats on a lattice" if fabric.lattice is not None else f"has panels (face {panels[0]})"
-        raise MeshError(f"edit: the mesh {what}; expected stitches with borders, as `tessellate` makes them")
+        what = "is periodic" if fabric.lattice is not None else f"has panels (face {panels[0]})"
+        raise MeshError(f"edit: the mesh {what}; expected a tessellated mesh with borders")
     arguments = checked_arguments(edit)
     return apply_changes(fabric, EDITS[edit.name](fabric, **arguments))
 
 
 def apply_changes(fabric: StitchMesh, changes: Sequence[Change]) -> Edited:
-    """Apply some changes in turn.
+    """Apply changes one after another.
 
     Raises:
         MeshError: as for ``apply_change``.
-        LabelError: likewise, or a cable would be cut.
+        LabelError: as for ``apply_change``, or a cable would be cut.
     """
     inverse: list[Change] = []
     for change in changes:
         inverse.insert(0, inverse_change(fabric, change))
         fabric = apply_change(fabric, change)
     if changes and fabric.cable_shift.any():
-        cable_groups(fabric, _loops_touched(fabric, changes[-1]))  # raises where it cuts one
+        cable_groups(fabric, _changed_loops(fabric, changes[-1]))  # This raises LabelError for a cut cable.
     return Edited(fabric, tuple(changes), tuple(inverse))
 
 
 def checked_arguments(edit: Edit) -> dict[str, Any]:
-    """All arguments of an edit's function, those that are given checked for their names and kinds.
+    """Check the names and the types of an edit's arguments, and return all arguments, with the defaults of the others.
 
     Raises:
-        ParameterError: there is no such edit, or an argument is missing, unknown or of another kind.
+        ParameterError: the edit is unknown, or an argument is missing, unknown or of another type.
     """
     if edit.name not in EDITS:
         near = difflib.get_close_matches(edit.name, EDITS, n=1) or [", ".join(EDITS)]
         raise ParameterError(f"edit {edit.name!r}: is unknown; expected {near[0]}")
     try:
-        return msgspec.structs.asdict(checked(dict(edit.arguments), arguments_of(edit.name)))
+        return msgspec.structs.asdict(check_value(dict(edit.arguments), arguments_of(edit.name)))
     except ParameterError as error:
         raise ParameterError(f"{edit.name}: {error}") from error
 
 
 @cache
 def arguments_of(name: str) -> type[msgspec.Struct]:
-    """The arguments that an edit takes, as a type: the parameters of its function after the stitch mesh."""
+    """Return a class whose fields are the arguments of an edit: the parameters of its function after the first."""
     edit = EDITS[name]
     hints = get_type_hints(edit)
     fields: list[Any] = []
@@ -139,7 +141,7 @@ def arguments_of(name: str) -> type[msgspec.Struct]:
 
 
 def _bounded(hint: Any) -> Any:
-    """The type of an argument, with whole numbers that NumPy's can hold."""
+    """Return the type of an argument with ``int`` replaced by whole numbers that NumPy arrays can hold."""
     if hint is int:
         return WholeNumber
     if get_origin(hint) is Sequence:
@@ -148,8 +150,8 @@ def _bounded(hint: Any) -> Any:
     return hint if not options else functools.reduce(operator.or_, map(_bounded, options))
 
 
-def _loops_touched(fabric: StitchMesh, change: Change) -> IntArray:
-    """Top sides of faces that a change put in or marked, and those below them."""
+def _changed_loops(fabric: StitchMesh, change: Change) -> IntArray:
+    """Return the top sides of the faces that a change has added or marked, and the top sides of the faces below."""
     if isinstance(change, Marks):
         sides = change.places if change.name.startswith("cable") else np.zeros(0, dtype=np.int64)
     else:

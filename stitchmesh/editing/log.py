@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The log of edits: one JSON object a line, ``{"edit": NAME, "arguments": {...}}``."""
+"""The log of edits: a text file with one JSON object in each line, ``{"edit": NAME, "arguments": {...}}``."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ import msgspec
 from stitchmesh.editing.edit import Edit, apply_edit, checked_arguments
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.checked import checked, parse_json
+from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import StitchMesh
 
 
 def write_log(path: FilePath, edits: Iterable[Edit]) -> None:
-    """Write edits, atomically.
+    """Write a log of edits; the file is written atomically.
 
     Raises:
         FileError: the file cannot be written.
@@ -31,10 +31,10 @@ def write_log(path: FilePath, edits: Iterable[Edit]) -> None:
 
 
 def read_log(path: FilePath) -> list[Edit]:
-    """Read edits; each is checked for its name and the kinds of its arguments.
+    """Read a log of edits; the name and the types of the arguments of each edit are checked.
 
     Raises:
-        FileError: the file cannot be read, or a line is no edit; the message names the line.
+        FileError: the file cannot be read, or a line is not a valid edit; the message names the line.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -48,12 +48,15 @@ def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
     """Apply the edits of a log.
 
     Args:
-        fabric: the stitch mesh that the log was written for.
-        path: what ``write_log`` or ``History.save`` wrote.
+        fabric: the stitch mesh for which the log was written.
+        path: a file that ``write_log`` or ``History.save`` wrote.
+
+    Returns:
+        The edited stitch mesh.
 
     Raises:
         FileError: as for ``read_log``.
-        StitchMeshError: an edit is refused, as for ``apply_edit``; the message names the line and the edit.
+        StitchMeshError: an edit is not possible, as for ``apply_edit``; the message names the line and the edit.
     """
     for number, edit in enumerate(read_log(path), start=1):
         try:
@@ -64,19 +67,20 @@ def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
 
 
 class _Line(msgspec.Struct, forbid_unknown_fields=True):
-    """What a line holds."""
+    """The content of one line."""
 
     edit: str
     arguments: dict[str, Any]
 
 
 def _edit(line: str, where: str) -> Edit:
+    """Return the edit of a line; ``where`` is the file and the line number, for the error message."""
     try:
         content = parse_json(line)
     except ParameterError as error:
         raise FileError(f"{where}: {error}; expected one edit a line") from error
     try:
-        found = checked(content, _Line)
+        found = check_value(content, _Line)
     except ParameterError as error:
         raise FileError(f'{where}: is no edit; expected {{"edit": NAME, "arguments": {{...}}}}: {error}') from error
     edit = Edit(found.edit, found.arguments)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever a file holds: a polygon mesh, a stitch mesh or yarns."""
+"""Reading of a file whose kind is not known beforehand: a polygon mesh, a stitch mesh or yarns."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from stitchmesh.yarn import YarnSet
 
 
 def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> Mesh | YarnSet:
-    """Read a file as the noun that it holds; its suffix and content decide.
+    """Read a polygon mesh, a stitch mesh or yarns; the suffix and the content of the file decide which.
 
     Args:
         path: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads.
-        unit: unit of the file's coordinates, unless it is HDF5 or USD.
-        radius: radius of all yarns [cm]; where None, as ``read_yarns`` finds it.
+        unit: unit of the coordinates in the file; leave it out for formats that state or fix their unit.
+        radius: radius of all yarns [cm]. If it is None, the radius is found as in ``read_yarns``.
 
     Raises:
-        ParameterError: the unit is unknown, a radius is given for a file that holds no yarns or is not positive, or
-            there is none and it cannot be estimated.
+        ParameterError: the unit is unknown, a radius is given for a file without yarns, the radius is not positive, or
+            the file states no radius and the radius cannot be estimated.
         FileError: the file cannot be read or is malformed.
         MeshError: the polygons do not form an oriented manifold surface.
         YarnError: the yarns are malformed.
     """
     suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *MESH_FORMATS, ".smobj"]))
-    read_bytes(path)  # a missing file or a folder is told here, in one way for all formats
+    read_bytes(path)  # The errors of a missing file and of a folder are raised here, with one message for all formats.
     stitches = suffix == ".smobj" or (suffix == ".h5" and stored_format(path) == STITCHES)
     if not stitches and (suffix not in MESH_FORMATS or _holds_polylines(path, suffix)):
         return read_yarns(path, unit=unit, radius=radius)
@@ -47,7 +47,7 @@ def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None =
 
 
 def _holds_polylines(path: FilePath, suffix: str) -> bool:
-    """Whether a file of a format for both meshes and yarns has lines and no faces."""
+    """Return whether a file has lines and no faces; its format (VTP or OBJ) can hold both meshes and yarns."""
     if suffix == ".vtp":
         return not holds_polygons(path)
     lines = read_lines(path) if suffix == ".obj" else []

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Values that users write, in JSON or in Python, checked against a type by msgspec; each refusal is one line.
+"""Checks of values that users write, in JSON or in Python, against a type.
 
-msgspec says what is wrong and at which path. Here this becomes a line that names the key, shows what was found, says in
-words what is expected, and names the known key that is nearest to an unknown one.
+The library msgspec finds the first error and its path in the value. This module converts msgspec's message into one
+line that names the key, shows what was found and says in words what is expected. For an unknown key the line also names
+the most similar known key.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from msgspec import inspect
 
 from stitchmesh.errors import ParameterError
 
-KINDS = {
+KIND_NAMES = {
     "int": "a whole number",
     "float": "a number",
     "str": "a text",
@@ -27,18 +28,18 @@ KINDS = {
     "object": "an object",
     "null": "null",
 }
-"""msgspec's kinds of values in words."""
-LONGEST = 60
-"""Characters of a value that a message shows."""
+"""Words for msgspec's names of types."""
+MAX_CHARACTERS = 60
+"""Number of characters of a value that a message shows."""
 
 T = TypeVar("T")
 
 
 def parse_json(text: str) -> object:
-    """The value of a JSON text.
+    """Return the value of a JSON text.
 
     Raises:
-        ParameterError: it is none, or nested too deeply.
+        ParameterError: the text is not valid JSON, or is nested too deeply.
     """
     try:
         return msgspec.json.decode(text)
@@ -48,12 +49,15 @@ def parse_json(text: str) -> object:
         raise ParameterError("is no JSON that can be read; it is nested too deeply") from error
 
 
-def checked(value: object, kind: type[T]) -> T:
-    """The value as a type that msgspec knows; nothing is converted on the way but lists and tuples.
+def check_value(value: object, kind: type[T]) -> T:
+    """Check a value against a type, and return it as an instance of the type.
+
+    Only objects become instances of classes, and lists and tuples become each other; no other value is converted, for
+    example no text to a number.
 
     Args:
-        value: what JSON or TOML gave, or the same made in Python.
-        kind: a ``msgspec.Struct``, a dataclass, or any annotation that msgspec takes.
+        value: a value from a JSON or TOML file, or an equal value made in Python.
+        kind: a ``msgspec.Struct``, a dataclass, or any annotation that msgspec accepts.
 
     Raises:
         ParameterError: the value is not of the type; the message begins with the key, if the value has keys.
@@ -61,12 +65,12 @@ def checked(value: object, kind: type[T]) -> T:
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
-        raise ParameterError(_refusal(str(error), value, kind)) from error
+        raise ParameterError(_error_message(str(error), value, kind)) from error
 
 
-def _refusal(said: str, value: object, kind: Any) -> str:
-    """What msgspec said, in the words of a user."""
-    what, _, path = said.partition(" - at `$")
+def _error_message(msgspec_message: str, value: object, kind: Any) -> str:
+    """Return the error message for the user, made from msgspec's message ``EXPECTATION - at `$PATH```."""
+    what, _, path = msgspec_message.partition(" - at `$")
     path = path.removesuffix("`")
     steps = [int(number) if number else key for key, number in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
     found, place = _found_at(value, steps), path.removeprefix(".")
@@ -80,24 +84,25 @@ def _refusal(said: str, value: object, kind: Any) -> str:
         return f"{place} needs {missing[1]!r}; got {given}".lstrip()
     expected = re.sub(r", got `.*", "", what).removeprefix("Expected ")
     for name in re.findall(r"\w+", (re.findall(r"`(.*?)`", expected) or [""])[0]):
-        expected = expected.replace(name, KINDS.get(name, name), 1)
-    return f"{place} is {_shown(found)}; expected {expected.replace('`', '').replace(' | ', ' or ')}".lstrip()
+        expected = expected.replace(name, KIND_NAMES.get(name, name), 1)
+    return f"{place} is {_abbreviated(found)}; expected {expected.replace('`', '').replace(' | ', ' or ')}".lstrip()
 
 
 def _found_at(value: Any, steps: list[int | str]) -> Any:
+    """Return the part of a value at a path of keys and indices."""
     for step in steps:
         value = value[step]
     return value
 
 
-def _shown(value: object) -> str:
-    """The value as JSON; what JSON does not know by the name of its type."""
+def _abbreviated(value: object) -> str:
+    """Return the start of a value as JSON text; a value that JSON cannot hold is replaced by the name of its type."""
     text = json.dumps(value, default=lambda other: f"{type(other).__module__}.{type(other).__qualname__}")
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+    return text if len(text) <= MAX_CHARACTERS else f"{text[:MAX_CHARACTERS]} ..."
 
 
 def _keys_at(kind: Any, steps: list[int | str]) -> list[str]:
-    """Keys that an object at a path may have."""
+    """Return the keys that the type allows for the object at a path."""
     info: Any = inspect.type_info(kind)
     for step in [*steps, None]:
         options = info.types if isinstance(info, inspect.UnionType) else [info]

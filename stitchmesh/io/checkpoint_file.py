@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoint files (``.smc``): a header and arrays under a checksum, and the file before kept beside the newest.
+"""Checkpoint files (``.smc``): a header and arrays with a checksum. The previous checkpoint is kept beside the newest.
 
-``StitchMesh checkpoint`` and a newline; uint32 version; uint64 length of the header; the header, JSON in UTF-8, whose
-``arrays`` list name, type and shape of the arrays; the arrays in that order, in C order; SHA-256 of all that. Numbers
-are little-endian and keep all their bits.
+A file consists of the text ``StitchMesh checkpoint`` and a newline; the version as uint32; the length of the header as
+uint64; the header, JSON in UTF-8, whose entry ``arrays`` lists the name, type and shape of each array; the arrays in
+the order of that list, each in C order; and the SHA-256 checksum of all preceding bytes. Numbers are little-endian and
+keep all their bits.
 
-``NAME.smc`` is the newest, ``NAME.previous.smc`` the one before it. At no moment is there no sound one of the two: the
-newest gets a second name, the previous one's, before a complete new file takes its first.
+``NAME.smc`` is the newest checkpoint and ``NAME.previous.smc`` the checkpoint before it. At every moment at least one
+of the two files is undamaged: the newest file first receives the previous file's name as a second name (a hard link),
+and then a complete new file replaces the first name.
 """
 
 from __future__ import annotations
@@ -39,57 +41,58 @@ CHECKSUM_BYTES = 32
 
 @dataclass(frozen=True, eq=False)
 class CheckpointFile:
-    """What a checkpoint file holds."""
+    """The content of a checkpoint file."""
 
     header: Mapping[str, Any]
-    """What JSON can hold."""
+    """Values that JSON can hold, by name."""
     arrays: Mapping[str, NDArray[Any]]
-    """Arrays of numbers by name."""
+    """Arrays of numbers, by name."""
 
 
-def previous_of(path: FilePath) -> Path:
-    """Where the checkpoint before this one is kept."""
+def previous_path(path: FilePath) -> Path:
+    """Return the path of the previous checkpoint that is kept beside a checkpoint."""
     path = Path(path)
     return path.with_name(f"{path.stem}.previous{path.suffix}")
 
 
 def write_checkpoint(path: FilePath, content: CheckpointFile) -> None:
-    """Write a checkpoint; the file that stood there, if it is sound, becomes the previous one.
+    """Write a checkpoint; an existing undamaged checkpoint at the path becomes the previous one.
 
-    What a writer that was killed left beside the target is removed.
+    Temporary files of an earlier process that was killed while it wrote are removed.
 
     Raises:
-        FileError: the file cannot be written; the one that stood there is still one of the two.
+        FileError: the file cannot be written; the existing checkpoint is then still there, under its own name or under
+            that of the previous one.
     """
     target = Path(path)
-    for litter in target.parent.glob(f".{glob.escape(target.stem)}-*{glob.escape(target.suffix)}"):
-        litter.unlink(missing_ok=True)
+    for leftover in target.parent.glob(f".{glob.escape(target.stem)}-*{glob.escape(target.suffix)}"):
+        leftover.unlink(missing_ok=True)
     with atomic_path(target) as temporary:
         _write(temporary, content)
-        if is_sound(target):  # a damaged file must not push out a sound one
+        if is_undamaged(target):  # A damaged file must not replace an undamaged previous checkpoint.
             _keep_as_previous(target)
 
 
 def read_checkpoint(path: FilePath) -> CheckpointFile:
-    """The content of a checkpoint.
+    """Read a checkpoint.
 
     Raises:
-        FileError: the file is missing, no checkpoint, of another version, damaged or cut short; the message names the
-            one before it if that one is sound.
+        FileError: the file is missing, is not a checkpoint, is of another version, is damaged or was cut short; the
+            message names the previous checkpoint if that one is undamaged.
     """
     try:
         return _read(path)
     except FileError as error:
-        previous = previous_of(path)
-        if not is_sound(previous):
+        previous = previous_path(path)
+        if not is_undamaged(previous):
             raise
-        raise FileError(f"{error}; the one before it is sound, take {previous}") from error
+        raise FileError(f"{error}; the previous checkpoint is undamaged, use {previous}") from error
 
 
-def is_sound(path: FilePath) -> bool:
-    """Whether a checkpoint is there and undamaged."""
+def is_undamaged(path: FilePath) -> bool:
+    """Return whether a file exists and is an undamaged checkpoint."""
     try:
-        _undamaged(path)
+        _verified_content(path)
     except FileError:
         return False
     return True
@@ -109,18 +112,18 @@ def _write(path: Path, content: CheckpointFile) -> None:
 
 
 def _read(path: FilePath) -> CheckpointFile:
-    content = _undamaged(path)
+    content = _verified_content(path)
     version, header_bytes = LENGTHS.unpack_from(content, len(MAGIC))
     if version != VERSION:
-        found = f"a checkpoint of version {version}; expected {VERSION}, resume where it was written"
-        raise FileError(f"{fspath(path)}: {found}")
+        found = f"is a checkpoint of version {version}; expected version {VERSION}"
+        raise FileError(f"{fspath(path)}: {found}; resume with the StitchMesh that wrote it")
     start = len(MAGIC) + LENGTHS.size
     header = json.loads(bytes(content[start : start + header_bytes]))
     return CheckpointFile(header["content"], _arrays(content[start + header_bytes :], header["arrays"]))
 
 
-def _undamaged(path: FilePath) -> memoryview:
-    """All of a file but its checksum, which is right."""
+def _verified_content(path: FilePath) -> memoryview:
+    """Return the bytes of a checkpoint before the checksum, after a comparison with the checksum."""
     name, content = fspath(path), memoryview(read_bytes(path))
     if content[: len(MAGIC)] != MAGIC:
         raise FileError(f"{name}: is not a checkpoint of a relaxation; expected a .smc file that stitchmesh wrote")
@@ -132,22 +135,26 @@ def _undamaged(path: FilePath) -> memoryview:
 
 
 def _arrays(content: memoryview, table: list[tuple[str, str, list[int]]]) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a checkpoint, given the table of their names, types and shapes."""
     arrays, offset = {}, 0
     for name, kind, shape in table:
         count = int(np.prod(shape, dtype=np.int64))
-        # a copy, for the bytes in the file are not aligned
+        # The array is copied, because the bytes in the file are not aligned.
         arrays[name] = np.frombuffer(content, kind, count, offset).reshape(shape).copy()
         offset += arrays[name].nbytes
     return arrays
 
 
 def _keep_as_previous(target: Path) -> None:
-    """Give a file the name of the previous one; it keeps its own where the file system knows second names."""
+    """Give a checkpoint the name of the previous one.
+
+    The file keeps its own name too if the file system supports hard links; otherwise it is renamed.
+    """
     second = target.with_name(f".{target.stem}-second{target.suffix}")
     try:
         os.link(target, second)
     except OSError:
-        os.replace(target, previous_of(target))
+        os.replace(target, previous_path(target))
         return
-    os.replace(second, previous_of(target))
-    second.unlink(missing_ok=True)  # a rename onto another name of the same file does nothing
+    os.replace(second, previous_path(target))
+    second.unlink(missing_ok=True)  # os.replace does nothing if both names belong to the same file.

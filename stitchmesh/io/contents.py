@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a path must be before any format looks inside it."""
+"""Checks of a path that are common to all formats: a known suffix, and a file that exists and is not empty."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FilePath = str | PathLike[str]
 
 
 def suffix_of(path: FilePath, known: Iterable[str]) -> str:
-    """The path's suffix in lower case.
+    """Return the suffix of a path in lower case.
 
     Raises:
         FileError: the suffix is not one of the known ones.
@@ -27,7 +27,7 @@ def suffix_of(path: FilePath, known: Iterable[str]) -> str:
 
 
 def read_bytes(path: FilePath) -> bytes:
-    """All of a file that must not be empty.
+    """Return the content of a file that must not be empty.
 
     Raises:
         FileError: the file is missing, a folder, unreadable or empty.
@@ -49,10 +49,10 @@ def read_bytes(path: FilePath) -> bytes:
 
 
 def read_lines(path: FilePath) -> list[str]:
-    """The lines of a text file.
+    """Return the lines of a text file in UTF-8.
 
     Raises:
-        FileError: as for ``read_bytes``; also where the file holds binary data.
+        FileError: as for ``read_bytes``, or the file holds binary data.
     """
     content = read_bytes(path)
     if b"\0" in content:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers for the formats that keep floats of four bytes: rounded to the nearest, never to infinity."""
+"""Rounding of numbers for formats that store 32-bit floating-point numbers."""
 
 from __future__ import annotations
 
@@ -14,11 +14,16 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 
 
-def rounded(path: FilePath, what: str, values: FloatArray) -> NDArray[np.float32]:
-    """The values as float32.
+def to_float32(path: FilePath, what: str, values: FloatArray) -> NDArray[np.float32]:
+    """Round values to the nearest float32.
+
+    Args:
+        path: the file that is being written, for the error message.
+        what: what the values are, for the error message.
+        values: an array of any shape.
 
     Raises:
-        FileError: one is too large; the message names the file and what they are.
+        FileError: a value is too large for float32 and would become infinite.
     """
     if np.abs(values).max() > np.finfo(np.float32).max:
         raise FileError(f"{fspath(path)}: {what} are too large for the format's float32; write .h5")

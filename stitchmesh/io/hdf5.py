@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""HDF5 files that hold one noun, field by field and without loss.
+"""HDF5 files that hold one frozen dataclass of arrays (a stitch mesh or a set of yarns) without loss.
 
-The root carries the attributes ``format``, ``version`` and ``unit`` and one dataset for each field of the noun's class;
-optional fields that are None are left out, and a lattice is stored as its periods.
+The root group has the attributes ``format``, ``version`` and ``unit`` and one dataset for each field of the dataclass.
+Optional fields that are None are left out, and a lattice is stored as its periods.
 """
 
 from __future__ import annotations
@@ -22,14 +22,19 @@ from stitchmesh.lattice import Lattice
 if TYPE_CHECKING:
     import h5py
 
-Noun = TypeVar("Noun")
+Data = TypeVar("Data")
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 VERSION = 1
 
 
-def write_noun(path: FilePath, noun: object, format_name: str) -> None:
+def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
     """Write every field of a frozen dataclass of arrays.
+
+    Args:
+        path: the file; missing folders are made.
+        data: instance of the dataclass.
+        format_name: value of the attribute ``format``.
 
     Raises:
         FileError: the file cannot be written.
@@ -40,18 +45,23 @@ def write_noun(path: FilePath, noun: object, format_name: str) -> None:
         file.attrs["format"] = format_name
         file.attrs["version"] = VERSION
         file.attrs["unit"] = "cm"
-        for field in dataclasses.fields(noun):  # type: ignore[arg-type]
-            value = getattr(noun, field.name)
+        for field in dataclasses.fields(data):  # type: ignore[arg-type]
+            value = getattr(data, field.name)
             if value is not None:
                 file.create_dataset(field.name, data=value.periods if isinstance(value, Lattice) else value)
 
 
-def read_noun(path: FilePath, kind: type[Noun], format_name: str) -> Noun:
+def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
     """Read every field of a frozen dataclass of arrays.
+
+    Args:
+        path: the file.
+        kind: the dataclass.
+        format_name: value that the attribute ``format`` must have.
 
     Raises:
         FileError: the file cannot be read, is not of that format, was written by a newer version, lacks a field, or
-            its fields do not fit together.
+            its fields contradict each other.
     """
     import h5py
 
@@ -71,7 +81,7 @@ def read_noun(path: FilePath, kind: type[Noun], format_name: str) -> Noun:
 
 
 def stored_format(path: FilePath) -> str:
-    """The format that an HDF5 file says it has, empty where it says none.
+    """Return the attribute ``format`` of an HDF5 file, or an empty text if the file has no such attribute.
 
     Raises:
         FileError: the file cannot be opened as HDF5.
@@ -96,6 +106,7 @@ def _check_format(name: str, file: h5py.File, format_name: str) -> None:
 
 
 def _field(name: str, file: h5py.File, field: dataclasses.Field[Any], owner: type) -> Any:
+    """Return the value of one field: its dataset, or the default of the dataclass if there is no dataset."""
     import h5py
 
     dataset = file.get(field.name)
@@ -114,7 +125,7 @@ def _field(name: str, file: h5py.File, field: dataclasses.Field[Any], owner: typ
 
 
 def _number_type(hint: object) -> type[np.generic]:
-    """The NumPy number type inside a field's annotation; the periods of a lattice are floats."""
+    """Return the NumPy number type in the annotation of a field; it is float64 for the periods of a lattice."""
     if isinstance(hint, type) and issubclass(hint, np.generic):
         return hint
     inner = [_number_type(part) for part in get_args(hint)]

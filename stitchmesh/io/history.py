@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a relaxation went, entry by entry, as comma-separated values."""
+"""The history of a relaxation (residual and energies against iterations) as a file of comma-separated values."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from stitchmesh.io.contents import FilePath
 
 
 class HistoryEntry(TypedDict):
-    """What was known of a relaxation after some iterations."""
+    """One assessment of a relaxation."""
 
     iteration: int
-    """Iterations done."""
+    """Number of iterations before the assessment."""
     seconds: float
     """Time since the start [s]."""
     residual: float
@@ -27,18 +27,19 @@ class HistoryEntry(TypedDict):
 
 
 def energy_terms(history: Sequence[HistoryEntry]) -> list[str]:
-    """Names of the energy terms that occur, in the order in which they first do."""
+    """Return the names of all energy terms in a history, in the order of their first entries."""
     return list(dict.fromkeys(term for entry in history for term in entry["energies"]))
 
 
 def write_history(path: FilePath, history: Sequence[HistoryEntry]) -> None:
-    """Write a history as a table: iteration, seconds, residual and one column for each energy term.
+    """Write a history as a table: iteration, seconds, residual and one column for each energy term [erg].
 
-    Numbers are written so that they read back the same. A term that an entry lacks leaves its place empty.
+    Numbers are written with all digits that are needed to read the same number again. The cell of a term that an entry
+    does not contain is empty.
 
     Args:
         path: a ``.csv`` file; missing folders are made.
-        history: the entries; a table without rows where there are none.
+        history: the entries; without entries, only the header of the table is written.
 
     Raises:
         FileError: the file cannot be written.

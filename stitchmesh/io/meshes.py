@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes from and to files, by suffix; each format that is read is written too."""
+"""Reading and writing of polygon meshes; the suffix of the file decides the format.
+
+Each format that is read can also be written.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from stitchmesh.io.mesh_formats.glb import read_glb_polygons, write_glb_polygons
 from stitchmesh.io.mesh_formats.obj import read_obj_polygons, write_obj_polygons
 from stitchmesh.io.mesh_formats.off import read_off_polygons, write_off_polygons
 from stitchmesh.io.mesh_formats.ply import read_ply_polygons, write_ply_polygons
-from stitchmesh.io.mesh_formats.triangles import divided
+from stitchmesh.io.mesh_formats.triangles import divide_large_faces
 from stitchmesh.io.mesh_formats.vtp import read_vtp_polygons, write_vtp_polygons
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.mesh import FloatArray, Mesh
@@ -27,19 +30,20 @@ from stitchmesh.mesh import FloatArray, Mesh
 
 @dataclass(frozen=True)
 class MeshFormat:
-    """How polygon meshes of one suffix are read and written."""
+    """A format of polygon meshes: its functions and its limits."""
 
     read: Callable[[FilePath], tuple[ArrayLike, list[list[int]]]]
-    """Vertices in the file's unit and faces as 0-based vertex numbers."""
+    """Function that returns the vertices in the file's unit, shape (V, 3), and the vertices of each face from 0."""
     write: Callable[[FilePath, FloatArray, list[list[int]]], None]
-    """The same to a path."""
+    """Function that writes vertices in the file's unit, shape (V, 3), and the vertices of each face from 0."""
     most_corners: int | None = None
-    """Corners of the largest face that the format holds; None where it holds polygons of any size."""
+    """Largest number of corners of a face in the format; None if the number is not limited."""
     unit: str | None = None
-    """Its unit, where the format fixes one."""
+    """Unit of length that the format prescribes; None if it prescribes none."""
 
 
 def _by_meshio(suffix: str, most_corners: int | None = None) -> MeshFormat:
+    """Return a format that meshio reads and writes."""
     return MeshFormat(partial(read_meshio_polygons, suffix=suffix), write_meshio_polygons, most_corners)
 
 
@@ -55,23 +59,24 @@ FORMATS: dict[str, MeshFormat] = {
     ".stl": _by_meshio(".stl", most_corners=3),
     ".glb": MeshFormat(read_glb_polygons, write_glb_polygons, most_corners=3, unit="m"),
 }
-"""The formats of polygon meshes."""
+"""Formats of polygon meshes, by suffix."""
 
 
 def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
-    """Read a polygon mesh; its polygons keep their size and their order.
+    """Read a polygon mesh; the polygons keep their corners and their order.
 
     Args:
         path: an ``.obj``, ``.off``, ``.ply``, ``.vtp``, ``.vtk``, ``.vtu``, ``.msh``, ``.mesh``, ``.stl`` or ``.glb``
-            file. The points of STL and glTF files are welded where they are exactly equal.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; glTF files are in metres.
+            file. Points of STL and glTF files at exactly equal positions become one vertex.
+        unit: unit of the coordinates in the file: mm, cm, dm, m or inch. glTF files are always in metres; leave the
+            unit out for them.
 
     Returns:
         The mesh in centimetres.
 
     Raises:
-        ParameterError: the unit is unknown, or given for a format that fixes its own.
-        FileError: the file cannot be read or is malformed; the message names the line.
+        ParameterError: the unit is unknown, or it is given for a format that prescribes its unit.
+        FileError: the file cannot be read or is malformed; for text formats the message names the line.
         MeshError: the polygons do not form an oriented manifold surface.
     """
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
@@ -84,32 +89,33 @@ def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
 
 
 def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = DEFAULT_UNIT) -> None:
-    """Write the polygons of a mesh in the format of the suffix, as ``read_mesh`` reads them.
+    """Write the polygons of a mesh in the format of the suffix; ``read_mesh`` reads every such file.
 
-    Faces keep their size where the format holds it. STL and glTF hold triangles, Gmsh's ``.msh`` and Medit's ``.mesh``
-    triangles and quads: larger faces are divided, and a warning says so.
+    STL and glTF hold only triangles, Gmsh's ``.msh`` and Medit's ``.mesh`` only triangles and quads. Larger faces are
+    divided into triangles for these formats, and a warning is logged. The other formats hold polygons of any size.
 
     Args:
         path: an ``.obj``, ``.off``, ``.ply``, ``.vtp``, ``.vtk``, ``.vtu``, ``.msh``, ``.mesh``, ``.stl`` or ``.glb``
             file; missing folders are made.
-        mesh: its lattice, if any, is not written.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; glTF files are in metres.
+        mesh: the mesh; a lattice is not written.
+        unit: unit of the coordinates in the file: mm, cm, dm, m or inch. glTF files are always in metres; leave the
+            unit out for them.
 
     Raises:
-        ParameterError: the unit is unknown, or given for a format that fixes its own.
-        FileError: the suffix is none of these, a face cannot be divided, a coordinate is too large for the float32 of
-            STL and glTF, or the file cannot be written.
+        ParameterError: the unit is unknown, or it is given for a format that prescribes its unit.
+        FileError: the suffix is unknown, a face cannot be divided, a coordinate is too large for the float32 of STL and
+            glTF, or the file cannot be written.
     """
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
     vertices = mesh.vertices / _scale(path, mesh_format, unit)
     faces = [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
     if mesh_format.most_corners is not None:
-        faces = divided(path, vertices, faces, mesh_format.most_corners)
+        faces = divide_large_faces(path, vertices, faces, mesh_format.most_corners)
     mesh_format.write(path, vertices, faces)
 
 
 def _scale(path: FilePath, mesh_format: MeshFormat, unit: str) -> float:
-    """Centimetres in the unit of the file's coordinates."""
+    """Return the number of centimetres in one unit of the file's coordinates."""
     scale = centimetres(unit)
     if mesh_format.unit is None:
         return scale

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The elements of a Wavefront OBJ file: lines of fields, vertex positions and references to vertices."""
+"""The elements of a Wavefront OBJ file that polygon meshes and polylines share: lines, vertices and vertex numbers."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ CORNER = re.compile(r"(-?[0-9]+)(/-?[0-9]*){0,2}")
 
 
 def element_lines(lines: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
-    """Line number and fields of each element; continued lines joined, comments and blank lines left out."""
+    """Yield the line number, from 1, and the fields of each element.
+
+    A line that ends in a backslash is joined with the next line. Comments and blank lines are left out.
+    """
     pending: list[str] = []
     first = 0
     for number, line in enumerate(lines, start=1):
         text = line.partition("#")[0].rstrip()
         first = first if pending else number
         if text.endswith("\\"):
-            pending += [*text[:-1].split(), ""]  # a mark that a line is pending, even where it was blank
+            pending += [*text[:-1].split(), ""]  # The empty text keeps `pending` true if the line was blank.
             continue
         fields = [*filter(None, pending), *text.split()]
         pending = []
@@ -32,10 +35,10 @@ def element_lines(lines: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
 
 
 def vertex_position(path: str, number: int, fields: list[str]) -> tuple[float, float, float]:
-    """Position in the fields of a ``v`` line.
+    """Return the position in the fields of a ``v`` line, in the file's unit.
 
     Raises:
-        FileError: there are not three finite numbers.
+        FileError: the fields are not three finite numbers; the message names the path and the line number.
     """
     try:
         x, y, z = (float(text) for text in fields[1:4])
@@ -44,15 +47,21 @@ def vertex_position(path: str, number: int, fields: list[str]) -> tuple[float, f
         raise FileError(f"{path}: line {number}: got {found!r}; expected 'v x y z' with three numbers") from error
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
         found = " ".join(fields)[:40]
-        raise FileError(f"{path}: line {number}: got {found!r}; coordinates must be finite: repair what wrote the file")
+        raise FileError(f"{path}: line {number}: got {found!r}; coordinates must be finite; write the file again")
     return x, y, z
 
 
 def vertex_index(path: str, number: int, corner: str, vertex_count: int) -> int:
-    """The 0-based vertex of a corner such as ``7``, ``7/1``, ``7//2`` or ``-1``.
+    """Return the vertex of a corner such as ``7``, ``7/1``, ``7//2`` or ``-1``, counted from 0.
+
+    Args:
+        path: the file, for the error message.
+        number: line number, for the error message.
+        corner: text of the corner; a negative number counts back from the last vertex before the line.
+        vertex_count: number of vertices before the line.
 
     Raises:
-        FileError: the corner is malformed or points before the first vertex.
+        FileError: the corner is malformed, is 0, or lies before the first vertex.
     """
     match = CORNER.fullmatch(corner)
     if match is None:

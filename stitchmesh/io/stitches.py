@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitch meshes from and to HDF5, without loss: explicit twins, stitch types, rows and stretch included.
+"""Reading and writing of stitch meshes; the suffix of the file decides the format.
 
-Also from and to ``.smobj``, and to ``.k``, the instructions of a knitting machine.
+HDF5 (``.h5``) keeps every field of a stitch mesh without loss. ``.smobj`` is the text format of augmented stitch
+meshes, which is read and written. ``.k`` is a program for a knitting machine, which is only written.
 """
 
 from __future__ import annotations
@@ -11,41 +12,50 @@ from os import fspath
 
 from stitchmesh.errors import FileError, LabelError
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.io.hdf5 import read_noun, write_noun
+from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.stitch_formats.knitout import write_knitout
 from stitchmesh.io.stitch_formats.smobj import read_smobj, write_smobj
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 
 FORMAT = "stitchmesh stitches"
+"""Attribute ``format`` of HDF5 files of stitch meshes."""
 READABLE = (".h5", ".smobj")
+"""Suffixes of stitch meshes that can be read."""
 WRITABLE = (*READABLE, ".k")
-"""Suffixes of stitch meshes."""
+"""Suffixes of stitch meshes that can be written."""
 
 
 def write_stitches(path: FilePath, fabric: StitchMesh) -> None:
-    """Write a stitch mesh, labeled or tessellated: ``.h5``, ``.smobj``, or ``.k`` for a knitting machine.
+    """Write a stitch mesh, labeled or tessellated.
+
+    Args:
+        path: an ``.h5`` or ``.smobj`` file, or a ``.k`` file for a knitting machine; missing folders are made.
+        fabric: the stitch mesh.
 
     Raises:
         ParameterError: a knitting machine cannot make the fabric; the message lists the stitches.
-        FileError: the suffix is none of these, or the file cannot be written.
+        FileError: the suffix is unknown, or the file cannot be written.
     """
     suffix = suffix_of(path, WRITABLE)
     if suffix == ".h5":
-        write_noun(path, fabric, FORMAT)
+        write_dataclass(path, fabric, FORMAT)
     else:
         {".smobj": write_smobj, ".k": write_knitout}[suffix](path, fabric)
 
 
 def read_stitches(path: FilePath) -> StitchMesh:
-    """Read what ``write_stitches`` wrote, ``.h5`` or ``.smobj``.
+    """Read a stitch mesh.
+
+    Args:
+        path: an ``.h5`` or ``.smobj`` file.
 
     Raises:
-        FileError: the file cannot be read, holds something else, is damaged, or is not a valid stitch mesh, its cables
-            included.
+        FileError: the file cannot be read, holds something else, is damaged, or does not describe a valid stitch mesh
+            with valid cables.
     """
     is_text = suffix_of(path, READABLE) == ".smobj"
-    fabric = read_smobj(path) if is_text else read_noun(path, StitchMesh, FORMAT)
+    fabric = read_smobj(path) if is_text else read_dataclass(path, StitchMesh, FORMAT)
     try:
         cable_groups(fabric)
     except LabelError as error:

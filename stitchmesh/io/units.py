@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Units of length in files. Inside StitchMesh every length is in centimetres."""
+"""Units of length in files. In the program every length is in centimetres."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 
 CENTIMETRES: dict[str, float] = {"mm": 0.1, "cm": 1.0, "dm": 10.0, "m": 100.0, "inch": 2.54}
-"""Centimetres in each unit that a file may be written in."""
+"""Number of centimetres in each unit of length that a file may have."""
 DEFAULT_UNIT = "cm"
-"""Unit of a file that states none, where the caller names none."""
+"""Unit of a file if neither the file nor the caller states a unit."""
 
 
 def centimetres(unit: str) -> float:
-    """How many centimetres the unit has.
+    """Return the number of centimetres in a unit.
 
     Raises:
         ParameterError: there is no unit of that name.
@@ -27,14 +27,14 @@ def centimetres(unit: str) -> float:
 
 
 def check_unit_left_out(path: FilePath, scale: float) -> None:
-    """Check that no unit was named for a format that fixes or states its own.
+    """Check that the caller gave no unit for a format that prescribes or states its unit.
 
     Args:
-        path: the file, for the message.
-        scale: centimetres in the unit that was named, 1 where none was.
+        path: the file, for the error message.
+        scale: number of centimetres in the given unit; 1 if no unit was given.
 
     Raises:
-        ParameterError: one was.
+        ParameterError: a unit was given.
     """
     if scale != 1.0:
         raise ParameterError(f"unit: {fspath(path)} is of a format that fixes or states its unit; leave the unit out")

@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns from and to files, by suffix.
+"""Reading and writing of yarns; the suffix of the file decides the format.
 
-Inside StitchMesh yarns are B-splines. HDF5 keeps everything about them, USD all but rest lengths and natural
-curvatures, to float32; the other formats keep the curves, VTP with the colours. A BCC file usually holds Catmull-Rom
-curves, which pass through the same knots and differ in between: the largest distance is logged. BCC and OBJ state no
-radius: reading estimates one, and a warning says so.
+In the program yarns are cubic B-splines. HDF5 keeps every field of a yarn set without loss. USD keeps all fields
+except rest lengths and natural curvatures, with coordinates rounded to float32. The other formats keep only the curves,
+and VTP also the colours. A BCC file usually holds Catmull-Rom curves, which pass through the same knots as the
+B-splines but differ from them between the knots; the largest distance between the two curves is logged. BCC and OBJ
+files state no radius: the radius is then estimated, and a warning is logged.
 
-Yarns that repeat stay so in HDF5 and in ``.pyp``. The other formats hold a finite piece of them, one period or as many
-tiles as are asked for: its yarns are open and cut where the cell's go on (``tiling``). USD draws tiles as instances.
+HDF5 and ``.pyp`` keep the lattice of periodic yarns. The other formats hold a finite piece of periodic yarns, by
+default one period: the yarns of the piece are open and end at the borders of the piece (``stitchmesh.yarn.tiling``).
+USD stores one period and draws the other periods as instances.
 """
 
 from __future__ import annotations
@@ -26,10 +28,10 @@ import numpy as np
 
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.io.hdf5 import read_noun, write_noun
+from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.yarn_formats import bcc
-from stitchmesh.io.yarn_formats.gltf import holds_tubes, write_glb
+from stitchmesh.io.yarn_formats.gltf import tubes_error, write_glb
 from stitchmesh.io.yarn_formats.obj import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.yarn_formats.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
@@ -42,25 +44,26 @@ from stitchmesh.yarn.radius_estimate import estimate_radius
 from stitchmesh.yarn.tiling import instances, tile_yarns
 
 HDF5_FORMAT = "stitchmesh yarns"
+"""Attribute ``format`` of HDF5 files of yarns."""
 BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
-"""Kinds of curve that a BCC file can be written with; the first is the official one."""
+"""Kinds of curve that can be written to a BCC file; the first is the kind that most programs read."""
 POINTS_PER_SEGMENT = 4
-"""Of the polylines in OBJ and VTP files."""
+"""Number of points for each spline segment in the polylines of OBJ and VTP files."""
 
 Tiles = tuple[int, int] | None
-"""How often a cell is repeated along the courses and along the wales, if the caller says."""
+"""Numbers of periods to write along the courses and along the wales, or None."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class YarnFormat:
-    """How yarns of one suffix are read and written."""
+    """The functions of one format of yarns."""
 
     read: Callable[[FilePath, float, float | None], YarnSet]
-    """From path, centimetres in the file's unit, and radius [cm] if the caller gave one."""
+    """Function of the path, the number of centimetres in the file's unit, and the given radius [cm] or None."""
     write: Callable[[FilePath, YarnSet, float, str, Tiles], None]
-    """To path, with centimetres in the file's unit, the kind of curve and how many tiles of yarns that repeat."""
+    """Function of the path, the yarns, the number of centimetres in the file's unit, the kind of curve, the tiles."""
 
 
 def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> YarnSet:
@@ -68,13 +71,16 @@ def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None
 
     Args:
         path: an ``.h5``, ``.pyp``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp`` or ``.obj`` file.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5, USD and ``.pyp`` files have their own.
-        radius: radius of all yarns [cm]. Where None, the file's own, or for formats that hold none half the distance
-            at which the yarns typically touch (``yarn_radius.estimate_radius``), and a warning says so.
+        unit: unit of the coordinates in the file: mm, cm, dm, m or inch. HDF5, USD and ``.pyp`` files state or
+            prescribe their unit; leave the unit out for them.
+        radius: radius of all yarns [cm]. If it is None, the radius in the file is used. If the file states no radius,
+            the radius is estimated as half the typical distance of touching yarns
+            (``stitchmesh.yarn.radius_estimate``), and a warning is logged.
 
     Raises:
-        ParameterError: the unit is unknown, the radius is not positive, or there is none and it cannot be estimated.
-        FileError: the file cannot be read, is malformed, or its format is unknown.
+        ParameterError: the unit is unknown, the radius is not positive, or no radius is given or stated and it cannot
+            be estimated.
+        FileError: the file cannot be read, is malformed, or its suffix is unknown.
     """
     scale = centimetres(unit)
     if radius is not None and not (math.isfinite(radius) and radius > 0.0):
@@ -95,17 +101,18 @@ def write_yarns(
         path: an ``.h5``, ``.pyp``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp``, ``.glb`` or ``.obj`` file;
             missing folders are made.
         yarns: the yarns.
-        unit: unit of the file's coordinates: mm, cm, dm, m or inch; HDF5 and USD files are in centimetres, glTF and
-            ``.pyp`` files in metres.
-        curve: kind of curve in a BCC file: ``catmull-rom``, which passes through the same knots, or ``bspline``, which
-            is exact but not read everywhere.
-        tiles: how often yarns that repeat are written along the courses and along the wales, as a finite piece; where
-            None, HDF5 and ``.pyp`` files keep the lattice, and the others hold one period.
+        unit: unit of the coordinates in the file: mm, cm, dm, m or inch. HDF5 and USD files are always in centimetres,
+            glTF and ``.pyp`` files in metres; leave the unit out for them.
+        curve: kind of curve in a BCC file: ``catmull-rom``, which agrees with the yarns at the knots only, or
+            ``bspline``, which is exact but which fewer programs read.
+        tiles: numbers of periods of periodic yarns to write along the courses and along the wales, as a finite piece.
+            If it is None, HDF5 and ``.pyp`` files keep the lattice, and the other formats hold one period.
 
     Raises:
-        ParameterError: the unit or the kind of curve is unknown, or the tiles are not two whole numbers from 1.
-        YarnError: tiles are asked for of yarns that do not repeat.
-        FileError: the format is unknown, cannot hold these yarns, or the file cannot be written.
+        ParameterError: the unit or the kind of curve is unknown, a unit or tiles are given for a format that cannot
+            have them, or the tiles are not two whole numbers from 1.
+        YarnError: tiles are given for yarns that are not periodic.
+        FileError: the suffix is unknown, the format cannot hold these yarns, or the file cannot be written.
     """
     scale = centimetres(unit)
     if curve not in BCC_CURVES:
@@ -114,10 +121,14 @@ def write_yarns(
 
 
 def check_writable(path: FilePath, yarns: YarnSet) -> None:
-    """Refuse, before hours of work, what ``write_yarns`` would refuse after them.
+    """Check that ``write_yarns`` can write yarns to a path, before a long computation.
+
+    Args:
+        path: the file to write later.
+        yarns: yarns with the same lattice, radii and natural curvatures as those to write.
 
     Raises:
-        FileError: the path is a folder, its format is unknown or cannot hold these yarns.
+        FileError: the path is a folder, its suffix is unknown, or its format cannot hold these yarns.
     """
     if suffix_of(path, FORMATS) == ".pyp":
         check_pyp(path, yarns)
@@ -127,14 +138,14 @@ def check_writable(path: FilePath, yarns: YarnSet) -> None:
 
 def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     check_unit_left_out(path, scale)
-    yarns = read_noun(path, YarnSet, HDF5_FORMAT)
+    yarns = read_dataclass(path, YarnSet, HDF5_FORMAT)
     return yarns if radius is None else _with_radius(yarns, radius)
 
 
 def _write_hdf5(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # control points are stored as they are
+    del curve  # HDF5 stores the control points of the B-splines.
     check_unit_left_out(path, scale)
-    write_noun(path, yarns if tiles is None else tile_yarns(yarns, *tiles), HDF5_FORMAT)
+    write_dataclass(path, yarns if tiles is None else tile_yarns(yarns, *tiles), HDF5_FORMAT)
 
 
 def _read_pyp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
@@ -144,7 +155,7 @@ def _read_pyp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 
 
 def _write_pyp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # vertices are knots
+    del curve  # The vertices of a .pyp file are the knots of the yarns.
     check_unit_left_out(path, scale)
     if tiles is not None:
         raise ParameterError(f"tiles: {fspath(path)} is of a format that holds one period; leave the tiles out")
@@ -181,7 +192,7 @@ def _read_obj(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 
 
 def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # a polyline is a polyline
+    del curve  # OBJ holds polylines only.
     yarns = _finite(path, yarns, tiles)
     samples = [points / scale for points in yarns.sampled(POINTS_PER_SEGMENT)]
     write_obj_polylines(path, samples, yarns.closed.tolist())
@@ -202,7 +213,7 @@ def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 
 
 def _write_usd(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # control points are stored as they are
+    del curve  # USD stores the control points of the B-splines.
     check_unit_left_out(path, scale)
     places = None if tiles is None else instances(_lattice(path, yarns), *tiles)
     write_usd(path, _finite(path, yarns, None if tiles is None else (1, 1)), places)
@@ -218,17 +229,17 @@ def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
 
 
 def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # a polyline is a polyline
+    del curve  # VTP holds polylines only.
     write_vtp(path, _finite(path, yarns, tiles), scale, POINTS_PER_SEGMENT)
 
 
 def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     del scale, radius
-    raise holds_tubes(path)
+    raise tubes_error(path)
 
 
 def _write_glb(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
-    del curve  # tubes are triangles
+    del curve  # glTF holds tubes of triangles.
     check_unit_left_out(path, scale)
     write_glb(path, _finite(path, yarns, tiles))
 
@@ -244,18 +255,19 @@ FORMATS: dict[str, YarnFormat] = {
     ".glb": YarnFormat(_read_glb, _write_glb),
     ".obj": YarnFormat(_read_obj, _write_obj),
 }
-"""The formats of yarns."""
+"""Formats of yarns, by suffix."""
 
 
 def _yarns_of_curves(
     curves: list[FloatArray], closed: list[bool], radius: float | FloatArray | None
 ) -> YarnSet:
+    """Return yarns with the given control points; the radius is estimated if it is None."""
     yarns = YarnSet.from_curves(curves, closed=closed, radius=1.0 if radius is None else radius)
     if radius is not None:
         return yarns
     estimate = estimate_radius(yarns)
     logger.warning(
-        "yarn radius: %.4g cm, estimated from the distances of yarns; give --yarn-radius to set it", estimate
+        "yarn radius: %.4g cm, estimated from the distances between yarns; --yarn-radius sets it", estimate
     )
     return _with_radius(yarns, estimate)
 
@@ -265,20 +277,21 @@ def _with_radius(yarns: YarnSet, radius: float) -> YarnSet:
 
 
 def _log_conversion(path: FilePath, error: float) -> None:
-    logger.info("%s: Catmull-Rom curves and B-splines lie up to %.3g cm apart between knots", fspath(path), error)
+    message = "%s: the Catmull-Rom curves differ from the B-splines by up to %.3g cm between the knots"
+    logger.info(message, fspath(path), error)
 
 
 def _finite(path: FilePath, yarns: YarnSet, tiles: Tiles) -> YarnSet:
-    """Yarns for a format that has no lattice: as they are, or a piece of those that repeat."""
+    """Return yarns for a format without a lattice: the yarns themselves, or a finite piece of periodic yarns."""
     if tiles is not None:
         return tile_yarns(yarns, *tiles)
     if yarns.lattice is None:
         return yarns
-    logger.info("%s: holds one period of yarns that repeat, as yarns with ends; .h5 keeps the periods", fspath(path))
+    logger.info("%s: holds one period of the periodic yarns, as yarns with ends; .h5 keeps the lattice", fspath(path))
     return tile_yarns(yarns, 1, 1)
 
 
 def _lattice(path: FilePath, yarns: YarnSet) -> Lattice:
     if yarns.lattice is None:
-        raise YarnError(f"{fspath(path)}: tiles of yarns that do not repeat; expected a cell on a lattice")
+        raise YarnError(f"{fspath(path)}: got tiles of yarns that do not repeat; expected a cell on a lattice")
     return yarns.lattice

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Options for the finish of first and last rows, and for the longest float."""
+"""Options of the first rows, the last rows and the floats of generated yarns."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from stitchmesh.errors import ParameterError
 
 BIND_OFFS = ("drawn", "chain")
-"""Bind-offs. ``drawn``: a yarn is drawn through the last loops. ``chain``: each loop is knitted and the loop before it
-is passed over it, except in small rings."""
+"""Kinds of bind-off. ``drawn``: a yarn is drawn through the last loops.
+
+``chain``: each loop of the last row is knitted, and the loop before it is passed over it; small rings are drawn in any
+case.
+"""
 CAST_ONS = ("backward", "open")
-"""Cast-ons. ``backward``: loops whose legs cross, so that they do not open. ``open``: yarn-overs."""
+"""Kinds of cast-on. ``backward``: backward loops, which cannot unravel. ``open``: yarn-overs."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +27,11 @@ class YarnFinish:
     """
 
     bind_off: str = "drawn"
-    """drawn, a yarn through the last loops, or chain: each loop is knitted and the one before passed over it"""
+    """bind-off: drawn (a yarn through the last loops), or chain (each loop is passed over the next one)"""
     cast_on: str = "backward"
-    """backward, loops that do not open, or open yarn-overs"""
+    """cast-on: backward (backward loops, which cannot unravel), or open (yarn-overs)"""
     longest_float: int = 12
-    """stitches of other yarns that a yarn is carried behind; where there are more, the yarn is cut and tied"""
+    """largest number of stitches of other yarns behind which a yarn floats; longer floats are cut and tied"""
 
     def __post_init__(self) -> None:
         for name, known in (("bind_off", BIND_OFFS), ("cast_on", CAST_ONS)):

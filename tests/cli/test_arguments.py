@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Words of the command line: defaults are the library's, and what is refused is one line that says what is expected."""
+"""Parsing of the command line: the defaults are those of the library, and an error message is one line."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ REQUIRED: dict[str, list[str]] = {
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
     "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
 }  # fmt: skip
-"""Words that a command needs, where they are not a file and -o with another."""
+"""Required words of the commands that need other words than a file and an output file."""
 NAMES = [re.sub(r"(?<=[a-z])(?=[A-Z])", "-", command.__name__).lower() for command in COMMANDS]
 
 
@@ -50,7 +50,7 @@ def refused(capsys, words: list[str]) -> str:
 
 
 @pytest.mark.parametrize(("name", "command"), list(zip(NAMES, COMMANDS, strict=True)))
-def test_the_words_that_a_command_needs_leave_all_else_at_its_default(name, command):
+def test_with_the_required_words_all_other_options_have_their_defaults(name, command):
     made = parsed(words_of(name))
     assert type(made) is command
     for field in fields(command):
@@ -71,7 +71,7 @@ def test_defaults_are_those_of_the_library():
     assert SwatchOptions(**swatch.fabric.options(), period=swatch.period) == SwatchOptions()
 
 
-def test_words_reach_their_fields():
+def test_words_set_their_fields():
     made = parsed([
         "knit", "a.obj", "-o", "out", "--seed", "1,2", "--seed", "3,4", "--flip", "7", "--flip", "8", "--gravity", "0",
         "-981", "0", "--friction", "0.2,0.3", "--twist", "5", "--rest-length", "k=1.1", "--rest-length", "row:3=0.9",
@@ -113,7 +113,7 @@ def test_a_period_is_two_sizes_or_free(words, period):
         ([], "Expected one of {knit, label"),
     ],
 )  # fmt: skip
-def test_words_that_are_no_command_are_one_line(capsys, words, message):
+def test_words_that_are_not_a_command_give_a_message_of_one_line(capsys, words, message):
     said = refused(capsys, words)
     assert message in said
     program = f"stitchmesh {words[0]}" if words and words[0] != "knot" else "stitchmesh"
@@ -121,7 +121,7 @@ def test_words_that_are_no_command_are_one_line(capsys, words, message):
 
 
 @pytest.mark.parametrize("width", ["40", "80", "200"])
-def test_a_refusal_does_not_depend_on_the_width_of_the_terminal(capsys, monkeypatch, width):
+def test_an_error_message_does_not_depend_on_the_width_of_the_terminal(capsys, monkeypatch, width):
     monkeypatch.setenv("COLUMNS", width)
     said = refused(capsys, ["knit", "a.obj", "-o", "o", "--friction", "slippery"])
     assert "--friction: got 'slippery'; expected one number, or two with a comma between them; see" in said
@@ -143,7 +143,7 @@ def test_help_fits_the_terminal_and_shows_every_option(capsys, monkeypatch, name
 
 
 def options_of(group: Any) -> list[str]:
-    """Flags of a dataclass and of the groups in it."""
+    """Return the flags of a dataclass and of the groups of options in it."""
     found = []
     for name, hint in get_type_hints(group, include_extras=True).items():
         inner = get_args(hint)[0] if get_origin(hint) is Annotated else hint
@@ -183,12 +183,12 @@ INDENTED = """\
 
 
 @pytest.mark.parametrize(("box", "line"), [(BOX, "-x: got 'a'"), (INDENTED, "Missing from it: MESH, -o DIR")])
-def test_both_kinds_of_boxes_are_one_line(box, line):
-    """tyro draws lines around them where standard output is UTF-8, and indents them elsewhere."""
+def test_both_kinds_of_boxes_become_one_line(box, line):
+    """tyro draws a box if standard output is in UTF-8, and indents the text otherwise."""
     assert one_line(box) == line
 
 
-def test_a_terminal_of_ascii_is_told_in_one_line():
+def test_an_error_message_is_one_line_on_an_ascii_terminal():
     words = [sys.executable, "-m", "stitchmesh", "knit", "a.obj", "-o", "o", "--friction", "slippery"]
     environment = {**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "60"}
     done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, env=environment)
@@ -197,16 +197,16 @@ def test_a_terminal_of_ascii_is_told_in_one_line():
     assert done.stderr == f"stitchmesh knit: {expected}; see stitchmesh knit --help\n"
 
 
-def test_help_is_printed_on_a_terminal_of_ascii_too():
+def test_help_is_printed_on_an_ascii_terminal():
     words = [sys.executable, "-m", "stitchmesh", "--help"]
     environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT, env=environment)
     assert done.returncode == 0 and "relax-edited" in done.stdout and done.stderr == ""
 
 
-def test_colours_of_a_terminal_do_not_come_into_the_line():
+def test_the_line_contains_no_terminal_colours():
     assert one_line("\x1b[31m│\x1b[0m \x1b[91;1mError\x1b[0m parsing -x: no \x1b[31m│\x1b[0m") == "-x: no"
 
 
-def test_an_error_that_is_no_box_is_one_line_too():
+def test_an_error_without_a_box_becomes_one_line():
     assert one_line("something\nelse\n") == "something else"

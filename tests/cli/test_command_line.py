@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command line, in process: every command, and one line with status 2 for bad input."""
+"""The commands, run in this process; bad input gives one line and the exit status 2."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ def knitted(tmp_path_factory, tube_obj) -> Path:
 
 
 def refused(capsys, *words: str) -> str:
-    """Run a command that must fail; its one line."""
+    """Run a command that must fail, and return its error message of one line."""
     assert cli.main([str(word) for word in words]) == 2
     printed = capsys.readouterr()
     assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
     return printed.err
 
 
-def test_knit_writes_what_it_promises(knitted):
+def test_knit_writes_its_files(knitted):
     assert {path.name for path in knitted.iterdir()} == {
         "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
     }  # fmt: skip
@@ -66,7 +66,7 @@ def test_knit_writes_what_it_promises(knitted):
     assert report["yarnrelax"]["certificate"] == "unchanged"
 
 
-def test_knit_and_its_files_agree(knitted):
+def test_the_files_of_knit_agree_with_each_other(knitted):
     report = json.loads((knitted / "report.json").read_text())
     fabric, yarns = read_stitches(knitted / "stitches.h5"), read_yarns(knitted / "yarns.h5")
     assert report["tessellate"]["faces"] == fabric.face_count
@@ -74,7 +74,7 @@ def test_knit_and_its_files_agree(knitted):
     assert np.abs(yarns.strain).max() == pytest.approx(report["yarnrelax"]["max_strain"], rel=1e-6)
 
 
-def test_the_convergence_ends_where_the_report_does(knitted):
+def test_the_last_line_of_the_convergence_agrees_with_the_report(knitted):
     with (knitted / "convergence.csv").open() as file:
         *_, last = csv.DictReader(file)
     report = json.loads((knitted / "report.json").read_text())["yarnrelax"]
@@ -84,8 +84,8 @@ def test_the_convergence_ends_where_the_report_does(knitted):
     assert (knitted / "convergence.png").stat().st_size > 1000
 
 
-def test_the_stages_in_turn_are_knit(tmp_path, tube_obj, knitted, capsys):
-    """Files between the stages lose nothing: the same yarns to the last bit."""
+def test_the_stages_one_by_one_give_the_result_of_knit(tmp_path, tube_obj, knitted, capsys):
+    """The files between the stages lose nothing: the yarns have the same bits."""
     at = {name: str(tmp_path / f"{name}.h5") for name in ("rows", "stitches", "even", "yarns", "relaxed")}
     assert cli.main(["label", str(tube_obj), "-o", at["rows"]]) == 0
     assert cli.main(["tessellate", at["rows"], "--stitch-width", "1", "-o", at["stitches"]]) == 0
@@ -101,7 +101,7 @@ def test_info_check_and_convert(knitted, tmp_path, capsys):
     assert cli.main(["info", str(knitted / "yarns.h5")]) == 0
     assert "control points" in capsys.readouterr().out
     assert cli.main(["check", str(knitted / "stitches.h5")]) == 0
-    assert "sound stitch mesh" in capsys.readouterr().out
+    assert "valid stitch mesh" in capsys.readouterr().out
     assert cli.main(["convert", str(knitted / "yarns.h5"), str(tmp_path / "yarns.obj")]) == 0
     assert cli.main(["info", str(tmp_path / "yarns.obj")]) == 0
 
@@ -120,7 +120,7 @@ def test_render_draws_each_kind(knitted, tube_obj, tmp_path):
 
 @pytest.fixture
 def far_ring(tmp_path) -> Path:
-    """One ring of yarn in a file that states no radius, and nothing near it to estimate one from."""
+    """Return a file of one ring that states no radius; the radius cannot be estimated without other yarns nearby."""
     angle = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
     points = 3.0 * np.stack([np.cos(angle), np.sin(angle), np.zeros(16)], axis=1)
     write_yarns(tmp_path / "ring.bcc", YarnSet.from_curves([points], closed=[True], radius=0.5))
@@ -133,7 +133,7 @@ def test_info_and_check_take_the_yarn_radius(far_ring, capsys):
     assert "radius: 0.25 to 0.25 cm" in capsys.readouterr().out
     assert "give it (--yarn-radius)" in refused(capsys, "check", far_ring)
     assert cli.main(["check", str(far_ring), "--yarn-radius", "0.25"]) == 0
-    assert "sound yarns" in capsys.readouterr().out
+    assert "valid yarns" in capsys.readouterr().out
 
 
 def test_convert_takes_the_yarn_radius(far_ring, tmp_path, capsys):
@@ -145,18 +145,18 @@ def test_convert_takes_the_yarn_radius(far_ring, tmp_path, capsys):
 
 
 def test_render_takes_the_yarn_radius(far_ring, tmp_path, capsys):
-    """A ring eight times as thick hides more of the background."""
+    """A ring that is eight times as thick covers more of the background."""
     assert "give it (--yarn-radius)" in refused(capsys, "render", far_ring, "-o", tmp_path / "ring.png")
     drawn = []
     for radius in ("0.1", "0.8"):
         path = tmp_path / f"{radius}.png"
         assert cli.main(["render", str(far_ring), "--yarn-radius", radius, "-o", str(path)]) == 0
         drawn.append(covered(path))
-    assert drawn[1] > 3 * drawn[0]  # not eight times: the thicker ring is drawn from farther away
+    assert drawn[1] > 3 * drawn[0]  # The ratio is not 8, because the camera is farther from the thicker ring.
 
 
 def covered(path: Path) -> float:
-    """Part of a picture that differs from its corner."""
+    """Return the fraction of the pixels of a picture that differ from its corner."""
     from PIL import Image
 
     pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
@@ -165,12 +165,12 @@ def covered(path: Path) -> float:
 
 @pytest.mark.parametrize("command", ["info", "check"])
 @pytest.mark.parametrize("name", ["tube.obj", "stitches.h5"])
-def test_a_yarn_radius_is_for_yarns(tube_obj, knitted, capsys, command, name):
+def test_a_yarn_radius_without_yarns_is_an_error(tube_obj, knitted, capsys, command, name):
     path = tube_obj if name == tube_obj.name else knitted / name
     assert "holds no yarns; leave the yarn radius out" in refused(capsys, command, path, "--yarn-radius", "0.1")
 
 
-def test_a_yarn_radius_is_positive(far_ring, capsys):
+def test_a_yarn_radius_must_be_positive(far_ring, capsys):
     assert "radius: got -0.1; expected a positive number" in refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
 
 
@@ -203,14 +203,14 @@ def test_the_module_runs_as_a_program():
         ("\x00\x01\x02 junk \xff", "FileError"),
     ],
 )  # fmt: skip
-def test_a_bad_mesh_file_is_one_line(tmp_path, capsys, content, message):
+def test_a_bad_mesh_file_gives_a_message_of_one_line(tmp_path, capsys, content, message):
     path = tmp_path / "bad.obj"
     path.write_bytes(content.encode("latin-1"))
     assert re.search(message, refused(capsys, "knit", path, "-o", tmp_path / "out"))
     assert not (tmp_path / "out").exists(), "nothing half-written"
 
 
-def test_a_missing_file_a_folder_and_an_unknown_suffix(tmp_path, capsys):
+def test_a_missing_file_a_folder_and_an_unknown_suffix_are_errors(tmp_path, capsys):
     assert "nothing.obj" in refused(capsys, "knit", tmp_path / "nothing.obj", "-o", tmp_path / "out")
     folder = tmp_path / "folder.obj"
     folder.mkdir()
@@ -218,7 +218,7 @@ def test_a_missing_file_a_folder_and_an_unknown_suffix(tmp_path, capsys):
     assert "expected" in refused(capsys, "info", tmp_path / "mesh.xyz")
 
 
-def test_a_moebius_strip_is_one_line(tmp_path, capsys):
+def test_a_moebius_strip_gives_a_message_of_one_line(tmp_path, capsys):
     vertices, faces = moebius()
     lines = [f"v {x} {y} {z}" for x, y, z in vertices] + ["f " + " ".join(str(v + 1) for v in face) for face in faces]
     (tmp_path / "strip.obj").write_text("\n".join(lines))
@@ -245,27 +245,27 @@ def test_a_moebius_strip_is_one_line(tmp_path, capsys):
         (["--body", "nothing.obj"], "nothing.obj: there is no such file"),
     ],
 )  # fmt: skip
-def test_a_bad_option_is_one_line(tube_obj, tmp_path, capsys, words, message):
+def test_a_bad_option_gives_a_message_of_one_line(tube_obj, tmp_path, capsys, words, message):
     assert message in refused(capsys, "knit", tube_obj, "-o", tmp_path / "out", *words)
     assert not (tmp_path / "out").exists(), "nothing half-written"
 
 
 @pytest.mark.parametrize("words", [["--seed", "zero"], ["--stitch-width", "wide"], ["--colour", "red"]])
-def test_words_that_are_no_options_are_one_line(tube_obj, tmp_path, capsys, words):
+def test_words_that_are_not_options_give_a_message_of_one_line(tube_obj, tmp_path, capsys, words):
     with pytest.raises(SystemExit) as stop:
         cli.main(["knit", str(tube_obj), "-o", str(tmp_path), *words])
     assert stop.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_mesh_without_rows_is_one_line(tmp_path, capsys):
+def test_a_mesh_without_rows_gives_a_message_of_one_line(tmp_path, capsys):
     from tests.gallery import odd_corner
 
     write_mesh(tmp_path / "odd.obj", odd_corner())
     assert "both wale and course" in refused(capsys, "knit", tmp_path / "odd.obj", "-o", tmp_path / "out")
 
 
-def test_an_output_folder_that_cannot_be_written(tube_obj, tmp_path, capsys):
+def test_an_output_folder_that_cannot_be_written_is_an_error(tube_obj, tmp_path, capsys):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     assert "cannot be written" in refused(capsys, "knit", tube_obj, "-o", blocked)
@@ -274,7 +274,7 @@ def test_an_output_folder_that_cannot_be_written(tube_obj, tmp_path, capsys):
     assert blocked.read_text() == "in the way"
 
 
-def test_a_machine_that_cannot_draw_keeps_its_yarns(tube_obj, tmp_path, capsys, monkeypatch):
+def test_a_machine_that_cannot_draw_writes_all_other_files(tube_obj, tmp_path, capsys, monkeypatch):
     from stitchmesh import render
     from stitchmesh.errors import DisplayError
 
@@ -288,8 +288,8 @@ def test_a_machine_that_cannot_draw_keeps_its_yarns(tube_obj, tmp_path, capsys, 
     assert (tmp_path / "yarns.h5").exists() and not (tmp_path / "preview.png").exists()
 
 
-def test_an_interrupt_leaves_the_last_good_state(tube_obj, tmp_path, capsys, monkeypatch):
-    """Ctrl-C while yarns relax: status 130, whole files, a report that says that it is unfinished."""
+def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, monkeypatch):
+    """An interrupt during the relaxation: status 130, complete files, and a report that is marked as unfinished."""
     from stitchmesh import pipeline
 
     relax = pipeline.relax_yarns
@@ -309,7 +309,7 @@ def test_an_interrupt_leaves_the_last_good_state(tube_obj, tmp_path, capsys, mon
     assert not [name for name in os.listdir(tmp_path) if name.startswith(".")], "no litter"
 
 
-def test_an_interrupt_before_the_first_step_leaves_the_yarns_as_generated(tube_obj, tmp_path, monkeypatch):
+def test_an_interrupt_before_the_first_state_writes_the_generated_yarns(tube_obj, tmp_path, monkeypatch):
     from stitchmesh import pipeline
 
     def strike(*_args, **_options):
@@ -322,7 +322,7 @@ def test_an_interrupt_before_the_first_step_leaves_the_yarns_as_generated(tube_o
     np.testing.assert_array_equal(yarns.strain, 0.0)
 
 
-def test_flat_pieces_knit_too(tmp_path):
+def test_knit_makes_flat_pieces(tmp_path):
     write_mesh(tmp_path / "flat.obj", grid(2, 2, width=2.0, height=2.0))
     options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture"]
     assert cli.main(["knit", str(tmp_path / "flat.obj"), *options, "-o", str(tmp_path / "out")]) == 0
@@ -330,7 +330,7 @@ def test_flat_pieces_knit_too(tmp_path):
 
 
 def test_knit_takes_rest_lengths_terms_and_checkpoints(tube_obj, tmp_path, capsys):
-    """What it takes to go on from a checkpoint is told again, and leads to the same bits as the whole way at once."""
+    """A relaxation that continues from a checkpoint with the same options gives the same bits as one without a stop."""
     words = ["knit", str(tube_obj), "--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture",
              "--loop-length", "3.5", "--rest-length", "k=1.1", "--gravity", "0", "-981", "0"]  # fmt: skip
     part, rest, whole = tmp_path / "part", tmp_path / "rest", tmp_path / "whole"
@@ -344,4 +344,4 @@ def test_knit_takes_rest_lengths_terms_and_checkpoints(tube_obj, tmp_path, capsy
     fabric = read_stitches(whole / "stitches.h5")
     inside = (fabric.row > 0) & (fabric.row < fabric.row.max())
     loops = stitch_lengths(read_yarns(whole / "yarns.h5"), fabric)[inside]
-    np.testing.assert_allclose(loops, 1.1 * 3.5, rtol=1e-12)  # a sum of 12 products
+    np.testing.assert_allclose(loops, 1.1 * 3.5, rtol=1e-12)  # A sum of 12 products.

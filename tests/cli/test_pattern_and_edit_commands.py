@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns, edits, instructions and yarn generation on the command line; whatever is bad is one line and status 2."""
+"""The commands for patterns, edits, instructions and yarns; bad input gives one line and the exit status 2."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from tests.gallery import tube as coarse_tube
 from tests.patterns.fabrics import flat, tube
 
 FACE = 40
-"""A knit stitch inside either fabric, in its third row from below."""
+"""A knit stitch in the interior of both fabrics, in the third row from below."""
 DRAFT = ["--quality", "draft"]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    """A tube and a flat piece, the tube's yarns, and all kinds of files that are none of these."""
+    """Return a folder with a tube, a flat piece, the yarns of the tube, and files with other content."""
     folder = tmp_path_factory.mktemp("files")
     write_stitches(folder / "tube.h5", tube(18, 6))
     write_stitches(folder / "tube.smobj", tube(18, 6))
@@ -62,7 +62,7 @@ def log(path: Path, *edits: tuple[str, dict[str, object]]) -> Path:
 
 
 def refused(capsys, folder: Path, *words: object) -> str:
-    """Run a command that must fail and write nothing; its one line."""
+    """Run a command that must fail and write nothing, and return its error message of one line."""
     before = sorted(folder.rglob("*"))
     assert cli.main([str(word) for word in words]) == 2
     printed = capsys.readouterr()
@@ -77,7 +77,7 @@ def refused(capsys, folder: Path, *words: object) -> str:
     [("missing", "there is no such file"), ("empty", "the file is empty"), ("binary", "is not an HDF5|binary data"),
      ("folder", "is a folder"), ("half", "damaged|corners|expected")],
 )  # fmt: skip
-def test_no_command_takes_a_file_that_is_no_stitch_mesh(folder, capsys, monkeypatch, stem, message, suffix):
+def test_commands_do_not_accept_a_file_that_is_not_a_stitch_mesh(folder, capsys, monkeypatch, stem, message, suffix):
     monkeypatch.chdir(folder)
     bad, tube_and_output = f"{stem}.{suffix}", ["tube.h5", *DRAFT, "-o", "out.h5"]
     for words in (
@@ -91,12 +91,12 @@ def test_no_command_takes_a_file_that_is_no_stitch_mesh(folder, capsys, monkeypa
         assert bad in said and re.search(message, said), said
 
 
-def test_what_is_no_number_is_named_by_its_line(folder, capsys, monkeypatch):
+def test_the_error_of_a_malformed_number_names_its_line(folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
     assert "coordinates must be finite" in refused(capsys, folder, "convert", "nan.smobj", "out.k")
 
 
-def test_a_malformed_cable_is_told_on_reading(folder, capsys, monkeypatch):
+def test_a_malformed_cable_is_an_error_of_reading(folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
     fabric = read_stitches("flat.h5")
     side = np.array([fabric.face_start[FACE] + 2])
@@ -121,7 +121,7 @@ def test_a_malformed_cable_is_told_on_reading(folder, capsys, monkeypatch):
         ("row 1 RS: k100 p100", "its 200 columns are more than any first row"),
     ],
 )
-def test_a_bad_pattern_is_one_line(folder, tmp_path, capsys, text, message):
+def test_a_bad_pattern_gives_a_message_of_one_line(folder, tmp_path, capsys, text, message):
     (tmp_path / "bad.knit").write_text(text)
     words = ["pattern", folder / "tube.h5", tmp_path / "bad.knit", "-o", tmp_path / "out.h5"]
     assert message in refused(capsys, tmp_path, *words)
@@ -129,7 +129,7 @@ def test_a_bad_pattern_is_one_line(folder, tmp_path, capsys, text, message):
 
 @pytest.mark.parametrize("suffix", ["knit", "png"])
 @pytest.mark.parametrize("stem", ["missing", "empty", "binary", "folder"])
-def test_a_pattern_file_that_cannot_be_read_is_one_line(folder, capsys, monkeypatch, stem, suffix):
+def test_a_pattern_file_that_cannot_be_read_gives_a_message_of_one_line(folder, capsys, monkeypatch, stem, suffix):
     monkeypatch.chdir(folder)
     name = f"{stem}.{suffix}"
     assert f"FileError: {name}: " in refused(capsys, folder, "pattern", "tube.h5", name, "-o", "out.h5")
@@ -150,13 +150,13 @@ def test_a_pattern_file_that_cannot_be_read_is_one_line(folder, capsys, monkeypa
         (("flip_row", {"face": "a"}), 'face is "a"; expected a whole number'),
     ],
 )
-def test_a_bad_edit_is_named_by_its_line_and_nothing_is_written(folder, tmp_path, capsys, edit, message):
+def test_the_error_of_a_bad_edit_names_its_line_and_nothing_is_written(folder, tmp_path, capsys, edit, message):
     path = log(tmp_path / "bad.jsonl", ("change_stitch", {"faces": [FACE], "stitch": "p"}), edit)
     said = refused(capsys, tmp_path, "edit", folder / "flat.h5", "--replay", path, "-o", tmp_path / "out.h5")
     assert "bad.jsonl line 2: " in said and message in said
 
 
-def test_what_an_edit_took_away_is_gone_for_the_next_and_cables_do_not_overlap(folder, tmp_path, capsys):
+def test_each_edit_applies_to_the_result_of_the_previous_one(folder, tmp_path, capsys):
     gone = ("remove_row", {"face": FACE}), ("change_stitch", {"faces": [107], "stitch": "p"})
     cable = {"left": 2, "right": 2, "front": "left"}
     crossed = ("cross_cable", {"side": 4 * 43 + 2, **cable}), ("cross_cable", {"side": 4 * 45 + 2, **cable})
@@ -166,7 +166,7 @@ def test_what_an_edit_took_away_is_gone_for_the_next_and_cables_do_not_overlap(f
         assert message in refused(capsys, tmp_path, *words)
 
 
-def test_a_log_that_is_no_log_is_one_line(folder, tmp_path, capsys):
+def test_a_file_that_is_not_a_log_gives_a_message_of_one_line(folder, tmp_path, capsys):
     (tmp_path / "deep.jsonl").write_text("[" * 100_000)
     for path in (tmp_path / "deep.jsonl", folder / "missing.jsonl", folder / "binary.jsonl", folder / "folder.jsonl"):
         words = ["edit", folder / "tube.h5", "--replay", path, "-o", tmp_path / "out.h5"]
@@ -181,7 +181,7 @@ def test_a_log_that_is_no_log_is_one_line(folder, tmp_path, capsys):
         (["--longest-float", "-1"], "longest_float: got -1 stitches; expected 0 or more"),
     ],
 )
-def test_a_bad_finish_is_told_before_any_work(folder, tmp_path, capsys, words, message):
+def test_a_bad_finish_is_an_error_before_the_computation(folder, tmp_path, capsys, words, message):
     output = ["-o", tmp_path / "out.h5", *words]
     between = ["--before", folder / "tube.h5", "--after", folder / "tube.h5"]
     assert message in refused(capsys, tmp_path, "yarns", folder / "missing.h5", *output)
@@ -189,7 +189,7 @@ def test_a_bad_finish_is_told_before_any_work(folder, tmp_path, capsys, words, m
     assert message in refused(capsys, tmp_path, "knit", folder / "missing.obj", *output)
 
 
-def test_yarns_are_finished_as_told(folder, tmp_path):
+def test_the_options_of_the_finish_reach_the_yarns(folder, tmp_path):
     words = ["yarns", folder / "flat.h5", *DRAFT, "-o", tmp_path / "yarns.h5"]
     assert cli.main([str(word) for word in (*words, "--bind-off", "chain", "--cast-on", "open")]) == 0
     expected = generate_yarns(read_stitches(folder / "flat.h5"), quality="draft", bind_off="chain", cast_on="open")
@@ -197,7 +197,7 @@ def test_yarns_are_finished_as_told(folder, tmp_path):
 
 
 def test_long_floats_are_cut(folder, tmp_path):
-    """A yarn of two stitches with two of another between them is one where it may float behind these, else two."""
+    """Two stitches of a yarn with two of another yarn between them: one yarn with a float, or else two yarns."""
     striped = apply_edit(read_stitches(folder / "flat.h5"), Edit("stripe", {"yarn": 1, "faces": [41, 44]})).fabric
     write_stitches(tmp_path / "striped.h5", striped)
     made = {}
@@ -209,7 +209,7 @@ def test_long_floats_are_cut(folder, tmp_path):
 
 
 def test_knit_makes_a_spiral_of_a_tube(tmp_path):
-    """Rings are a yarn each, and so is what binds off the last; a spiral and its chain are one."""
+    """Without a spiral, each ring and the bind-off is a yarn; a spiral and its chain bind-off are one yarn."""
     write_mesh(tmp_path / "tube.obj", coarse_tube(8, 1, radius=2.0, height=3.0))
     words = ["knit", tmp_path / "tube.obj", "--stitch-width", "1", *DRAFT, "--device", "cpu", "--no-picture",
              "--max-iterations", "20", "--bind-off", "chain", "--spiral", "-o", tmp_path / "out"]  # fmt: skip
@@ -223,7 +223,7 @@ def test_knit_makes_a_spiral_of_a_tube(tmp_path):
 
 @pytest.fixture(scope="module")
 def edited(folder) -> tuple[StitchMesh, YarnSet]:
-    """The tube with a purl stitch, and the tube's own yarns after a few steps of relaxation."""
+    """Return the tube with a purl stitch, and the yarns of the original tube after a few steps of relaxation."""
     assert cli.main(["edit", str(folder / "tube.h5"), "--replay", str(folder / "purl.jsonl"), "-o",
                      str(folder / "edited.h5")]) == 0  # fmt: skip
     words = ["relax", folder / "yarns.h5", "--keep-shape", folder / "tube.h5", *DRAFT, "--device", "cpu",
@@ -232,7 +232,7 @@ def edited(folder) -> tuple[StitchMesh, YarnSet]:
     return read_stitches(folder / "edited.h5"), read_yarns(folder / "rested.h5")
 
 
-def test_relax_edited_goes_on_from_where_the_yarns_were(folder, tmp_path, edited, capsys):
+def test_relax_edited_starts_from_the_relaxed_yarns(folder, tmp_path, edited, capsys):
     fabric, rested = edited
     words = ["relax-edited", folder / "rested.h5", "--before", folder / "tube.h5", "--after", folder / "edited.h5",
              *DRAFT, "--device", "cpu", "--max-iterations", "20", "--report", tmp_path / "report",
@@ -243,26 +243,26 @@ def test_relax_edited_goes_on_from_where_the_yarns_were(folder, tmp_path, edited
     assert report["iterations"] == 20 and json.loads((tmp_path / "report" / "report.json").read_text()) == report
     made, start = regenerate_yarns(rested, read_stitches(folder / "tube.h5"), fabric, quality="draft")
     again = read_yarns(tmp_path / "again.h5")
-    np.testing.assert_array_equal(again.rest_length, made.rest_length)  # the factor of before among them
+    np.testing.assert_array_equal(again.rest_length, made.rest_length)  # With the factor of the first relaxation.
     quality = replace(quality_named("draft"), max_iterations=20)
     expected = relax_yarns(made, start=start, quality=quality, device="cpu", keep_shape=fabric)
     np.testing.assert_array_equal(again.points, expected.yarns.points)
 
 
-def test_relax_edited_refuses_what_does_not_belong_together(folder, tmp_path, capsys, edited):
+def test_relax_edited_checks_that_its_files_belong_together(folder, tmp_path, capsys, edited):
     at = {name: folder / f"{name}.h5" for name in ("rested", "tube", "edited", "flat")}
     output = ["-o", tmp_path / "out.h5", "--device", "cpu"]
     words = ["relax-edited", at["rested"], "--before", at["flat"], "--after", at["edited"], *DRAFT, *output]
     assert "with which the yarns were generated" in refused(capsys, tmp_path, *words)
     words = ["relax-edited", at["rested"], "--before", at["tube"], "--after", at["edited"], *output]
-    assert "with which the yarns were generated" in refused(capsys, tmp_path, *words)  # another quality
+    assert "with which the yarns were generated" in refused(capsys, tmp_path, *words)  # The quality differs.
     words = ["relax-edited", at["rested"], "--before", at["tube"], "--after", at["flat"], *DRAFT, *output]
     assert "leaves next to no stitch as it was" in refused(capsys, tmp_path, *words)
     words = ["relax-edited", at["tube"], "--before", at["tube"], "--after", at["flat"], *DRAFT, *output]
     assert "holds 'stitchmesh stitches'; expected 'stitchmesh yarns'" in refused(capsys, tmp_path, *words)
 
 
-def test_info_tells_stitches_marks_and_yarns(folder, tmp_path, capsys):
+def test_info_describes_stitches_marks_and_yarns(folder, tmp_path, capsys):
     edits = [
         ("change_stitch", {"faces": [FACE], "stitch": "p"}),
         ("twist_loop", {"side": 4 * FACE + 2, "twist": 1}),
@@ -275,10 +275,10 @@ def test_info_tells_stitches_marks_and_yarns(folder, tmp_path, capsys):
     assert cli.main([str(word) for word in words]) == 0
     capsys.readouterr()
     assert cli.main(["info", str(made)]) == 0
-    told = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
-    assert told["rows"] == "6" and told["stitches"] == "89 k, 18 cast-on, 1 p"
-    assert told["twisted loops"] == "1" and told["cables"] == "1 of 4 loops"
-    assert told["yarns"] == "2 (90 stitches in 0, 18 stitches in 1)"
+    described = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
+    assert described["rows"] == "6" and described["stitches"] == "89 k, 18 cast-on, 1 p"
+    assert described["twisted loops"] == "1" and described["cables"] == "1 of 4 loops"
+    assert described["yarns"] == "2 (90 stitches of 0, 18 stitches of 1)"
 
 
 def test_patterns_lists_the_library(capsys):
@@ -289,7 +289,7 @@ def test_patterns_lists_the_library(capsys):
     assert next(line.split()[1:5] for line in lines if line.startswith("checks ")) == ["4", "x", "4", "2"]
 
 
-def test_output_that_nobody_reads_is_no_error():
+def test_a_closed_output_pipe_is_not_an_error():
     read, write = os.pipe()
     os.close(read)
     words = [sys.executable, "-m", "stitchmesh", "patterns"]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns on the command line."""
+"""The commands that apply patterns."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_knit_takes_a_pattern(tmp_path):
     assert report["faces"] == np.count_nonzero(stitches == Stitch.PURL) > 0
 
 
-def test_bad_words_are_refused_before_any_work(tmp_path, fabric, capsys):
+def test_bad_options_are_errors_before_the_computation(tmp_path, fabric, capsys):
     made = tmp_path / "made.h5"
     assert "did you mean rib3x3 or rib2x2" in refused(capsys, "pattern", fabric, "rib2x3", "-o", made)
     assert "remainder 'crop'" in refused(capsys, "pattern", fabric, "rib2x2", "-o", made, "--remainder", "crop")

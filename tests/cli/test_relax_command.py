@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command that relaxes yarns: what each of its options does, and one line with status 2 for a bad one."""
+"""The command that relaxes yarns: the effect of each option; a bad option gives one line and the exit status 2."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QUICK = ["--quality", "draft", "--device", "cpu", "--max-iterations", "20"]
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
-    """A folder with a stitch mesh and its yarns as generated, of about a hundred stitches."""
+    """Return a folder with a stitch mesh of about a hundred stitches and its generated yarns."""
     folder = tmp_path_factory.mktemp("made")
     write_mesh(folder / "tube.obj", tube(8, 2, radius=2.0, height=1.5))
     at = {name: str(folder / f"{name}.h5") for name in ("rows", "stitches", "yarns")}
@@ -37,7 +37,7 @@ def made(tmp_path_factory) -> Path:
 
 
 def printed_by(monkeypatch, capsys, *words: object) -> str:
-    """What a command prints on standard error in a fresh process, where it sets up logging itself."""
+    """Return the standard error of a command in a new process, in which the command configures logging itself."""
     with monkeypatch.context() as patch:
         patch.setattr(logging.root, "handlers", [])
         assert cli.main(["relax", *map(str, words)]) == 0
@@ -50,14 +50,14 @@ def relax(made: Path, output: Path, *words: object) -> YarnSet:
 
 
 def refused(capsys, *words: object) -> str:
-    """Run a command that must fail; its one line."""
+    """Run a command that must fail, and return its error message of one line."""
     assert cli.main(["relax", *map(str, words)]) == 2
     printed = capsys.readouterr()
     assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
     return printed.err
 
 
-def test_a_report_is_written_where_it_is_asked_for_and_nowhere_else(made, tmp_path, capsys):
+def test_a_report_is_written_only_if_its_option_is_given(made, tmp_path, capsys):
     relax(made, tmp_path / "alone" / "relaxed.h5")
     assert [path.name for path in (tmp_path / "alone").iterdir()] == ["relaxed.h5"]
     capsys.readouterr()
@@ -71,12 +71,12 @@ def test_a_report_is_written_where_it_is_asked_for_and_nowhere_else(made, tmp_pa
     assert report["iterations"] == 20 and report["device"] == "cpu"
 
 
-def test_a_limit_on_iterations_is_told_once(made, tmp_path, capsys, monkeypatch):
+def test_a_reached_limit_of_iterations_is_logged_once(made, tmp_path, capsys, monkeypatch):
     words = [made / "yarns.h5", "-o", tmp_path / "relaxed.h5", *QUICK, "--quality", "standard"]
     assert printed_by(monkeypatch, capsys, *words).count("yarns are not at rest") == 1
 
 
-def test_an_estimated_radius_is_told_once_and_a_given_one_is_not(made, tmp_path, capsys, monkeypatch):
+def test_an_estimated_radius_is_logged_once_and_a_given_one_is_not(made, tmp_path, capsys, monkeypatch):
     write_yarns(tmp_path / "curves.bcc", read_yarns(made / "yarns.h5"))
     words = [tmp_path / "curves.bcc", "-o", tmp_path / "relaxed.h5", *QUICK]
     assert printed_by(monkeypatch, capsys, *words).count("yarn radius: ") == 1
@@ -84,13 +84,13 @@ def test_an_estimated_radius_is_told_once_and_a_given_one_is_not(made, tmp_path,
     np.testing.assert_array_equal(read_yarns(tmp_path / "relaxed.h5").radius, 0.11)
 
 
-def test_rest_lengths_are_what_was_asked_for(made, tmp_path):
+def test_rest_lengths_follow_the_options(made, tmp_path):
     before = read_yarns(made / "yarns.h5")
     words = ["--rest-length-factor", "1.1", "--rest-length", "yarn:0=0.9", "--rest-length", "row:1=0.95"]
     after = relax(made, tmp_path / "relaxed.h5", *words)
     row = before.row[before.segment_points[:, 1]]
     asked = 1.1 * np.where(before.segment_yarn == 0, 0.9, 1.0) * np.where(row == 1, 0.95, 1.0)
-    np.testing.assert_allclose(after.rest_length, before.rest_length * asked, rtol=1e-12)  # three products
+    np.testing.assert_allclose(after.rest_length, before.rest_length * asked, rtol=1e-12)  # Three products.
 
 
 def test_a_loop_length_is_that_of_every_plain_stitch(made, tmp_path):
@@ -99,7 +99,7 @@ def test_a_loop_length_is_that_of_every_plain_stitch(made, tmp_path):
     after = relax(made, tmp_path / "relaxed.h5", *words)
     inside = np.isin(fabric.row, np.arange(1, fabric.row.max())) & (fabric.stitch == Stitch.KNIT)
     assert inside.any()
-    np.testing.assert_allclose(stitch_lengths(after, fabric)[inside], 1.1 * 3.5, rtol=1e-12)  # a sum of 12 products
+    np.testing.assert_allclose(stitch_lengths(after, fabric)[inside], 1.1 * 3.5, rtol=1e-12)  # A sum of 12 products.
 
 
 @pytest.mark.parametrize(
@@ -113,14 +113,14 @@ def test_a_loop_length_is_that_of_every_plain_stitch(made, tmp_path):
         (["--body", "tube.obj", "--body-unit", "mm"], "body"),
     ],
 )
-def test_a_term_is_in_the_report_when_asked_for(made, tmp_path, capsys, monkeypatch, words, term):
+def test_a_term_is_in_the_report_if_its_option_is_given(made, tmp_path, capsys, monkeypatch, words, term):
     monkeypatch.chdir(made)
     relax(made, tmp_path / "relaxed.h5", *words)
     assert set(json.loads(capsys.readouterr().out)["energies"]) == {"stretch", "length", "bend", "contact", term}
 
 
-def test_the_unit_of_a_body_counts(made, tmp_path, capsys):
-    """The tube is among the yarns in centimetres and a speck inside them in millimetres."""
+def test_the_unit_of_a_body_has_an_effect(made, tmp_path, capsys):
+    """In centimetres the body touches the yarns; in millimetres it is a tenth as large and inside them."""
     energies = []
     for unit in ("cm", "mm"):
         relax(made, tmp_path / "relaxed.h5", "--body", made / "tube.obj", "--body-unit", unit)
@@ -128,13 +128,13 @@ def test_the_unit_of_a_body_counts(made, tmp_path, capsys):
     assert energies[0] > 0.0 and energies[1] == 0.0
 
 
-def test_pins_hold(made, tmp_path):
+def test_pinned_points_do_not_move(made, tmp_path):
     before = read_yarns(made / "yarns.h5")
     after = relax(made, tmp_path / "relaxed.h5", "--pin-point", "0", "--pin-point", "7", "--pin-face", "9")
     held = np.union1d([0, 7], np.flatnonzero(before.face == 9))
     moved = np.linalg.norm(after.points - before.points, axis=1)
     assert len(held) > 2
-    assert moved[held].max() < 1e-6  # float32 keeps 6e-8 of a few cm
+    assert moved[held].max() < 1e-6  # The rounding error of float32 is 6e-8 of a few cm.
     assert np.delete(moved, held).max() > 1e-3
 
 
@@ -150,16 +150,16 @@ def test_a_term_that_is_off_is_not_imported():
     assert not loaded & {"energies.friction", "energies.twist", "energies.body", "constraints.pins"}
 
 
-def test_solver_and_material_are_the_ones_named(made, tmp_path, capsys):
+def test_solver_and_material_follow_the_options(made, tmp_path, capsys):
     relax(made, tmp_path / "relaxed.h5", "--solver", "dynamics")
     assert json.loads(capsys.readouterr().out)["solver"] == "dynamics"
     relax(made, tmp_path / "relaxed.h5", "--material", "kaldor-simulation")
     report = json.loads(capsys.readouterr().out)
     assert report["solver"] == "quasistatic"
-    assert report["energies"].get("length", 0.0) == 0.0  # Kaldor's yarn has no length penalty
+    assert report["energies"].get("length", 0.0) == 0.0  # The material of Kaldor et al. has no length penalty.
 
 
-def test_a_relaxation_that_was_stopped_goes_on_to_the_same_bits(made, tmp_path):
+def test_a_relaxation_that_was_stopped_continues_to_the_same_bits(made, tmp_path):
     words = ["--quality", "standard", "--checkpoint-every", "20"]
     relax(made, tmp_path / "first.h5", *words)
     checkpoint = tmp_path / "first.checkpoints" / "checkpoint.smc"
@@ -168,7 +168,7 @@ def test_a_relaxation_that_was_stopped_goes_on_to_the_same_bits(made, tmp_path):
     np.testing.assert_array_equal(resumed.points, whole.points)
 
 
-def test_an_interrupt_leaves_the_last_good_state(made, tmp_path, capsys, monkeypatch):
+def test_an_interrupt_writes_the_last_good_state(made, tmp_path, capsys, monkeypatch):
     from stitchmesh import pipeline
 
     def strike(*_args, on_state, **_options):
@@ -207,7 +207,7 @@ def test_an_interrupt_leaves_the_last_good_state(made, tmp_path, capsys, monkeyp
         (["--fabric", "nothing.h5"], "nothing.h5: there is no such file"),
     ],
 )
-def test_a_bad_option_is_one_line_and_writes_nothing(made, tmp_path, capsys, words, message):
+def test_a_bad_option_gives_a_message_of_one_line_and_writes_nothing(made, tmp_path, capsys, words, message):
     assert message in refused(capsys, made / "yarns.h5", "-o", tmp_path / "out" / "relaxed.h5", *QUICK, *words)
     assert not (tmp_path / "out").exists()
 
@@ -217,17 +217,17 @@ def test_a_bad_option_is_one_line_and_writes_nothing(made, tmp_path, capsys, wor
     [["--solver", "magic"], ["--friction", "0.1,0.2,0.3"], ["--twist", "much"], ["--gravity", "9.81"],
      ["--keep-shape", "a.h5", "--fabric", "b.h5"], ["--max-iterations", "few"]],
 )  # fmt: skip
-def test_words_that_are_no_options_are_one_line(made, tmp_path, capsys, words):
+def test_words_that_are_not_options_give_a_message_of_one_line(made, tmp_path, capsys, words):
     with pytest.raises(SystemExit) as stop:
         cli.main(["relax", str(made / "yarns.h5"), "-o", str(tmp_path / "relaxed.h5"), *words])
     assert stop.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_an_output_that_cannot_be_written_is_told_before_the_work(made, tmp_path, capsys, monkeypatch):
+def test_an_output_that_cannot_be_written_is_an_error_before_the_computation(made, tmp_path, capsys, monkeypatch):
     from stitchmesh import pipeline
 
-    monkeypatch.setattr(pipeline, "relax_yarns", None)  # calling it would raise
+    monkeypatch.setattr(pipeline, "relax_yarns", None)  # A call would raise an error.
     source, folder, file = made / "yarns.h5", tmp_path / "folder.h5", tmp_path / "file"
     folder.mkdir()
     file.write_text("in the way")
@@ -237,7 +237,7 @@ def test_an_output_that_cannot_be_written_is_told_before_the_work(made, tmp_path
     assert "cannot be written" in refused(capsys, source, "-o", tmp_path / "relaxed.h5", "--report", file)
 
 
-def test_tubes_are_not_yarns(tmp_path, capsys):
+def test_reading_tubes_as_yarns_is_an_error(tmp_path, capsys):
     rings = [ring([0, 0, 0]), ring([0, 0, 0.2])]
     write_yarns(tmp_path / "tubes.glb", YarnSet.from_curves(rings, closed=[True, True], radius=0.1))
     assert "holds tubes" in refused(capsys, tmp_path / "tubes.glb", "-o", tmp_path / "relaxed.h5")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command that relaxes swatches: what it writes, and one line with status 2 and nothing written for what is bad."""
+"""The command that relaxes swatches: its files; bad input gives one line, the exit status 2 and no files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ QUICK = [*DRAFT, "--no-picture"]
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory) -> Path:
-    """Charts and weaves, sound and unsound."""
+    """Return a folder of valid and invalid charts and weaves."""
     folder = tmp_path_factory.mktemp("files")
     for name, text in {
         "ragged.leaf": "KKP\nKK\n", "unknown.leaf": "KQ\nKK\n", "open.knit": 'pattern "x"\nround 1: k3 yo\n',
@@ -43,7 +43,7 @@ def files(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
-    """The folder of a relaxed repeat of stockinette, with all that can be asked for."""
+    """Return the output folder of a relaxed repeat of stockinette, with all optional files."""
     folder = tmp_path_factory.mktemp("made") / "deep" / "out"
     words = ["--relax-cell", "--tile", "3", "2", "--texture", "16", "24", "--gamma", "1.1"]
     assert cli.main(["swatch", "stockinette", *words, *DRAFT, "-o", str(folder)]) == 0
@@ -56,7 +56,7 @@ def swatch(folder: Path, *words: object) -> YarnSet:
 
 
 def refused(capsys, folder: Path, *words: object) -> str:
-    """Run a command that must fail and write nothing; its one line."""
+    """Run a command that must fail and write nothing, and return its error message of one line."""
     before = sorted(folder.rglob("*"))
     assert cli.main([str(word) for word in words]) == 2
     printed = capsys.readouterr()
@@ -65,7 +65,7 @@ def refused(capsys, folder: Path, *words: object) -> str:
     return printed.err
 
 
-def test_it_writes_what_it_promises(made):
+def test_swatch_writes_its_files(made):
     assert {path.name for path in made.iterdir()} == {
         "cell.h5", "cell.pyp", "tiled.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
         "textures",
@@ -75,30 +75,30 @@ def test_it_writes_what_it_promises(made):
     assert json.loads((made / "textures" / "textures.json").read_text())["pixels"] == [16, 24]
 
 
-def test_the_report_says_what_was_asked_and_what_came_of_it(made):
+def test_the_report_holds_the_options_and_the_results(made):
     report = json.loads((made / "report.json").read_text())
     assert (report["pattern"], report["name"], report["source"]) == ("stockinette", "Stockinette", "Common knowledge")
     assert report["version"] and report["options"]["gamma"] == 1.1 and report["options"]["relax_cell"] is True
     cell = read_yarns(made / "cell.h5")
-    assert size_of(cell.lattice) == pytest.approx((report["width"], report["height"]), rel=1e-12)  # written in full
-    assert np.abs(cell.strain).max() == pytest.approx(report["max_strain"], rel=1e-6)  # scaled by gamma and back
+    assert size_of(cell.lattice) == pytest.approx((report["width"], report["height"]), rel=1e-12)  # All digits.
+    assert np.abs(cell.strain).max() == pytest.approx(report["max_strain"], rel=1e-6)  # Scaled by gamma and back.
     with (made / "convergence.csv").open() as file:
         *_, last = csv.DictReader(file)
     assert float(last["residual"]) == report["residual"]
 
 
-def test_its_files_are_one_fabric(made):
+def test_the_files_agree_with_each_other(made):
     cell = read_yarns(made / "cell.h5")
     pieces = read_yarns(made / "tiled.bcc", radius=0.125)
     assert pieces.yarn_count == tile_yarns(cell, 3, 2).yarn_count
-    # a float32 file of knots; the curves between them differ by some thousandths
+    # The file holds knots in float32; the curves differ by some thousandths between the knots.
     assert pieces.lengths.sum() == pytest.approx(6 * cell.lengths.sum(), rel=0.01)
     again = read_yarns(made / "cell.pyp")
-    assert again.lengths.sum() == pytest.approx(cell.lengths.sum(), rel=1e-9)  # written in full
+    assert again.lengths.sum() == pytest.approx(cell.lengths.sum(), rel=1e-9)  # All digits.
 
 
-def test_the_picture_is_full_of_fabric(made):
-    """Nothing of it is blank: somewhere in each ninth of it yarn casts its shadow."""
+def test_the_fabric_covers_the_whole_picture(made):
+    """No part of the picture is empty: each ninth of it contains shadows of yarns."""
     from PIL import Image
 
     pixels = np.asarray(Image.open(made / "preview.png").convert("L")).astype(int)
@@ -108,7 +108,7 @@ def test_the_picture_is_full_of_fabric(made):
             assert np.ptp(part) > 100
 
 
-def test_no_picture_no_textures_and_five_by_five_unless_asked(tmp_path):
+def test_defaults_are_no_textures_and_five_by_five_tiles(tmp_path):
     cell = swatch(tmp_path, "plain")
     assert {path.name for path in tmp_path.iterdir()} == {
         "cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png",
@@ -129,15 +129,15 @@ def test_options_reach_the_yarns(tmp_path):
     knit = swatch(tmp_path / "c", "rib1x1", "--loop-length", 3.5, "--columns", 2, "--rows", 2, "--max-iterations", 20)
     report = json.loads((tmp_path / "c" / "report.json").read_text())
     assert (report["wales"], report["courses"], report["iterations"]) == (4, 4, 20)
-    assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)  # a sum
+    assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)# A sum
 
 
-def test_a_matrix_in_a_text_file_is_a_weave(files, tmp_path):
+def test_a_matrix_in_a_text_file_defines_a_weave(files, tmp_path):
     cell = swatch(tmp_path, files / "matrix.txt")
     assert cell.yarn_count == 4 and set(map(tuple, cell.lattice_step.tolist())) == {(1, 0), (0, 1)}
 
 
-def test_yarns_that_a_pyp_cannot_hold_leave_it_out_and_say_so(tmp_path, capsys):
+def test_a_pyp_that_cannot_hold_the_yarns_is_left_out_with_a_message(tmp_path, capsys):
     (tmp_path / "two.weave").write_text("warps radius: 1 1.5\n01\n10\n")
     swatch(tmp_path / "out", tmp_path / "two.weave")
     assert not (tmp_path / "out" / "cell.pyp").exists() and (tmp_path / "out" / "cell.h5").exists()
@@ -168,7 +168,7 @@ def test_yarns_that_a_pyp_cannot_hold_leave_it_out_and_say_so(tmp_path, capsys):
         ("apart.weave", "the fabric falls apart"),
     ],
 )
-def test_a_bad_pattern_is_one_line(files, capsys, monkeypatch, pattern, message):
+def test_a_bad_pattern_gives_a_message_of_one_line(files, capsys, monkeypatch, pattern, message):
     monkeypatch.chdir(files)
     assert re.search(message, refused(capsys, files, "swatch", pattern, "-o", "out", *QUICK))
 
@@ -205,7 +205,7 @@ def test_a_bad_pattern_is_one_line(files, capsys, monkeypatch, pattern, message)
         (["stockinette", "--texture", "16", "16", "16"], "texture: got 16 16 16"),
     ],
 )  # fmt: skip
-def test_a_bad_option_is_one_line(tmp_path, capsys, monkeypatch, words, message):
+def test_a_bad_option_gives_a_message_of_one_line(tmp_path, capsys, monkeypatch, words, message):
     monkeypatch.chdir(tmp_path)
     assert message in refused(capsys, tmp_path, "swatch", *QUICK, *words, "-o", "out")
 
@@ -213,17 +213,17 @@ def test_a_bad_option_is_one_line(tmp_path, capsys, monkeypatch, words, message)
 @pytest.mark.parametrize(
     "words", [["--period", "1"], ["--period", "wide", "1"], ["--gamma", "x"], ["--tile", "1.5", "2"]]
 )
-def test_words_that_are_no_numbers_are_one_line(capsys, words):
+def test_words_that_are_not_numbers_give_a_message_of_one_line(capsys, words):
     with pytest.raises(SystemExit) as stop:
         cli.main(["swatch", "plain", "-o", "out", *words])
     assert stop.value.code == 2 and capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_folder_that_cannot_be_written_is_told_before_the_work(tmp_path, capsys):
+def test_a_folder_that_cannot_be_written_is_an_error_before_the_computation(tmp_path, capsys):
     (tmp_path / "file").touch()
     for folder in (tmp_path / "file", tmp_path / "file" / "out"):
-        told = refused(capsys, tmp_path, "swatch", "plain", "-o", folder, *QUICK)
-        assert "choose another output folder" in told
+        message = refused(capsys, tmp_path, "swatch", "plain", "-o", folder, *QUICK)
+        assert "choose another output folder" in message
 
 
 def test_convert_writes_tiles(made, tmp_path, capsys):
@@ -237,12 +237,12 @@ def test_convert_writes_tiles(made, tmp_path, capsys):
     )
 
 
-def test_convert_tiles_nothing_but_yarns(tmp_path, capsys):
+def test_convert_tiles_yarns_only(tmp_path, capsys):
     (tmp_path / "face.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     words = ["convert", tmp_path / "face.obj", tmp_path / "face.ply", "--tile", "2", "2"]
-    assert "is a polygon mesh; only yarns that repeat can be tiled" in refused(capsys, tmp_path, *words)
+    assert "is a polygon mesh; only periodic yarns can be tiled" in refused(capsys, tmp_path, *words)
 
 
-def test_the_weave_of_the_documentation_is_the_library_s():
+def test_the_weave_of_the_documentation_is_that_of_the_library():
     (text,) = re.findall(r"```weave\n(.*?)```", (ROOT / "docs" / "swatches.md").read_text(), re.DOTALL)
     assert parse_weave(text).matrix == read_weave("double-plain-stitched").matrix

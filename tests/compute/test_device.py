@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Functions that launch kernels take turns, whichever thread calls them."""
+"""Functions that launch kernels exclude each other, in whichever threads they are called."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pul
 from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.relax_cells import relax_cells
 
-SAFETY = 120.0  # seconds until a test that hangs ends; no test waits so long
+SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
 CPU: dict[str, Any] = {"device": "cpu"}
@@ -41,7 +41,7 @@ def woven(name: str) -> YarnSet:
 
 
 def refused_mesh() -> None:
-    """A mesh that is refused once it has its turn."""
+    """Relax a mesh that is not valid; the error is raised while the thread has the access."""
     fabric = torus_mesh(read_pattern("stockinette"), stitch_width=1.0, stitch_height=0.8)
     with suppress(MeshError):
         relax_mesh(fabric, surface=fabric)
@@ -63,7 +63,7 @@ CALLS: dict[str, Callable[[], Any]] = {
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_what_launches_kernels_waits_for_its_turn(name: str) -> None:
+def test_functions_that_launch_kernels_wait_for_the_access(name: str) -> None:
     thread = threading.Thread(target=CALLS[name])
     with alone():
         thread.start()
@@ -74,24 +74,24 @@ def test_what_launches_kernels_waits_for_its_turn(name: str) -> None:
     assert not thread.is_alive() and not device._queue
 
 
-def test_it_may_be_called_during_a_turn() -> None:
+def test_the_access_is_reentrant() -> None:
     with alone():
         assert cell_stress(PLAIN, MATERIAL, **CPU) == cell_stress(PLAIN, MATERIAL, **CPU)
     assert not device._queue
 
 
-def test_a_call_that_fails_ends_its_turn() -> None:
+def test_a_call_that_fails_releases_the_access() -> None:
     with pytest.raises(TypeError):
         doubled_linking()  # type: ignore[call-arg]
     assert not device._queue
 
 
-def test_functions_that_take_turns_keep_their_names_and_arguments() -> None:
+def test_decorated_functions_keep_their_names_and_arguments() -> None:
     assert relax_yarns.__name__ == "relax_yarns" and "Relax yarns to a state of rest" in str(relax_yarns.__doc__)
     assert list(inspect.signature(doubled_linking).parameters) == ["yarns", "device"]
 
 
-def test_relaxations_side_by_side_end_in_the_bits_that_each_ends_in_by_itself() -> None:
+def test_relaxations_in_two_threads_give_the_same_bits_as_one_after_another() -> None:
     cells = [woven(name) for name in ("plain", "twill-2x1", "basket-2x2")]
     found: list[YarnSet | None] = [None] * len(cells)
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of the documentation, and their blocks."""
+"""The pages of the documentation and their code blocks, for the tests of the documentation."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def name_of(page: Path) -> str:
 
 
 def blocks(page: Path, language: str) -> list[str]:
-    """The blocks of a page that are marked as one language."""
+    """Return the code blocks of a page that are marked as one language."""
     return [text for kind, text in BLOCK.findall(page.read_text()) if kind == language]
 
 
 def prose(page: Path) -> str:
-    """A page without its blocks, marked or indented."""
+    """Return the text of a page without its code blocks, marked or indented."""
     return re.sub(r"(?<=\n\n)(?: {4}.*\n)+", "", BLOCK.sub("", page.read_text()))

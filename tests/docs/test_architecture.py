@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The graphs of docs/architecture.md say what the imports are, and are drawn so that they can be read."""
+"""The graphs of docs/architecture.md agree with the imports, and their drawings have no overlaps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ENDS = re.compile(r'<path d="M([\d.]+),([\d.]+) .*?([\d.]+),([\d.]+)" fill="none
 
 
 def test_the_page_is_up_to_date():
-    # python docs/tools/architecture_graph.py writes it anew
+    # `python docs/tools/architecture_graph.py` updates the page.
     page = PAGE.read_text()
     assert page_with_graphs(page) == page
 
@@ -40,13 +40,13 @@ def test_an_arrow_beside_a_longer_path_is_left_out():
     assert reduced(graph) == {"a": {"b"}, "b": {"c"}, "c": {"d"}, "d": set()}
 
 
-def test_a_cycle_is_named():
+def test_the_error_of_a_cycle_names_the_cycle():
     with pytest.raises(ValueError, match="b -> c -> b"):
         reduced({"a": {"b"}, "b": {"c"}, "c": {"b"}})
 
 
 @pytest.mark.parametrize("package", GRAPHS)
-def test_the_picture_has_every_box_apart_and_every_arrow_downwards(package):
+def test_the_boxes_of_the_picture_do_not_overlap_and_arrows_point_downwards(package):
     source = mermaid(package)
     picture = mermaid_to_svg(source)
     boxes = sorted((float(y), float(x), float(width)) for x, y, width, _ in BOX.findall(picture))
@@ -59,13 +59,14 @@ def test_the_picture_has_every_box_apart_and_every_arrow_downwards(package):
 
 
 def test_the_walk_of_one_iteration_is_short():
+    """A reader opens at most 15 files and reads at most 2,500 lines to understand one plain iteration."""
     page = PAGE.read_text()
     walk = page[page.index("<!-- walk of one iteration -->") : page.index("<!-- end of walk -->")]
     files = re.findall(r"^\| *\d+ \| `(.*?)` \|", walk, flags=re.MULTILINE)
-    assert 0 < len(files) <= 15  # a reader opens so many files, and reads so many lines, in one sitting
+    assert 0 < len(files) <= 15
     assert sum(len((ROOT / file).read_text().splitlines()) for file in files) <= 2500
 
 
-def test_a_line_that_is_no_node_and_no_arrow_is_refused():
+def test_a_line_that_is_neither_node_nor_arrow_is_an_error():
     with pytest.raises(ValueError, match="got the line"):
         mermaid_to_svg("flowchart TD\n    a --- b")

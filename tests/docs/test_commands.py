@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Every command and every Python block of the pages is one that the program understands."""
+"""The commands and the Python blocks of the documentation are valid."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.gallery import ROOT
 
 
 def lines(page):
-    """Command lines of the pages, continued lines joined, without their comments."""
+    """Yield the command lines of a page; continued lines are joined, and comments are left out."""
     for block in blocks(page, "sh"):
         for line in block.replace("\\\n", " ").splitlines():
             yield shlex.split(line, comments=True)
@@ -53,7 +53,7 @@ def test_scripts_exist_and_know_their_options(page, words):
 
 
 @pytest.mark.parametrize("page, block", PYTHON, ids=range(len(PYTHON)))
-def test_python_compiles_and_names_what_exists(page, block):
+def test_python_blocks_compile_and_use_existing_names(page, block):
     for node in ast.walk(ast.parse(block, page)):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "sm":
             assert node.attr in stitchmesh.__all__, f"{page}: sm.{node.attr}"

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Links lead to pages, headings and files that exist, on the site and where the repository is read in place."""
+"""Links lead to pages, headings and files that exist, both on the site and in the repository itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ import site_hooks
 LINK = re.compile(r"!?\[(?:[^\[\]]|!\[[^\]]*\]\([^)]*\))*\]\(([^)\s]+)\)")
 REFERENCE = re.compile(r"^::: stitchmesh\.([\w.]+)$", re.MULTILINE)
 OF_THE_SITE = {DOCS / page: ROOT / name for name, page in site_hooks.ROOT_PAGES.items()}
-"""Pages that only the site has, and their files."""
+"""Pages that exist only on the site, and the files from which they are made."""
 
 
 def words(heading: str) -> str:
@@ -30,7 +30,7 @@ def words(heading: str) -> str:
 
 
 def anchors(page) -> set[str]:
-    """Anchors that both the site and hosts of repositories give to the headings of a page."""
+    """Return the anchors that the headings of a page have both on the site and on hosts of repositories."""
     text = [words(each) for each in re.findall(r"^#+ (.*)$", BLOCK.sub("", page.read_text()), re.MULTILINE)]
     on_site = {re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", each)) for each in text}
     in_place = {re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", each)) for each in text}
@@ -69,7 +69,7 @@ def test_references_from_pages_are_in_the_reference():
 
 
 @pytest.mark.parametrize("tag", ['<script src="https://host/a.js">', '<link rel="stylesheet" href="//host/a.css">'])
-def test_a_page_that_loads_from_another_host_is_refused(tag):
+def test_a_page_that_loads_from_another_host_is_an_error(tag):
     with pytest.raises(ValueError, match="another host"):
         site_hooks.on_post_page(f"<html>{tag}</html>")
 

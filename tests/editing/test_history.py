@@ -153,7 +153,7 @@ def test_the_command_replays_a_log(files, capsys):
     words = ["edit", "flat.h5", "--replay", "log.jsonl", "-o", "edited.h5"]
     assert cli.main([str(files / word) if "." in word else word for word in words]) == 0
     assert bits(read_stitches(files / "edited.h5")) == bits(history_of().fabric)
-    assert capsys.readouterr().out == "42 stitches, now 53\n"
+    assert capsys.readouterr().out == "42 stitches before, 53 after\n"
 
 
 def test_a_refused_replay_writes_nothing(files, capsys):

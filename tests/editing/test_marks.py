@@ -127,5 +127,5 @@ def test_loops_with_equal_layers_cannot_cross():
 
 
 def test_edits_of_panels_are_refused():
-    with pytest.raises(MeshError, match=r"edit: the mesh has panels \(face 0\); expected stitches"):
+    with pytest.raises(MeshError, match=r"edit: the mesh has panels \(face 0\); expected a tessellated mesh"):
         edited(label(grid(2, 2)), "flip_row", face=0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Atomic writes: the target is the old file or the new one, never a part of it, and nothing is left over."""
+"""Atomic writes: the target is always the complete old file or the complete new file; no temporary file remains."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def names(folder: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt, SystemExit])
-def test_a_failing_writer_leaves_the_old_file_and_no_litter(tmp_path, failure):
+def test_a_failing_writer_keeps_the_old_file_and_leaves_no_temporary_file(tmp_path, failure):
     write_text(tmp_path / "a.txt", "old")
 
     def write_half() -> None:
@@ -60,16 +60,16 @@ def test_missing_folders_are_made(tmp_path):
     assert text.index('"b"') < text.index('"a"')
 
 
-def test_others_may_read_what_is_written(tmp_path):
+def test_other_users_may_read_a_written_file(tmp_path):
     (tmp_path / "plain").write_text("")
     write_text(tmp_path / "atomic", "")
     modes = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("plain", "atomic")]
     assert modes[0] == modes[1]
 
 
-def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
+def test_a_folder_that_cannot_be_made_gives_a_message_of_one_line(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(FileError, match="a file stands where its folder should be"):
+    with pytest.raises(FileError, match="the name of its folder is the name of a file"):
         write_text(tmp_path / "file" / "a.txt", "")
     with pytest.raises(FileError, match="its folder cannot be written"):
         write_text("/proc/nowhere/a.txt", "")
@@ -91,7 +91,7 @@ WRITERS = [
 
 
 @pytest.mark.parametrize(("name", "write"), WRITERS)
-def test_every_format_survives_a_full_disk(tmp_path, monkeypatch, name, write):
+def test_a_full_disk_keeps_the_old_file_of_every_format(tmp_path, monkeypatch, name, write):
     write(tmp_path / name)
     before = (tmp_path / name).read_bytes()
 
@@ -106,7 +106,7 @@ def test_every_format_survives_a_full_disk(tmp_path, monkeypatch, name, write):
 
 
 @pytest.mark.parametrize(("name", "write"), WRITERS)
-def test_every_format_is_written_the_same_twice(tmp_path, name, write):
+def test_two_writes_of_every_format_give_the_same_bytes(tmp_path, name, write):
     write(tmp_path / name)
     first = (tmp_path / name).read_bytes()
     write(tmp_path / name)

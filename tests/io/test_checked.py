@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Values that users write: what is sound comes back typed, and whatever is not is one line that names the key."""
+"""Values that users write: a valid value becomes an instance of its type; an error is one line with the key."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.checked import checked, parse_json
+from stitchmesh.io.checked import check_value, parse_json
 
 
 class Panel(msgspec.Struct, forbid_unknown_fields=True):
@@ -26,8 +26,8 @@ class Garment(msgspec.Struct, forbid_unknown_fields=True):
     radius: float | None = None
 
 
-def test_what_is_sound_is_typed_and_has_its_defaults():
-    found = checked({"mesh": "hat.obj", "panels": [{"rows": [1, 2]}]}, Garment)
+def test_a_valid_value_has_its_type_and_its_defaults():
+    found = check_value({"mesh": "hat.obj", "panels": [{"rows": [1, 2]}]}, Garment)
     assert found == Garment("hat.obj", panels=[Panel([1, 2])])
 
 
@@ -50,20 +50,20 @@ def test_what_is_sound_is_typed_and_has_its_defaults():
         ({"mesh": list(range(99))}, "mesh is [0, 1, 2"),
     ],
 )  # fmt: skip
-def test_what_is_not_is_one_line(value: Any, message: str):
+def test_an_invalid_value_gives_a_message_of_one_line(value: Any, message: str):
     with pytest.raises(ParameterError) as caught:
-        checked(value, Garment)
+        check_value(value, Garment)
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 160
 
 
 @pytest.mark.parametrize("text", ["", "{", "{} {}", '{"a": NaN}', "[" * 100_000, '{"a": 1e400}', '{"a": "\x00"}'])
-def test_a_text_that_is_no_json_is_one_line(text: str):
+def test_a_text_that_is_not_json_gives_a_message_of_one_line(text: str):
     with pytest.raises(ParameterError, match=r"^is no JSON .{0,100}$"):
         parse_json(text)
 
 
-def test_json_is_its_value():
+def test_json_is_parsed_to_its_value():
     assert parse_json('{"edit": "flip_row", "arguments": {"face": [3, null]}}') == {
         "edit": "flip_row",
         "arguments": {"face": [3, None]},

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoint files: all bits come back, damage is refused, and a kill at any moment leaves a sound file."""
+"""Checkpoint files: reading returns the same bits, damage is an error, and a killed writer leaves an undamaged file."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from stitchmesh.io.checkpoint_file import (
     CHECKSUM_BYTES,
     MAGIC,
     CheckpointFile,
-    is_sound,
-    previous_of,
+    is_undamaged,
+    previous_path,
     read_checkpoint,
     write_checkpoint,
 )
@@ -48,7 +48,7 @@ def written(folder: Path, count: int) -> Path:
     return path
 
 
-def test_all_bits_come_back(tmp_path):
+def test_reading_returns_the_same_bits(tmp_path):
     stored, read = content(4), CheckpointFile({}, {})
     stored.arrays["double"][:2] = [np.nan, -0.0]
     write_checkpoint(tmp_path / "a.smc", stored)
@@ -61,25 +61,25 @@ def test_all_bits_come_back(tmp_path):
         assert read.arrays[name].tobytes() == values.tobytes()
 
 
-def test_the_one_before_is_kept_and_nothing_else(tmp_path):
+def test_the_previous_checkpoint_is_kept_and_no_other_file(tmp_path):
     path = written(tmp_path, 3)
     assert read_checkpoint(path).header["number"] == 2
-    assert read_checkpoint(previous_of(path)).header["number"] == 1
-    assert sorted(tmp_path.iterdir()) == [previous_of(path), path]
+    assert read_checkpoint(previous_path(path)).header["number"] == 1
+    assert sorted(tmp_path.iterdir()) == [previous_path(path), path]
 
 
-def test_each_flipped_byte_is_noticed(tmp_path):
+def test_each_changed_byte_is_detected(tmp_path):
     path = written(tmp_path, 1)
     sound = path.read_bytes()
     for place in range(len(sound)):
         damaged = bytearray(sound)
         damaged[place] ^= 1 << place % 8
         path.write_bytes(damaged)
-        assert not is_sound(path), place
+        assert not is_undamaged(path), place
 
 
 @pytest.mark.parametrize("left", [0, 1, len(MAGIC), len(MAGIC) + CHECKSUM_BYTES, 200, -1])
-def test_a_file_that_was_cut_short_is_refused_in_one_line(tmp_path, left):
+def test_a_file_that_was_cut_short_gives_a_message_of_one_line(tmp_path, left):
     path = written(tmp_path, 1)
     path.write_bytes(path.read_bytes()[:left])
     with pytest.raises(FileError, match=r"checkpoint\.smc: ") as caught:
@@ -88,53 +88,53 @@ def test_a_file_that_was_cut_short_is_refused_in_one_line(tmp_path, left):
     assert "previous" not in str(caught.value)
 
 
-def test_the_one_before_is_offered_if_it_is_sound(tmp_path):
+def test_the_error_names_the_previous_checkpoint_if_it_is_undamaged(tmp_path):
     path = written(tmp_path, 2)
     path.write_bytes(path.read_bytes()[:-1])
-    with pytest.raises(FileError, match=r"its checksum is wrong; the one before it is sound, take .*previous\.smc$"):
+    with pytest.raises(FileError, match=r"checksum is wrong; the previous checkpoint is undamaged, .*previous\.smc$"):
         read_checkpoint(path)
     path.unlink()
-    with pytest.raises(FileError, match=r"there is no such file; .* take .*previous\.smc$"):
+    with pytest.raises(FileError, match=r"there is no such file; .* use .*previous\.smc$"):
         read_checkpoint(path)
-    previous_of(path).write_bytes(b"damaged")
+    previous_path(path).write_bytes(b"damaged")
     with pytest.raises(FileError, match=r"there is no such file; check the path$"):
         read_checkpoint(path)
 
 
-def test_a_foreign_file_is_refused(tmp_path):
+def test_a_file_that_is_not_a_checkpoint_is_an_error(tmp_path):
     (tmp_path / "a.smc").write_bytes(b"BCC" + bytes(200))
     with pytest.raises(FileError, match="is not a checkpoint"):
         read_checkpoint(tmp_path / "a.smc")
 
 
-def test_another_version_is_refused(tmp_path, monkeypatch):
+def test_another_version_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr("stitchmesh.io.checkpoint_file.VERSION", 2)
     path = written(tmp_path, 1)
     monkeypatch.undo()
-    with pytest.raises(FileError, match="a checkpoint of version 2; expected 1"):
+    with pytest.raises(FileError, match="a checkpoint of version 2; expected version 1"):
         read_checkpoint(path)
 
 
-def test_a_damaged_file_does_not_push_out_a_sound_one(tmp_path):
+def test_a_damaged_file_does_not_replace_an_undamaged_previous_one(tmp_path):
     path = written(tmp_path, 2)
     path.write_bytes(b"damaged")
     write_checkpoint(path, content(7))
     assert read_checkpoint(path).header["number"] == 7
-    assert read_checkpoint(previous_of(path)).header["number"] == 0
+    assert read_checkpoint(previous_path(path)).header["number"] == 0
 
 
-def test_without_second_names_a_checkpoint_is_renamed(tmp_path, monkeypatch):
+def test_without_hard_links_a_checkpoint_is_renamed(tmp_path, monkeypatch):
     def refuse(*names: object) -> None:
         raise OSError("not on this file system")
 
     monkeypatch.setattr("os.link", refuse)
     path = written(tmp_path, 3)
-    assert read_checkpoint(previous_of(path)).header["number"] == 1
-    assert sorted(tmp_path.iterdir()) == [previous_of(path), path]
+    assert read_checkpoint(previous_path(path)).header["number"] == 1
+    assert sorted(tmp_path.iterdir()) == [previous_path(path), path]
 
 
 def kill_at_every_call() -> list[list[int]]:
-    """Kill a third write before each of its calls on files: the numbers that both files then hold, newest first."""
+    """Kill a third write before each of its file operations; return the numbers in both files then, newest first."""
     with tempfile.TemporaryDirectory() as scratch:
         start = written(Path(scratch) / "start", 2)
         found: list[list[int]] = []
@@ -143,19 +143,19 @@ def kill_at_every_call() -> list[list[int]]:
             third = functools.partial(write_checkpoint, path, content(2))
             if not killed("write_checkpoint", len(found), third, of_files=True):
                 return found
-            found.append([read_checkpoint(file).header["number"] for file in (path, previous_of(path))])
+            found.append([read_checkpoint(file).header["number"] for file in (path, previous_path(path))])
 
 
-def test_a_kill_at_any_call_of_a_write_leaves_two_sound_files():
+def test_a_kill_at_any_call_of_a_write_leaves_two_undamaged_files():
     code = "import json; from tests.io.test_checkpoint_file import kill_at_every_call as k; print(json.dumps(k()))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     found = json.loads(done.stdout)
-    # as before the write, then the old one under both names, then done; no other state is ever seen
+    # The states in order: as before the write, the old file under both names, and complete. No other state occurs.
     assert found == sorted(found)
     assert {tuple(pair) for pair in found} == {(1, 0), (1, 1), (2, 1)}
 
 
-def test_what_killed_writers_left_is_swept_up(tmp_path):
+def test_temporary_files_of_killed_writers_are_removed(tmp_path):
     path = written(tmp_path, 1)
     for name in (".checkpoint-1a2b.smc", ".checkpoint-second.smc"):
         (tmp_path / name).write_bytes(b"half of a")

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes: what is written is read back, and each bad file gets its own message."""
+"""Polygon meshes: written meshes are read again, and each kind of malformed file has an error message of its own."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stitchmesh.mesh import Mesh
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "meshes"
 
-# two triangles, a quad and a pentagon around one vertex; coordinates without a finite decimal form
+# Two triangles, a quad and a pentagon around one vertex. The coordinates have no finite decimal form.
 VERTICES = np.array(
     [
         [0, 0, 0],
@@ -60,7 +60,7 @@ def test_obj_round_trip_is_the_identity(tmp_path):
     assert faces_of(again) == FACES
 
 
-def test_writer_leaves_its_input_alone(tmp_path):
+def test_the_writer_does_not_change_its_input(tmp_path):
     mesh = polygons()
     before = mesh.vertices.copy()
     write_mesh(tmp_path / "m.obj", mesh, unit="inch")
@@ -68,15 +68,15 @@ def test_writer_leaves_its_input_alone(tmp_path):
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("mm", 0.1), ("cm", 1), ("dm", 10), ("m", 100), ("inch", 2.54)])
-def test_units_are_centimetres_inside(tmp_path, unit, scale):
+def test_read_meshes_are_in_centimetres(tmp_path, unit, scale):
     mesh = read_text(tmp_path, TRIANGLE + "f 1 2 3\n", unit=unit)
     np.testing.assert_array_equal(mesh.vertices, np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * scale)
     write_mesh(tmp_path / "n.obj", mesh, unit=unit)
-    # one division after one multiplication: an error of at most one rounding
+    # A multiplication and a division give an error of at most one rounding.
     np.testing.assert_allclose(read_mesh(tmp_path / "n.obj", unit=unit).vertices, mesh.vertices, rtol=3e-16)
 
 
-def test_obj_corners_may_be_written_in_every_way(tmp_path):
+def test_obj_corners_may_have_every_form_of_the_format(tmp_path):
     text = (
         "# a comment\nmtllib a.mtl\no thing\ng part\nv 0 0 0 1.0 0.5\nv 1 0 0\nvt 0 0\nvn 0 0 1\nv 1 1 0\n"
         "v 0 1 0  # corner\n"
@@ -85,7 +85,7 @@ def test_obj_corners_may_be_written_in_every_way(tmp_path):
     assert faces_of(read_text(tmp_path, text)) == [[0, 1, 2], [0, 2, 3]]
 
 
-def test_obj_face_may_come_before_its_vertices(tmp_path):
+def test_an_obj_face_may_precede_its_vertices(tmp_path):
     assert faces_of(read_text(tmp_path, "f 1 2 3\n" + TRIANGLE)) == [[0, 1, 2]]
 
 
@@ -129,7 +129,7 @@ def test_each_malformed_obj_gets_its_message(tmp_path, text, message):
         (TRIANGLE + "v 1 1 0\nv 1 1 1\nf 1 2 3\nf 3 2 4\nf 3 2 5\n", "3 faces share it"),
     ],
 )
-def test_a_bad_surface_is_named_with_its_file(tmp_path, text, message):
+def test_the_error_of_a_bad_surface_names_the_file(tmp_path, text, message):
     with pytest.raises(MeshError) as caught:
         read_text(tmp_path, text)
     assert message in str(caught.value)
@@ -151,7 +151,7 @@ def test_binary_content_is_not_read_as_text(tmp_path):
         read_mesh(tmp_path / "m.obj")
 
 
-def test_missing_file_folder_and_unknown_names(tmp_path):
+def test_missing_files_folders_and_unknown_suffixes_are_errors(tmp_path):
     with pytest.raises(FileError, match="no such file"):
         read_mesh(tmp_path / "none.obj")
     (tmp_path / "folder.obj").mkdir()
@@ -169,11 +169,11 @@ def test_missing_file_folder_and_unknown_names(tmp_path):
         write_mesh(tmp_path / "m", polygons())
 
 
-def test_unreadable_file_says_so(tmp_path, monkeypatch):
+def test_an_unreadable_file_is_an_error(tmp_path, monkeypatch):
     def refuse(path):
         raise PermissionError(13, "Permission denied", os.fspath(path))
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)  # the superuser who may run the tests can read everything
+    monkeypatch.setattr(Path, "read_bytes", refuse)  # The tests may run as a user who can read all files.
     with pytest.raises(FileError, match="no permission to read it"):
         read_mesh(tmp_path / "m.obj")
 
@@ -192,7 +192,7 @@ def write_by_meshio(path: Path, faces: list[list[int]], file_format: str, **opti
     ("name", "file_format", "binary"),
     [("m.ply", "ply", True), ("m.ply", "ply", False), ("m.vtk", "vtk", True), ("m.vtu", "vtu", True)],
 )
-def test_polygons_come_through_meshio_in_order(tmp_path, name, file_format, binary):
+def test_meshio_keeps_the_order_of_polygons(tmp_path, name, file_format, binary):
     write_by_meshio(tmp_path / name, FACES, file_format, binary=binary)
     mesh = read_mesh(tmp_path / name)
     np.testing.assert_array_equal(mesh.vertices, VERTICES / 7)
@@ -200,19 +200,19 @@ def test_polygons_come_through_meshio_in_order(tmp_path, name, file_format, bina
 
 
 @pytest.mark.parametrize(("name", "file_format"), [("m.msh", "gmsh22"), ("m.mesh", "medit"), ("m.vtk", "vtk")])
-def test_triangles_and_quads_come_through_meshio(tmp_path, name, file_format):
+def test_meshio_keeps_triangles_and_quads(tmp_path, name, file_format):
     faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4, 5], [0, 5, 6, 7]]
     write_by_meshio(tmp_path / name, faces, file_format)
     assert faces_of(read_mesh(tmp_path / name)) == faces
 
 
 @pytest.mark.parametrize("binary", [True, False])
-def test_stl_points_are_welded_where_equal(tmp_path, binary):
+def test_equal_points_of_stl_become_one_vertex(tmp_path, binary):
     write_by_meshio(tmp_path / "m.stl", [[0, 1, 2], [0, 2, 3]], "stl", binary=binary)
     mesh = read_mesh(tmp_path / "m.stl")
     assert len(mesh.vertices) == 4
     assert len(mesh.boundary_loops) == 1
-    # the format holds float32
+    # The format holds float32.
     np.testing.assert_allclose(mesh.corner_position[:3], VERTICES[[0, 1, 2]] / 7, rtol=1e-7)
 
 
@@ -237,7 +237,7 @@ end_header
 """
 
 
-def test_ply_passes_over_other_properties(tmp_path):
+def test_other_ply_properties_are_ignored(tmp_path):
     assert faces_of(read_text(tmp_path, PLY, "m.ply")) == [[0, 1, 2], [0, 2, 3]]
 
 
@@ -289,7 +289,7 @@ def test_a_truncated_binary_ply_is_an_error_wherever_it_is_cut(tmp_path):
 
 @pytest.mark.parametrize("suffix", sorted(set(FORMATS) - {".obj"}))
 @pytest.mark.parametrize("content", [b"hello\n", b"\x00\xff" * 50, b"OFF\n3 1 0\n0 0 0\n", b"ply\nformat ascii 1.0\n"])
-def test_junk_of_every_format_is_one_quiet_line(tmp_path, capfd, suffix, content):
+def test_random_bytes_in_every_format_give_one_line_and_no_output(tmp_path, capfd, suffix, content):
     path = tmp_path / f"m{suffix}"
     path.write_bytes(content)
     with pytest.raises(FileError) as caught:
@@ -299,7 +299,7 @@ def test_junk_of_every_format_is_one_quiet_line(tmp_path, capfd, suffix, content
     assert capfd.readouterr() == ("", "")
 
 
-def test_cells_that_are_not_a_surface_are_refused(tmp_path):
+def test_cells_that_are_not_polygons_are_errors(tmp_path):
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     meshio.Mesh(points, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "m.vtu")
     with pytest.raises(FileError, match="got tetra cells"):
@@ -309,12 +309,12 @@ def test_cells_that_are_not_a_surface_are_refused(tmp_path):
         read_mesh(tmp_path / "n.vtu")
 
 
-def test_lines_beside_faces_are_passed_over(tmp_path):
+def test_lines_beside_faces_are_ignored(tmp_path):
     meshio.Mesh(VERTICES[:3], [("line", [[0, 1]]), ("triangle", [[0, 1, 2]])]).write(tmp_path / "m.vtu")
     assert read_mesh(tmp_path / "m.vtu").face_count == 1
 
 
-def test_points_that_are_not_finite_are_named(tmp_path):
+def test_the_error_names_points_that_are_not_finite(tmp_path):
     points = VERTICES[:3].copy()
     points[1, 2] = np.nan
     meshio.Mesh(points, [("triangle", [[0, 1, 2]])]).write(tmp_path / "m.vtu")
@@ -325,7 +325,7 @@ def test_points_that_are_not_finite_are_named(tmp_path):
 OFF = "OFF # four kinds of things\n\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 .5 0\n4 0 1 2 3\n3 1 4 2 255 0 0\n"
 
 
-def test_off_keeps_polygons_and_passes_over_colours(tmp_path):
+def test_off_keeps_polygons_and_ignores_colours(tmp_path):
     assert faces_of(read_text(tmp_path, OFF, "m.off")) == [[0, 1, 2, 3], [1, 4, 2]]
 
 
@@ -353,7 +353,7 @@ def test_each_malformed_off_gets_its_message(tmp_path, old, new, message):
 @pytest.mark.parametrize(
     ("name", "faces", "borders"), [("helper-skirt", 684, 2), ("helper-tights", 2650, 3), ("body", 13378, 0)]
 )
-def test_garments_that_others_made_are_read(name, faces, borders):
+def test_published_garments_are_read(name, faces, borders):
     mesh = read_mesh(DATA / f"makehuman-{name}.obj", unit="dm")
     assert mesh.face_count == faces
     assert len(mesh.boundary_loops) == borders

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitch mesh files: everything comes back, twins that no vertex number could give included."""
+"""Stitch mesh files: all fields are written and read, with twins that do not follow from the vertex numbers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stitchmesh.yarn import YarnSet
 
 
 def increase_on_a_decrease() -> StitchMesh:
-    """Two faces: a decrease (two bottom sides) below an increase (two top sides)."""
+    """Return two faces: a decrease (two bottom sides) below an increase (two top sides)."""
     vertices = np.array(
         [[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 1 / 3], [0, 1, 0], [2, 2, 0], [1, 2, np.pi], [0, 2, 0]]
     )
@@ -33,7 +33,7 @@ def increase_on_a_decrease() -> StitchMesh:
 
 
 def one_stitch_torus() -> StitchMesh:
-    """All corners are one vertex, each side is the twin of the one across the cell."""
+    """Return a torus of one face: all corners are the same vertex, and each side is the twin of the opposite side."""
     image = [[0, 0], [1, 0], [1, 1], [0, 1]]
     return StitchMesh(
         np.array([[1 / 3, 0, 0]]), [0, 4], [0, 0, 0, 0], [2, 3, 0, 1], lattice=Lattice([[1, 0, 0], [0, 0.77, 0]]),
@@ -55,7 +55,7 @@ def test_round_trip_is_the_identity(tmp_path, make):
         np.testing.assert_array_equal(getattr(make(), field.name) is None, read is None, err_msg=field.name)
 
 
-def test_the_file_says_what_it_is(tmp_path):
+def test_the_file_states_its_format(tmp_path):
     write_stitches(tmp_path / "s.h5", increase_on_a_decrease())
     with h5py.File(tmp_path / "s.h5") as file:
         assert dict(file.attrs) == {"format": "stitchmesh stitches", "version": 1, "unit": "cm"}
@@ -87,7 +87,7 @@ def test_each_damaged_file_gets_its_message(tmp_path, name, values, message):
     assert str(caught.value).startswith(str(path))
 
 
-def test_a_group_is_no_dataset(tmp_path):
+def test_a_group_instead_of_a_dataset_is_an_error(tmp_path):
     write_stitches(tmp_path / "s.h5", increase_on_a_decrease())
     with h5py.File(tmp_path / "s.h5", "r+") as file:
         del file["row"]
@@ -96,13 +96,13 @@ def test_a_group_is_no_dataset(tmp_path):
         read_stitches(tmp_path / "s.h5")
 
 
-def test_yarns_are_not_stitches(tmp_path):
+def test_reading_yarns_as_stitches_is_an_error(tmp_path):
     write_yarns(tmp_path / "y.h5", YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1))
     with pytest.raises(FileError, match="holds 'stitchmesh yarns'; expected 'stitchmesh stitches'"):
         read_stitches(tmp_path / "y.h5")
 
 
-def test_other_suffixes_are_refused(tmp_path):
+def test_other_suffixes_are_errors(tmp_path):
     with pytest.raises(FileError, match=r"unknown format '.obj'; expected one of .h5"):
         write_stitches(tmp_path / "s.obj", increase_on_a_decrease())
     with pytest.raises(FileError, match="no such file"):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes in every format that is read: what is written comes back, or what the format cannot hold is said."""
+"""Writing of polygon meshes in every format: the mesh is read again, or a message says what the format cannot hold."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ POLYGONS = [suffix for suffix in ALL if FORMATS[suffix].most_corners is None]
 TRIANGLES = [suffix for suffix in ALL if FORMATS[suffix].most_corners == 3]
 FLOAT32 = {".stl", ".glb"}
 ROUNDING = 6e-8
-"""Half the distance of float32 numbers, over the larger of the two."""
+"""Largest relative rounding error of float32."""
 L_SHAPE = np.array([[0, 0, 0], [3, 0, 0], [3, 1, 0], [1, 1, 0], [1, 3, 0], [0, 3, 0]], dtype=float)
-"""A hexagon with one corner inwards: its six triangles around any corner but that one and its opposite overlap."""
+"""A hexagon with one reflex corner: triangles around a corner overlap, except around this and the opposite one."""
 
 
 def faces_of(mesh: Mesh) -> list[list[int]]:
@@ -41,7 +41,7 @@ def area(mesh: Mesh) -> float:
 
 
 def mixed() -> Mesh:
-    """Two triangles, a quad and a pentagon around one vertex, taken in turns so that sizes change from face to face."""
+    """Return triangles, a quad and a pentagon around one vertex, in an order in which the number of corners changes."""
     angle = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False) + 0.1
     rim = np.stack([np.cos(angle), np.sin(angle), 0.3 * np.cos(3 * angle)], axis=1) / 7
     vertices = np.concatenate([np.zeros((1, 3)), rim])
@@ -50,29 +50,29 @@ def mixed() -> Mesh:
 
 @pytest.mark.parametrize("suffix", ALL)
 @pytest.mark.parametrize("name", ["hat", "sock", "dress"])
-def test_garments_come_back(tmp_path, suffix, name):
+def test_garments_are_written_and_read(tmp_path, suffix, name):
     mesh = read_mesh(MESHES / f"{name}.obj")
     path = tmp_path / f"mesh{suffix}"
     write_mesh(path, mesh)
     again = read_mesh(path)
     assert [p.name for p in tmp_path.iterdir()] == [path.name], "nothing else is left"
-    # welding puts the vertices of STL and glTF in the order in which faces name them
+    # For STL and glTF, the vertices are in the order in which the faces use them.
     assert len(again.vertices) == len(mesh.vertices)
     assert len(again.boundary_loops) == len(mesh.boundary_loops)
     if suffix in FLOAT32:
         assert np.diff(again.face_start).max() == 3
-        # of a quad that is not flat, both ways of dividing it have another area than the vector area of the whole
+        # The two triangles of a quad that is not flat have another area than the vector area of the quad.
         assert area(again) == pytest.approx(area(mesh), rel=0.02)
         size = np.abs(mesh.vertices).max()
         nearest = np.linalg.norm(again.vertices[:, None] - mesh.vertices, axis=2).min(axis=0)
-        assert nearest.max() <= 4 * ROUNDING * size  # three coordinates, and metres to centimetres
+        assert nearest.max() <= 4 * ROUNDING * size  # Three coordinates, and the conversion from metres.
     else:
         np.testing.assert_array_equal(again.vertices, mesh.vertices)
         assert faces_of(again) == faces_of(mesh)
 
 
 @pytest.mark.parametrize("suffix", POLYGONS)
-def test_polygons_of_any_size_keep_it(tmp_path, suffix, caplog):
+def test_polygons_keep_their_number_of_corners(tmp_path, suffix, caplog):
     write_mesh(tmp_path / f"m{suffix}", mixed())
     again = read_mesh(tmp_path / f"m{suffix}")
     np.testing.assert_array_equal(again.vertices, mixed().vertices)
@@ -81,7 +81,7 @@ def test_polygons_of_any_size_keep_it(tmp_path, suffix, caplog):
 
 
 @pytest.mark.parametrize(("suffix", "count"), [(".stl", 2), (".glb", 2), (".msh", 1), (".mesh", 1)])
-def test_larger_faces_are_divided_and_a_line_says_so(tmp_path, suffix, count, caplog):
+def test_larger_faces_are_divided_with_a_warning(tmp_path, suffix, count, caplog):
     path = tmp_path / f"m{suffix}"
     with caplog.at_level(logging.WARNING, logger="stitchmesh"):
         write_mesh(path, mixed())
@@ -95,15 +95,15 @@ def test_larger_faces_are_divided_and_a_line_says_so(tmp_path, suffix, count, ca
 
 @pytest.mark.parametrize("suffix", TRIANGLES)
 @pytest.mark.parametrize("first", range(6))
-def test_a_concave_face_is_divided_inside_itself(tmp_path, suffix, first):
-    """Triangles around one corner would cover some of the plane twice; the area says that none does."""
+def test_the_triangles_of_a_concave_face_do_not_overlap(tmp_path, suffix, first):
+    """The area of triangles around one corner would be larger, because such triangles overlap."""
     mesh = Mesh.from_polygons(np.roll(L_SHAPE, first, axis=0), [list(range(6))])
     write_mesh(tmp_path / f"m{suffix}", mesh)
     assert area(read_mesh(tmp_path / f"m{suffix}")) == pytest.approx(5.0, rel=1e-6)  # float32
 
 
 @pytest.mark.parametrize("suffix", sorted(set(ALL) - {".glb"}))
-def test_units_are_written(tmp_path, suffix):
+def test_the_unit_scales_the_coordinates(tmp_path, suffix):
     mesh = tube(8, 2, radius=2.0, height=1.5)
     write_mesh(tmp_path / f"m{suffix}", mesh, unit="mm")
     as_cm = read_mesh(tmp_path / f"m{suffix}")
@@ -125,8 +125,8 @@ def test_gltf_is_in_metres(tmp_path):
     assert not (tmp_path / "n.glb").exists()
 
 
-def test_seams_of_other_programs_are_welded(tmp_path):
-    """Normals of its own at each corner of each face: as many vertices as corners in the file."""
+def test_repeated_points_of_other_programs_become_one_vertex(tmp_path):
+    """In the file each corner of each face has a normal of its own, and therefore a vertex of its own."""
     import trimesh
 
     box = trimesh.creation.box()
@@ -157,7 +157,7 @@ def test_vtp_holds_yarns_or_a_mesh(tmp_path):
         read_yarns(tmp_path / "mesh.vtp")
 
 
-def test_vtp_that_names_points_that_are_not_there(tmp_path):
+def test_unknown_points_in_vtp_are_errors(tmp_path):
     import pyvista
 
     data = pyvista.PolyData(np.eye(3), faces=[3, 0, 1, 7])
@@ -170,7 +170,7 @@ def test_vtp_that_names_points_that_are_not_there(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", sorted(FLOAT32))
-def test_what_float32_cannot_hold_is_refused_and_the_old_file_stays(tmp_path, suffix):
+def test_coordinates_beyond_float32_are_errors_and_the_old_file_stays(tmp_path, suffix):
     path = tmp_path / f"m{suffix}"
     path.write_bytes(b"old")
     with pytest.raises(FileError, match="too large for the format's float32"):
@@ -179,7 +179,7 @@ def test_what_float32_cannot_hold_is_refused_and_the_old_file_stays(tmp_path, su
 
 
 @pytest.mark.parametrize("suffix", ALL)
-def test_a_place_that_cannot_be_written_is_one_line(tmp_path, suffix):
+def test_a_path_that_cannot_be_written_gives_a_message_of_one_line(tmp_path, suffix):
     (tmp_path / f"folder{suffix}").mkdir()
     with pytest.raises(FileError, match="is a folder"):
         write_mesh(tmp_path / f"folder{suffix}", tube(6, 2))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarn files: round trips, the estimated radius, and a message for each bad file."""
+"""Yarn files: round trips, the estimated radius, and an error message for each kind of malformed file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.yarnrelax.stockinette import woven_cell
 HEADER = 64
 
 
-def test_hdf5_keeps_everything(tmp_path):
+def test_hdf5_keeps_every_field(tmp_path):
     yarns = awkward_yarns()
     write_yarns(tmp_path / "y.h5", yarns)
     assert_same(read_yarns(tmp_path / "y.h5"), yarns)
@@ -41,7 +41,7 @@ def test_hdf5_keeps_a_lattice(tmp_path):
 
 
 def cell_of_yarns() -> YarnSet:
-    """A yarn that goes on along the courses, one that goes on up, and a ring, on a sheared lattice."""
+    """Return a yarn without ends along the courses, one along the wales, and a ring, on a sheared lattice."""
     points = np.random.default_rng(5).normal(size=(24, 3))
     bare = YarnSet.from_curves([points[:9], points[9:14], points[14:]], closed=[True] * 3, radius=0.1)
     lattice, step = Lattice([[3.0, 0.0, 0.0], [0.5, 2.0, 0.0]]), np.array([[1, 0], [0, 1], [0, 0]])
@@ -54,17 +54,17 @@ def test_formats_without_a_lattice_hold_one_period_of_open_yarns(tmp_path, suffi
     cell = cell_of_yarns()
     with caplog.at_level(logging.INFO, "stitchmesh"):
         write_yarns(tmp_path / f"y{suffix}", cell)
-    assert "holds one period of yarns that repeat, as yarns with ends" in caplog.text
+    assert "holds one period of the periodic yarns, as yarns with ends" in caplog.text
     again = read_yarns(tmp_path / f"y{suffix}", radius=0.1)
     assert again.lattice is None
     for yarn, (period, ends) in enumerate(zip(cell.sampled(1), (False, False, True), strict=True)):
-        # USD keeps open yarns in a prim of their own; its numbers bring them back into their order
+        # USD keeps open yarns in a separate prim; the numbers of the yarns restore the order.
         assert again.closed[yarn] == ends
         kept = again.sampled(1)[yarn]
-        kept = kept[:: round((len(kept) - 1 + ends) / len(period))]  # the corners of a polyline are closer than knots
+        kept = kept[:: round((len(kept) - 1 + ends) / len(period))]  # A polyline has more points than knots.
         np.testing.assert_allclose(kept[: len(period)], period, atol=1e-6)  # float32
         if not ends:
-            # where one period ends the next begins
+            # The end of one period is the start of the next.
             np.testing.assert_allclose(kept[-1] - kept[0], cell.lattice.shift(cell.lattice_step[yarn]), atol=1e-6)
 
 
@@ -80,7 +80,7 @@ def test_tiles_are_written_as_a_finite_piece(tmp_path, suffix):
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".bcc", ".usda"])
-def test_tiles_need_yarns_that_repeat(tmp_path, suffix):
+def test_tiles_of_yarns_that_are_not_periodic_are_errors(tmp_path, suffix):
     with pytest.raises(YarnError, match="expected a cell on a lattice"):
         write_yarns(tmp_path / f"y{suffix}", awkward_yarns(), tiles=(2, 2))
     with pytest.raises(ParameterError, match="got 0 rows; expected a whole number from 1"):
@@ -98,17 +98,17 @@ def test_bcc_keeps_control_points_to_float32(tmp_path, curve):
     for index in range(yarns.yarn_count):
         part = slice(yarns.start[index], yarns.start[index + 1])
         size = np.abs(yarns.points[part]).max()
-        # float32 keeps 6e-8; solving for control points amplifies rounding by at most 3
+        # The rounding error of float32 is 6e-8, and the solution for control points amplifies it by at most 3.
         np.testing.assert_allclose(again.points[part], yarns.points[part], atol=3e-7 * size)
 
 
 @pytest.mark.parametrize("suffix", [".bcc", ".obj", ".vtp"])
-def test_units_are_centimetres_inside(tmp_path, suffix):
+def test_read_yarns_are_in_centimetres(tmp_path, suffix):
     yarns = YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1)
     write_yarns(tmp_path / f"y{suffix}", yarns, unit="m")
     for unit, scale in (("m", 1.0), ("cm", 0.01)):
         again = read_yarns(tmp_path / f"y{suffix}", unit=unit, radius=0.1)
-        # a polyline of 4 points a segment: the spline through them differs by far less than the units do
+        # The spline through a polyline of 4 points for each segment differs by far less than the units do.
         assert again.lengths.sum() == pytest.approx(scale * yarns.lengths.sum(), rel=1e-2)
 
 
@@ -118,10 +118,10 @@ def test_obj_polylines_keep_the_points_written(tmp_path):
     again = read_yarns(tmp_path / "y.obj", radius=0.1)
     np.testing.assert_array_equal(again.closed, yarns.closed)
     for read, written in zip(again.sampled(1), yarns.sampled(4), strict=True):
-        np.testing.assert_allclose(read, written, atol=1e-12 * np.abs(written).max())  # a linear solve in float64
+        np.testing.assert_allclose(read, written, atol=1e-12 * np.abs(written).max())  # A linear system in float64.
 
 
-def test_writers_leave_their_input_alone(tmp_path):
+def test_writers_do_not_change_their_input(tmp_path):
     yarns = awkward_yarns()
     for name in ("y.h5", "y.bcc", "y.obj", "y.usda", "y.usdc", "y.usd", "y.vtp", "y.glb"):
         write_yarns(tmp_path / name, yarns)
@@ -129,23 +129,23 @@ def test_writers_leave_their_input_alone(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "curve"), [("glove.bcc", "catmull-rom"), ("knittube.bcc", "bspline")])
-def test_real_bcc_files_come_back_byte_for_byte(tmp_path, name, curve):
+def test_published_bcc_files_are_written_with_the_same_bytes(tmp_path, name, curve):
     source = shared(f"yarns/{name}")
     yarns = read_yarns(source, radius=0.1)
     write_yarns(tmp_path / name, yarns, curve=curve)
     before, after = source.read_bytes(), (tmp_path / name).read_bytes()
     assert before[:24] == after[:24]
-    assert before[HEADER:] == after[HEADER:]  # the free text in between is the writer's own
+    assert before[HEADER:] == after[HEADER:]  # The free text between them depends on the program.
     np.testing.assert_array_equal(read_yarns(tmp_path / name, radius=0.1).points, yarns.points)
 
 
 def test_the_conversion_error_is_logged(tmp_path, caplog):
     with caplog.at_level(logging.INFO, "stitchmesh"):
         write_yarns(tmp_path / "y.bcc", awkward_yarns())
-    assert "Catmull-Rom curves and B-splines lie up to" in caplog.text
+    assert "the Catmull-Rom curves differ from the B-splines by up to" in caplog.text
 
 
-def test_z_up_is_turned_to_y_up(tmp_path):
+def test_z_up_is_rotated_to_y_up(tmp_path):
     write_yarns(tmp_path / "y.bcc", YarnSet.from_curves([np.eye(3)], closed=[True], radius=0.1), curve="bspline")
     content = bytearray((tmp_path / "y.bcc").read_bytes())
     assert content[7] == 1
@@ -211,13 +211,13 @@ def test_convert_writes_every_format_and_reads_all_but_tubes(tmp_path, capsys):
         assert cli.main(["convert", str(tmp_path / "y.bcc"), str(tmp_path / f"z{suffix}")]) == 0
         status = cli.main(["convert", str(tmp_path / f"z{suffix}"), str(tmp_path / "again.h5")])
         assert status == (cli.BAD_INPUT if suffix == ".glb" else 0)
-        # float32 in files; polylines of 4 points a segment differ by far less than 1% in length
+        # Files hold float32, and polylines of 4 points for each segment differ by far less than 1 % in length.
         expected = read_yarns(tmp_path / "y.bcc").lengths.sum()
         assert read_yarns(tmp_path / "again.h5").lengths.sum() == pytest.approx(expected, rel=0.01)
     assert capsys.readouterr().err.count("FileError") == 1
 
 
-def test_convert_takes_a_cell_to_every_format(tmp_path):
+def test_convert_writes_a_cell_in_every_format(tmp_path):
     write_yarns(tmp_path / "y.h5", woven_cell())
     assert cli.main(["convert", str(tmp_path / "y.h5"), str(tmp_path / "y.pyp")]) == 0
     for suffix in FORMATS:
@@ -283,7 +283,7 @@ def test_each_damaged_hdf5_gets_its_message(tmp_path, name, values, message):
     assert "\n" not in str(caught.value)
 
 
-def test_other_hdf5_content_is_refused(tmp_path):
+def test_other_hdf5_content_is_an_error(tmp_path):
     path = tmp_path / "y.h5"
     with h5py.File(path, "w") as file:
         file["points"] = np.eye(3)
@@ -308,7 +308,7 @@ def test_a_truncated_hdf5_is_an_error_wherever_it_is_cut(tmp_path):
             read_yarns(tmp_path / "y.h5")
 
 
-def test_bad_parameters_are_named(tmp_path):
+def test_the_error_names_the_bad_parameter(tmp_path):
     yarns = awkward_yarns()
     write_yarns(tmp_path / "y.h5", yarns)
     write_yarns(tmp_path / "y.usda", yarns)
@@ -328,20 +328,20 @@ def test_bad_parameters_are_named(tmp_path):
         write_yarns(tmp_path / "y.txt", yarns)
 
 
-def test_a_radius_that_cannot_be_estimated_is_asked_for(tmp_path):
+def test_a_radius_that_cannot_be_estimated_is_an_error(tmp_path):
     yarns = YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=1.0)
     write_yarns(tmp_path / "y.bcc", yarns)
     with pytest.raises(ParameterError, match="yarn radius: the yarns never come close"):
         read_yarns(tmp_path / "y.bcc")
 
 
-def test_an_estimated_radius_is_announced_and_a_given_one_is_not(tmp_path, caplog):
+def test_an_estimated_radius_is_logged_and_a_given_one_is_not(tmp_path, caplog):
     rings = [ring([0, 0, 0]), ring([0, 0, 0.5])]
     write_yarns(tmp_path / "y.bcc", YarnSet.from_curves(rings, closed=[True, True], radius=1.0))
-    # float32 rounding of the file
+    # The file holds float32.
     np.testing.assert_allclose(read_yarns(tmp_path / "y.bcc").radius, [0.25, 0.25], rtol=1e-6)
     assert [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING] == [
-        "yarn radius: 0.25 cm, estimated from the distances of yarns; give --yarn-radius to set it"
+        "yarn radius: 0.25 cm, estimated from the distances between yarns; --yarn-radius sets it"
     ]
     caplog.clear()
     np.testing.assert_array_equal(read_yarns(tmp_path / "y.bcc", radius=0.2).radius, [0.2, 0.2])
@@ -349,7 +349,7 @@ def test_an_estimated_radius_is_announced_and_a_given_one_is_not(tmp_path, caplo
 
 
 @pytest.mark.parametrize("name", ["y.xyz", "y", "folder.bcc"])
-def test_a_file_that_could_not_be_written_is_refused_beforehand(tmp_path, name):
+def test_check_writable_finds_what_cannot_be_written(tmp_path, name):
     (tmp_path / "folder.bcc").mkdir()
     for refuse in (check_writable, write_yarns):
         with pytest.raises(FileError, match="expected"):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Small sets of yarns that the tests of files share."""
+"""Small sets of yarns for the tests of file formats."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stitchmesh.yarn import YarnSet
 
 
 def awkward_yarns() -> YarnSet:
-    """Closed and open yarns of the fewest control points, with numbers that have no short decimal form."""
+    """Return closed and open yarns with the fewest control points, and with numbers without a short decimal form."""
     rng = np.random.default_rng(3)
     curves = [
         rng.standard_normal((count, 3)) * scale for count, scale in ((3, 1 / 3), (4, np.pi), (30, 1e3), (17, 1e-3))
@@ -30,13 +30,13 @@ def awkward_yarns() -> YarnSet:
 
 
 def ring(centre: list[float], size: float = 1.0, count: int = 40) -> np.ndarray:
-    """Control points of a ring around the z axis."""
+    """Return the control points of a ring around the z axis, shape (count, 3)."""
     angle = 2 * np.pi * np.arange(count) / count
     return np.array(centre) + size * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
 
 
 def assert_same(first: YarnSet, second: YarnSet) -> None:
-    """Every field to the last bit."""
+    """Check that every field of two sets has the same bits."""
     for field in dataclasses.fields(YarnSet):
         a, b = getattr(first, field.name), getattr(second, field.name)
         if field.name == "lattice" and a is not None:

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import FileError, ParameterError, SolverError
-from stitchmesh.io.checkpoint_file import previous_of, read_checkpoint
+from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
@@ -102,7 +102,7 @@ def test_a_resumed_relaxation_ends_in_the_same_bits(tmp_path, solver, precision)
     relaxed(replace(quality, max_iterations=60), checkpoint=Checkpoints(tmp_path, 20), **options)
     newest = tmp_path / "checkpoint.smc"
     whole = relaxed(quality, **options)
-    for path, iteration in ((newest, 60), (previous_of(newest), 40)):
+    for path, iteration in ((newest, 60), (previous_path(newest), 40)):
         assert read_checkpoint(path).header["iteration"] == iteration
         assert same(relaxed(quality, resume=path, **options), whole)
 
@@ -198,7 +198,7 @@ def test_a_damaged_checkpoint_is_refused_and_the_one_before_offered(folder, tmp_
     with pytest.raises(FileError, match=r"its checksum is wrong; .* take .*checkpoint\.previous\.smc$"):
         relaxed(resume=path)
     quality = replace(QUALITY, max_iterations=40)
-    assert same(relaxed(quality, resume=previous_of(path)), relaxed(quality))
+    assert same(relaxed(quality, resume=previous_path(path)), relaxed(quality))
 
 
 def test_a_checkpoint_of_another_relaxation_is_refused(folder):

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One command a file: a frozen dataclass whose fields are its arguments, and ``run``, which does it."""
+"""The commands, one in each file: a frozen dataclass whose fields are the arguments, with a method ``run``."""

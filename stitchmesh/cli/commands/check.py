@@ -9,20 +9,20 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
 
 
 @dataclass(frozen=True)
 class Check:
-    """Check a file: status 0 if it is sound, else one line and status 2."""
+    """Check a file; the exit status is 0 for a valid file, else 2."""
 
-    file: Annotated[Positional[str], shown("FILE")]
+    file: Annotated[Positional[str], help_entry("FILE")]
     """polygon mesh, stitch mesh or yarns"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
 
     def run(self) -> None:
-        """Reading a file validates it."""
+        """Read the file, which validates it, and print its kind."""
         from stitchmesh.cli.describe import kind_of
 
-        print(f"{self.file}: sound {kind_of(self.reading.read(self.file))}")
+        print(f"{self.file}: valid {kind_of(self.reading.read(self.file))}")

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
 from stitchmesh.errors import ParameterError
 
@@ -18,16 +18,16 @@ from stitchmesh.errors import ParameterError
 class Convert:
     """Convert yarns, a polygon mesh or a stitch mesh to another format."""
 
-    file: Annotated[Positional[str], shown("IN")]
+    file: Annotated[Positional[str], help_entry("IN")]
     """polygon mesh, stitch mesh or yarns"""
-    output: Annotated[Positional[str], shown("OUT")]
-    """the same in the format of its suffix; a stitch mesh also as .k for a knitting machine"""
-    tile: Annotated[tuple[int, int] | None, shown("C R", "one, or the lattice")] = None
-    """of yarns that repeat: periods along the courses and along the wales to write"""
+    output: Annotated[Positional[str], help_entry("OUT")]
+    """output file in the format of its suffix; for a stitch mesh also .k for a knitting machine"""
+    tile: Annotated[tuple[int, int] | None, help_entry("C R", "the lattice or one period")] = None
+    """for periodic yarns: numbers of periods to write along the courses and along the wales"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
 
     def run(self) -> None:
-        """One format to another of the same noun."""
+        """Read the file, and write its content in the other format."""
         from stitchmesh.cli.describe import kind_of
         from stitchmesh.io import write_mesh, write_stitches, write_yarns
         from stitchmesh.io.contents import suffix_of
@@ -36,12 +36,12 @@ class Convert:
         from stitchmesh.mesh import StitchMesh
         from stitchmesh.yarn import YarnSet
 
-        noun = self.reading.read(self.file)
-        if isinstance(noun, YarnSet):
-            write_yarns(self.output, noun, tiles=self.tile)
+        content = self.reading.read(self.file)
+        if isinstance(content, YarnSet):
+            write_yarns(self.output, content, tiles=self.tile)
         elif self.tile is not None:
-            raise ParameterError(f"tile: {self.file} is a {kind_of(noun)}; only yarns that repeat can be tiled")
-        elif isinstance(noun, StitchMesh) and suffix_of(self.output, (*WRITABLE, *FORMATS)) in WRITABLE:
-            write_stitches(self.output, noun)
+            raise ParameterError(f"tile: {self.file} is a {kind_of(content)}; only periodic yarns can be tiled")
+        elif isinstance(content, StitchMesh) and suffix_of(self.output, (*WRITABLE, *FORMATS)) in WRITABLE:
+            write_stitches(self.output, content)
         else:
-            write_mesh(self.output, noun)
+            write_mesh(self.output, content)

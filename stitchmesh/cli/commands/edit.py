@@ -9,22 +9,22 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES
 from stitchmesh.errors import ParameterError
 
 
 @dataclass(frozen=True)
 class Edit:
-    """Edit stitches: apply a log of edits."""
+    """Apply a log of edits to a stitch mesh."""
 
-    fabric: Annotated[Positional[str], shown("FABRIC", help=READ_STITCHES)]
-    replay: Annotated[str | None, shown("LOG", "none")] = None
-    """edits to apply, one JSON object a line (docs/editing.md)"""
-    output: Annotated[str | None, shown("FILE", "none", short="-o", help=WRITTEN_STITCHES)] = None
+    fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
+    replay: Annotated[str | None, help_entry("LOG", "none")] = None
+    """file of edits, one JSON object in each line (docs/editing.md)"""
+    output: Annotated[str | None, help_entry("FILE", "none", short="-o", help=WRITTEN_STITCHES)] = None
 
     def run(self) -> None:
-        """Stitches after the edits of a log; where one is refused, nothing is written."""
+        """Apply the edits, and write the result; if one edit is not possible, nothing is written."""
         from stitchmesh.editing.log import replay_edits
         from stitchmesh.io import read_stitches, write_stitches
 
@@ -33,4 +33,4 @@ class Edit:
         before = read_stitches(self.fabric)
         after = replay_edits(before, self.replay)
         write_stitches(self.output, after)
-        print(f"{before.face_count} stitches, now {after.face_count}")
+        print(f"{before.face_count} stitches before, {after.face_count} after")

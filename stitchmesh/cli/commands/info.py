@@ -9,20 +9,20 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
 
 
 @dataclass(frozen=True)
 class Info:
-    """Describe what a file holds."""
+    """Describe the content of a file."""
 
-    file: Annotated[Positional[str], shown("FILE")]
+    file: Annotated[Positional[str], help_entry("FILE")]
     """polygon mesh, stitch mesh or yarns"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
 
     def run(self) -> None:
-        """The lines that describe the file."""
+        """Print the lines that describe the file."""
         from stitchmesh.cli.describe import description
 
         for line in description(self.reading.read(self.file)):

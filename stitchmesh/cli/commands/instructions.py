@@ -9,20 +9,20 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES
 
 
 @dataclass(frozen=True)
 class Instructions:
-    """Write a stitch mesh in words, to knit by hand."""
+    """Write instructions in words to knit a stitch mesh by hand."""
 
-    fabric: Annotated[Positional[str], shown("FABRIC", help=READ_STITCHES)]
-    output: Annotated[str | None, shown("FILE", "printed", short="-o")] = None
-    """text file"""
+    fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
+    output: Annotated[str | None, help_entry("FILE", "standard output", short="-o")] = None
+    """text file for the instructions"""
 
     def run(self) -> None:
-        """The text, printed unless a file is named."""
+        """Write the instructions to the file, or print them if no file is given."""
         from stitchmesh.hand_knitting import knitting_instructions
         from stitchmesh.io import read_stitches
         from stitchmesh.io.atomic import write_text

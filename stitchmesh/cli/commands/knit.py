@@ -11,7 +11,7 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import Flag, shown
+from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
@@ -33,26 +33,26 @@ from stitchmesh.yarngen.finish import YarnFinish
 
 @dataclass(frozen=True)
 class Knit:
-    """Turn a polygon mesh into relaxed yarns, a picture and a report."""
+    """Make relaxed yarns, a picture and a report from a polygon mesh."""
 
-    mesh: Annotated[Positional[str], shown("MESH")]
-    """any polygon mesh: OBJ, PLY, OFF, STL, VTK ..."""
-    output: Annotated[str, shown("DIR", short="-o")]
-    """folder for the stitches, the yarns, a picture, a report and the convergence"""
+    mesh: Annotated[Positional[str], help_entry("MESH")]
+    """polygon mesh: OBJ, PLY, OFF, STL, VTK ..."""
+    output: Annotated[str, help_entry("DIR", short="-o")]
+    """output folder for the stitches, the yarns, a picture, a report and the convergence"""
     unit: Unit = DEFAULT_UNIT
     stitch_width: StitchWidth = STITCH_WIDTH
-    pattern: Annotated[str | None, shown("NAME|FILE", "all knit")] = None
-    """pattern that the stitches are worked in"""
-    pattern_remainder: Annotated[str, shown("HOW")] = DEFAULT_REMAINDER
-    """stitches that whole tiles of the pattern leave over: centre, stretch or refuse"""
+    pattern: Annotated[str | None, help_entry("NAME|FILE", "all knit")] = None
+    """pattern of the stitches: a name of `stitchmesh patterns`, or a file"""
+    pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
+    """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
     spiral: Flag = False
-    """knit tubes in one row that climbs, a single yarn, and not in rings"""
-    yarn_radius: Annotated[float | None, shown("CM", GENERATED_RADIUS)] = None
+    """knit tubes in one spiral row with a single yarn instead of rings"""
+    yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
     """yarn radius [cm]"""
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     no_picture: Flag = False
-    """write no preview.png"""
+    """do not write preview.png"""
     rows: Rows = field(default_factory=Rows)
     finish: YarnFinish = field(default_factory=YarnFinish)
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
@@ -60,8 +60,8 @@ class Knit:
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
-        """The whole pipeline, with a picture at the end."""
-        from stitchmesh.cli.progress import on_terminal
+        """Run all stages, write their results, draw the pictures and print the report."""
+        from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_mesh
         from stitchmesh.patterns import read_pattern
         from stitchmesh.pipeline import KnitOptions, knit
@@ -81,7 +81,7 @@ class Knit:
         )
         with output_folder(self.output) as folder:
             mesh = read_mesh(self.mesh, unit=self.unit)
-            with on_terminal() as progress:
+            with show_progress() as progress:
                 made = knit(mesh, folder, options, progress=progress)
         plot_history(made.history, folder, options.quality)
         if not self.no_picture:

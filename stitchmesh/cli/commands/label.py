@@ -9,7 +9,7 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import Rows, Unit
 from stitchmesh.io.units import DEFAULT_UNIT
 
@@ -18,15 +18,15 @@ from stitchmesh.io.units import DEFAULT_UNIT
 class Label:
     """Find the knitting rows of a polygon mesh."""
 
-    mesh: Annotated[Positional[str], shown("MESH")]
-    """any polygon mesh"""
-    output: Annotated[str, shown("FILE", short="-o")]
+    mesh: Annotated[Positional[str], help_entry("MESH")]
+    """polygon mesh: OBJ, PLY, OFF, STL, VTK ..."""
+    output: Annotated[str, help_entry("FILE", short="-o")]
     """labeled mesh: .h5 or .smobj"""
     unit: Unit = DEFAULT_UNIT
     rows: Rows = field(default_factory=Rows)
 
     def run(self) -> None:
-        """Rows and wale directions."""
+        """Find rows and wale directions, and write the labeled mesh."""
         from stitchmesh.io import read_mesh, write_stitches
         from stitchmesh.labeling import label
 

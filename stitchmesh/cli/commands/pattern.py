@@ -9,26 +9,26 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Work a stitch mesh in a pattern."""
+    """Apply a knitting pattern to a stitch mesh."""
 
-    fabric: Annotated[Positional[str], shown("FABRIC", help=READ_STITCHES)]
-    pattern: Annotated[Positional[str], shown("PATTERN")]
-    """name of a pattern (`stitchmesh patterns`), or a file"""
-    output: Annotated[str, shown("FILE", short="-o", help=WRITTEN_STITCHES)]
-    face: Annotated[int | None, shown("FACE", "the whole fabric")] = None
-    """only the largest grid of plain stitches around this face, counted from 0"""
-    remainder: Annotated[str, shown("HOW")] = DEFAULT_REMAINDER
-    """stitches that whole tiles of the pattern leave over: centre, stretch or refuse"""
+    fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
+    pattern: Annotated[Positional[str], help_entry("PATTERN")]
+    """pattern: a name of `stitchmesh patterns`, or a file"""
+    output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
+    face: Annotated[int | None, help_entry("FACE", "the whole fabric")] = None
+    """limit the pattern to the largest grid of plain stitches around this face, counted from 0"""
+    remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
+    """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
 
     def run(self) -> None:
-        """A stitch mesh in a pattern."""
+        """Apply the pattern, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.patterns import read_pattern
         from stitchmesh.pipeline import with_pattern

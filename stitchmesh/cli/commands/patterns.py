@@ -12,7 +12,7 @@ class Patterns:
     """List the patterns and weaves of the library."""
 
     def run(self) -> None:
-        """The library: what is knitted, then what is woven."""
+        """Print a table of the knitting patterns and then of the weaves."""
         from stitchmesh.patterns import pattern_names, read_pattern
         from stitchmesh.periodic.weave.library import read_weave, weave_names
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import tyro
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import (
     FOUND_RADIUS,
     READ_STITCHES,
@@ -30,24 +30,24 @@ from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.quality import DEFAULT_QUALITY
 
 FABRIC = tyro.conf.create_mutex_group(required=False, title="fabric")
-"""The yarns' fabric is given once."""
+"""Group of options of which at most one can be given."""
 
 
 @dataclass(frozen=True)
 class Relax:
-    """Relax yarns physically."""
+    """Relax yarns by their physical forces."""
 
-    yarns: Annotated[Positional[str], shown("YARNS", help=READ_YARNS)]
-    output: Annotated[str, shown("FILE", short="-o", help=WRITTEN_YARNS)]
+    yarns: Annotated[Positional[str], help_entry("YARNS", help=READ_YARNS)]
+    output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
     report: ReportFolder = None
     keep_shape: Annotated[
-        str | None, FABRIC, shown("FABRIC", "none", help=f"{READ_STITCHES}, whose shape the yarns keep")
+        str | None, FABRIC, help_entry("FABRIC", "none", help=f"{READ_STITCHES}; the yarns keep its borders and shape")
     ] = None
     fabric: Annotated[
         str | None, FABRIC,
-        shown("FABRIC", "none", help=f"{READ_STITCHES}, that the yarns were made from; its shape is not kept"),
+        help_entry("FABRIC", "none", help=f"{READ_STITCHES}, of which the yarns were made; its shape may change"),
     ] = None  # fmt: skip
-    yarn_radius: Annotated[float | None, shown("CM", FOUND_RADIUS)] = None
+    yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
     """yarn radius [cm]"""
     unit: Unit = DEFAULT_UNIT
     quality: QualityName = DEFAULT_QUALITY
@@ -58,7 +58,7 @@ class Relax:
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
 
     def run(self) -> None:
-        """Relaxed yarns."""
+        """Relax the yarns, write them and print the report."""
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import (
     READ_STITCHES,
     WRITTEN_YARNS,
@@ -27,13 +27,13 @@ from stitchmesh.yarngen.finish import YarnFinish
 
 @dataclass(frozen=True)
 class RelaxEdited:
-    """Relax yarns again after an edit, from where they were at rest."""
+    """Relax yarns after an edit, starting from the relaxed yarns before it."""
 
-    yarns: Annotated[Positional[str], shown("YARNS")]
-    """yarns at rest before the edit: .h5"""
-    before: Annotated[str, shown("FABRIC", help=f"{READ_STITCHES}, that the yarns were made from")]
-    after: Annotated[str, shown("FABRIC", help=f"{READ_STITCHES}, edited; the yarns keep its shape")]
-    output: Annotated[str, shown("FILE", short="-o", help=WRITTEN_YARNS)]
+    yarns: Annotated[Positional[str], help_entry("YARNS")]
+    """relaxed yarns of the fabric before the edit: .h5"""
+    before: Annotated[str, help_entry("FABRIC", help=f"{READ_STITCHES}, before the edit")]
+    after: Annotated[str, help_entry("FABRIC", help=f"{READ_STITCHES}, after the edit; the yarns keep its shape")]
+    output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
     report: ReportFolder = None
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
@@ -42,18 +42,18 @@ class RelaxEdited:
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
-        """Yarns of an edited fabric, relaxed from where those of the fabric before were at rest."""
+        """Generate the yarns of the edited fabric, relax them, and write them."""
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
         from stitchmesh.yarngen import regenerate_yarns
 
         quality = self.solver.quality(self.quality)
         options = self.solver.relax_options(self.physics, RestLengths(), checkpoint_folder(self.output))
-        rested = read_yarns(self.yarns)
-        check_writable(self.output, rested)
+        relaxed = read_yarns(self.yarns)
+        check_writable(self.output, relaxed)
         before, after = read_stitches(self.before), read_stitches(self.after)
-        made, start = regenerate_yarns(rested, before, after, quality=quality, **asdict(self.finish))
+        generated, start = regenerate_yarns(relaxed, before, after, quality=quality, **asdict(self.finish))
         relax_to_file(
-            self.output, self.report, made, options, quality=quality, device=self.device, fabric=after,
+            self.output, self.report, generated, options, quality=quality, device=self.device, fabric=after,
             keep_shape=True, start=start,
         )  # fmt: skip

@@ -9,29 +9,30 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES
 
 
 @dataclass(frozen=True)
 class RelaxMesh:
-    """Even out stitches on the surface."""
+    """Relax the stitches of a stitch mesh on the surface of the garment."""
 
-    fabric: Annotated[Positional[str], shown("FABRIC", help=READ_STITCHES)]
-    surface: Annotated[str, shown("LABELED")]
+    fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
+    surface: Annotated[str, help_entry("LABELED")]
     """labeled mesh, from `stitchmesh label`"""
-    output: Annotated[str, shown("FILE", short="-o", help=WRITTEN_STITCHES)]
+    output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
 
     def run(self) -> None:
-        """Even stitches on the smooth surface."""
-        from stitchmesh.cli.progress import on_terminal
+        """Relax the stitch mesh on the smooth surface, and write it."""
+        from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.meshrelax import relax_mesh_with_report
         from stitchmesh.pipeline import MESH_TOLERANCE, relaxing_progress
 
         fabric, surface = read_stitches(self.fabric), read_stitches(self.surface)
-        with on_terminal() as progress:
-            tell = relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
-            relaxed, how = relax_mesh_with_report(fabric, surface=surface, progress=tell)
+        with show_progress() as progress:
+            report_progress = relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
+            relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=report_progress)
         write_stitches(self.output, relaxed)
-        print(f"{how.iterations} iterations, stretch rms {how.rms_stretch:.3f}, at most {how.max_stretch:.3f}")
+        stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"
+        print(f"{report.iterations} iterations, {stretch}")

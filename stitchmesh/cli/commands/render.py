@@ -9,24 +9,24 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
 
 
 @dataclass(frozen=True)
 class Render:
-    """Draw a picture of yarns, stitches, rows or a mesh."""
+    """Draw a picture of yarns, of stitches, of rows or of a mesh."""
 
-    file: Annotated[Positional[str], shown("FILE")]
+    file: Annotated[Positional[str], help_entry("FILE")]
     """polygon mesh, stitch mesh or yarns"""
-    output: Annotated[str, shown("PNG", short="-o")]
-    """picture"""
-    what: Annotated[str | None, shown("KIND", "rows if it is only labeled, else stitches")] = None
-    """of a stitch mesh: rows, stitches or stretch"""
+    output: Annotated[str, help_entry("PNG", short="-o")]
+    """picture file"""
+    what: Annotated[str | None, help_entry("KIND", "rows of a labeled mesh, stitches of a stitch mesh")] = None
+    """colours of a stitch mesh: rows, stitches or stretch"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
 
     def run(self) -> None:
-        """A picture."""
+        """Draw the picture, and write it."""
         from stitchmesh.render import render_file
 
         unit, radius = self.reading.unit, self.reading.yarn_radius

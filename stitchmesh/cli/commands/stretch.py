@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import Device, Material, QualityName, SwatchFabric
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
@@ -22,30 +22,30 @@ if TYPE_CHECKING:
     from stitchmesh.periodic.stretch import StretchPoint
 
 FREE, HELD = "free", "held"
-"""What a direction may be along which the swatch is not stretched."""
-STRAINS = "0:40% or 0:0.4 (=-10:40% for strains that begin below 0); free or held if it is stretched along the other"
+"""Words for the direction in which the swatch is not stretched: no tension, or constant size."""
+STRAINS = "0:40% or 0:0.4 (=-10:40% if the first is negative); free or held if the swatch is stretched in the other"
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Stretch a swatch in one direction: tension against strain."""
+    """Stretch a swatch in one direction, and measure tension against strain."""
 
-    pattern: Annotated[Positional[str], shown("PATTERN")]
-    """name of a pattern or weave, or a file of one"""
-    output: Annotated[str, shown("DIR", short="-o")]
-    """folder for stretch.csv and stretch.png"""
-    course: Annotated[str, shown("FROM:TO", help=f"strains along the courses, {STRAINS}")] = FREE
-    wale: Annotated[str, shown("FROM:TO", help=f"strains along the wales, {STRAINS}")] = FREE
-    steps: Annotated[int, shown("N")] = STRETCH_STEPS
-    """strains, the first and the last included"""
+    pattern: Annotated[Positional[str], help_entry("PATTERN")]
+    """pattern or weave: a name of `stitchmesh patterns`, or a file"""
+    output: Annotated[str, help_entry("DIR", short="-o")]
+    """output folder for stretch.csv and stretch.png"""
+    course: Annotated[str, help_entry("FROM:TO", help=f"strains along the courses: {STRAINS} direction")] = FREE
+    wale: Annotated[str, help_entry("FROM:TO", help=f"strains along the wales: {STRAINS} direction")] = FREE
+    steps: Annotated[int, help_entry("N")] = STRETCH_STEPS
+    """number of strains, with the first and the last"""
     material: Material = DEFAULT_MATERIAL
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
 
     def run(self) -> None:
-        """A stretch curve, its table and its picture."""
-        directions = stretched_directions(self.course, self.wale)
+        """Compute the stretch curve, and write its table and its plot."""
+        directions = stretch_directions(self.course, self.wale)
         from stitchmesh.periodic.stretch import stretch_test
         from stitchmesh.periodic.stretch_table import write_stretch
         from stitchmesh.render.stretch_plot import plot_stretch
@@ -60,27 +60,31 @@ class Stretch:
         plot_stretch(curve, Path(self.output) / "stretch.png")
 
 
-def stretched_directions(course: str, wale: str) -> dict[str, Any]:
-    """Arguments of ``stretch`` for what is asked of both directions.
+def stretch_directions(course: str, wale: str) -> dict[str, Any]:
+    """Return the arguments of ``stretch_test`` for the options of the two directions.
+
+    Args:
+        course: ``FROM:TO``, ``free`` or ``held``.
+        wale: ``FROM:TO``, ``free`` or ``held``.
 
     Raises:
-        ParameterError: not one of them is a range, or one is neither a range nor free nor held.
+        ParameterError: not exactly one option is a range of strains, or a range is malformed.
     """
     given = {"course": course, "wale": wale}
     ranges = {name: strains(name, text) for name, text in given.items() if text not in (FREE, HELD)}
     if len(ranges) != 1:
         got = " and ".join(f"--{name} {text}" for name, text in given.items())
-        expected = "a range such as 0:40% of one, and free or held of the other"
+        expected = "a range such as 0:40% for one, and free or held for the other"
         raise ParameterError(f"stretch: got {got}; expected {expected}")
     other = next(text for name, text in given.items() if name not in ranges)
     return {**ranges, "other": other}
 
 
 def strains(name: str, text: str) -> tuple[float, float]:
-    """First and last strain of ``0:40%`` or ``0:0.4``; a percent sign holds for both.
+    """Return the first and the last strain of a text such as ``0:40%`` or ``0:0.4``; a percent sign applies to both.
 
     Raises:
-        ParameterError: it is neither.
+        ParameterError: the text is malformed.
     """
     words = text.split(":")
     try:
@@ -94,8 +98,8 @@ def strains(name: str, text: str) -> tuple[float, float]:
 
 
 def _print_state(point: StretchPoint) -> None:
-    """A line for each state."""
+    """Print one state of the stretch curve as a line."""
     tension = f"tension {point.course_tension:.4g} dyn/cm along the courses, {point.wale_tension:.4g} along the wales"
-    rest = "" if point.converged else ", not at rest"
+    convergence = "" if point.converged else ", not converged"
     size = f"{point.width:.4g} x {point.height:.4g} cm"
-    print(f"{100 * point.strain:g} %: {size}, {tension}{rest}", flush=True)
+    print(f"{100 * point.strain:g} %: {size}, {tension}{convergence}", flush=True)

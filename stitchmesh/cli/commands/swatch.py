@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
-from stitchmesh.cli.arguments import Flag, Period, shown
+from stitchmesh.cli.arguments import Flag, Period, help_entry
 from stitchmesh.cli.options import FACTORS, Device, Material, MaxIterations, QualityName, SwatchFabric
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.errors import FileError, ParameterError
@@ -29,37 +29,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Swatch:
-    """Relax one repeat of a pattern or of a weave."""
+    """Relax one repeat of a pattern or of a weave with periodic borders."""
 
-    pattern: Annotated[Positional[str], shown("PATTERN")]
-    """name of a pattern or weave, or a file of one"""
-    output: Annotated[str, shown("DIR", short="-o")]
-    """folder for the repeat, tiles of it, a picture, a report and the convergence"""
+    pattern: Annotated[Positional[str], help_entry("PATTERN")]
+    """pattern or weave: a name of `stitchmesh patterns`, or a file"""
+    output: Annotated[str, help_entry("DIR", short="-o")]
+    """output folder for the repeat, a tiled piece, a picture, a report and the convergence"""
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
     rest_length: Annotated[
         UseAppendAction[tuple[str, ...]],
-        shown("KEY=F", help=f"take-up, 0.1 to 2: factor {FACTORS}, or of a weave's warp=F or weft=F"),
+        help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
     ] = ()
     material: Material = DEFAULT_MATERIAL
     relax_cell: Flag = False
-    """let the repeat find its own width and height, except those that are given"""
-    period: Annotated[Period, arg(help_behavior_hint="(default: as drawn)")] = SwatchOptions.period
-    """width and height of the repeat [cm], each a number or free"""
+    """relax the width and the height of the repeat too, except those that --period fixes"""
+    period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
+    """width and height of the repeat [cm]; each is a number or the word free"""
     quality: QualityName = DEFAULT_QUALITY
     max_iterations: MaxIterations = None
     device: Device = None
-    tile: Annotated[tuple[int, int], shown("C R")] = (5, 5)
-    """repeats along the courses and along the wales in the picture and in tiled.bcc"""
-    texture: Annotated[tuple[int, ...] | None, shown("PIXELS [PIXELS]", "no textures")] = None
-    """texture maps of one repeat, of this width and height; of square pixels where only the width is given"""
+    tile: Annotated[tuple[int, int], help_entry("C R")] = (5, 5)
+    """numbers of repeats along the courses and along the wales in the picture and in tiled.bcc"""
+    texture: Annotated[tuple[int, ...] | None, help_entry("PIXELS [PIXELS]", "no textures")] = None
+    """write texture maps of one repeat with this width and height; without a height, pixels are square"""
     no_picture: Flag = False
-    """write no preview.png"""
+    """do not write preview.png"""
 
     def run(self) -> None:
-        """A repeat in the files of its folder, and its report printed."""
+        """Relax the repeat, write it with its pictures, and print the report."""
         from stitchmesh.render import render_swatch
 
-        tiles, pixels = checked_tiles(self.tile), checked_texture(self.texture)
+        tiles, pixels = check_tiles(self.tile), check_texture(self.texture)
         options = SwatchOptions(
             **self.fabric.options(), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
         )
@@ -72,8 +72,8 @@ class Swatch:
         print(json.dumps(report, indent=2))
 
     def _relaxed(self, options: SwatchOptions) -> RelaxedSwatch:
-        """The repeat; its progress is drawn on the terminal."""
-        from stitchmesh.cli.progress import on_terminal
+        """Relax the repeat, and show the progress."""
+        from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.swatch import swatch
         from stitchmesh.pipeline import relaxing_progress
         from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
@@ -81,15 +81,18 @@ class Swatch:
         quality = quality_named(quality_with(self.quality, max_iterations=self.max_iterations))
         material = YarnMaterial.named(self.material).scaled(options.yarn_radius / REFERENCE_RADIUS)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
-        with on_terminal() as progress:
-            tell = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+        with show_progress() as progress:
+            report_progress = relaxing_progress(
+                "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations
+            )
             return swatch(
                 self.pattern, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
-                progress=lambda entry: tell(entry["iteration"], entry["residual"], entry["energies"]), **given,
+                progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
+                **given,
             )  # fmt: skip
 
     def _report(self, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
-        """What was asked for, by which version, and the numbers of the swatch."""
+        """Return the report: the pattern, the options, the version, and the figures of the swatch."""
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
 
         source = resolve_pattern(self.pattern)
@@ -98,22 +101,22 @@ class Swatch:
         return head | {"options": asked | asdict(options)} | made.report
 
 
-def checked_tiles(tiles: tuple[int, int]) -> tuple[int, int]:
-    """Numbers of repeats.
+def check_tiles(tiles: tuple[int, int]) -> tuple[int, int]:
+    """Check the numbers of repeats, and return them.
 
     Raises:
-        ParameterError: one is less than 1.
+        ParameterError: a number is less than 1.
     """
     if min(tiles) < 1:
         raise ParameterError(f"tile: got {tiles[0]} {tiles[1]}; expected whole numbers from 1")
     return tiles
 
 
-def checked_texture(numbers: tuple[int, ...] | None) -> tuple[int, int | None] | None:
-    """Width and, where given, height [pixels]; refused before the work and not after it.
+def check_texture(numbers: tuple[int, ...] | None) -> tuple[int, int | None] | None:
+    """Check the size of texture maps before the relaxation, and return width and height [pixels].
 
     Raises:
-        ParameterError: there are more than two numbers, or one is out of bounds.
+        ParameterError: there are more than two numbers, or a number is out of bounds.
     """
     if numbers is None:
         return None
@@ -146,7 +149,7 @@ def _write(
 
 
 def _write_pyp(path: Path, cell: YarnSet) -> None:
-    """Write the format of periodic patterns, where it can hold the yarns."""
+    """Write the format of periodic yarn patterns; if it cannot hold the yarns, print the reason instead."""
     from stitchmesh.io.yarn_formats.pyp import check_pyp
     from stitchmesh.io.yarns import write_yarns
 

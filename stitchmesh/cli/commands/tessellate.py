@@ -9,7 +9,7 @@ from typing import Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import shown
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import WRITTEN_STITCHES, StitchWidth
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 
@@ -18,15 +18,15 @@ from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessel
 class Tessellate:
     """Divide a labeled mesh into stitches."""
 
-    labeled: Annotated[Positional[str], shown("LABELED")]
+    labeled: Annotated[Positional[str], help_entry("LABELED")]
     """labeled mesh, from `stitchmesh label`"""
-    output: Annotated[str, shown("FILE", short="-o", help=WRITTEN_STITCHES)]
+    output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
     stitch_width: StitchWidth = STITCH_WIDTH
-    stitch_height: Annotated[float | None, shown("CM", f"{COURSE_OVER_WALE_SPACING} of the width")] = None
+    stitch_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
     """course spacing [cm]"""
 
     def run(self) -> None:
-        """Stitch faces."""
+        """Divide the panels into stitch faces, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.mesh.stitch_counts import stitch_counts
 

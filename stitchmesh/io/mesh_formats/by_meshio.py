@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygon meshes of the formats that meshio reads and writes.
+"""Polygon meshes of the formats that the library meshio reads and writes.
 
-meshio prints its errors and ends the process; here both become one ``FileError``.
+meshio prints some errors and ends the process with ``sys.exit``. This module converts them to ``FileError``.
 """
 
 from __future__ import annotations
@@ -21,25 +21,34 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, read_bytes
-from stitchmesh.io.float32 import rounded
+from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh import FloatArray
 
 FORMATS = {".stl": "stl", ".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
 """meshio's name of the format behind each suffix."""
 OPTIONS: dict[str, dict[str, Any]] = {".stl": {"binary": True}, ".msh": {"file_format": "gmsh22"}}
-"""How meshio writes a format where its own choice, text or a recent version, is read by fewer programs."""
+"""Options of meshio for formats whose default variant (text, or a recent version) is read by fewer programs."""
 
 SURFACE_CELLS = ("triangle", "quad", "polygon")
-PASSED_OVER = ("vertex", "line")
-"""Cells that often come along with a surface and say nothing about it."""
+"""Types of cells that become faces."""
+IGNORED_CELLS = ("vertex", "line")
+"""Types of cells that occur beside a surface and are ignored."""
 
 
 def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float64], list[list[int]]]:
-    """Vertices as written and faces as 0-based vertex numbers, in file order.
+    """Read polygons.
+
+    Args:
+        path: the file.
+        suffix: a key of ``FORMATS``.
+
+    Returns:
+        Vertices in the file's unit, shape (V, 3), and the vertices of each face, counted from 0, in the order of the
+        file.
 
     Raises:
-        FileError: the file is missing, a folder, unreadable, empty or malformed, holds cells that are not polygons,
-            or no faces.
+        FileError: the file is missing, a folder, unreadable, empty or malformed, has cells that are not polygons, or
+            has no faces.
     """
     name = fspath(path)
     read_bytes(path)
@@ -53,15 +62,20 @@ def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float6
 
 
 def write_meshio_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
-    """Write polygons, in runs of as many corners.
+    """Write polygons; successive faces with the same number of corners form one block of cells.
+
+    Args:
+        path: a file with a suffix of ``FORMATS``.
+        vertices: positions in the file's unit, shape (V, 3).
+        faces: vertices of each face, counted from 0.
 
     Raises:
-        FileError: a coordinate is too large for a format of float32, or the file cannot be written.
+        FileError: a coordinate is too large for the float32 of STL, or the file cannot be written.
     """
     import meshio
 
     suffix = Path(path).suffix.lower()
-    points = rounded(path, "the coordinates", vertices) if suffix == ".stl" else vertices
+    points = to_float32(path, "the coordinates", vertices) if suffix == ".stl" else vertices
     runs = [(size, list(run)) for size, run in groupby(faces, key=len)]
     content = meshio.Mesh(points, [(_cell_type(size), np.array(run)) for size, run in runs])
     options = {"file_format": FORMATS[suffix], **OPTIONS.get(suffix, {})}
@@ -74,8 +88,17 @@ def _cell_type(corners: int) -> str:
 
 
 def weld(points: NDArray[np.float64], faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:
-    """Merge points at exactly the same place; the first of them keeps its turn in the order."""
-    _, first, place = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)  # + 0.0: -0 becomes 0
+    """Merge points with exactly equal coordinates.
+
+    Args:
+        points: shape (P, 3).
+        faces: points of each face.
+
+    Returns:
+        The distinct points in the order of their first occurrence, shape (V, 3), and the faces with their new numbers.
+    """
+    comparable = points + 0.0  # This turns -0.0 into 0.0.
+    _, first, place = np.unique(comparable, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
@@ -89,11 +112,11 @@ def _read(name: str, file_format: str) -> Any:
     printed = io.StringIO()
     try:
         with redirect_stdout(printed), redirect_stderr(printed), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # its guess at the kind of an STL file overflows
+            warnings.simplefilter("ignore")  # meshio's test for binary STL overflows on text files.
             return meshio.read(name, file_format=file_format)
-    except (SystemExit, Exception) as error:  # meshio leaves by sys.exit, or by whatever a malformed line brings up
-        said = printed.getvalue() if isinstance(error, SystemExit) else str(error)
-        reason = next((line.strip() for line in said.splitlines() if line.strip()), type(error).__name__)
+    except (SystemExit, Exception) as error:  # meshio calls sys.exit, or raises any exception for a malformed line.
+        message = printed.getvalue() if isinstance(error, SystemExit) else str(error)
+        reason = next((line.strip() for line in message.splitlines() if line.strip()), type(error).__name__)
         raise FileError(f"{name}: is not a valid {file_format} file ({reason[:100]}); write it again") from error
 
 
@@ -108,7 +131,7 @@ def _polygons(name: str, blocks: list[Any]) -> list[list[int]]:
     for block in blocks:
         if block.type in SURFACE_CELLS:
             faces += [[int(v) for v in cell] for cell in block.data]
-        elif block.type not in PASSED_OVER:
+        elif block.type not in IGNORED_CELLS:
             raise FileError(f"{name}: got {block.type} cells; expected a surface of triangles, quads or polygons")
     if not faces:
         raise FileError(f"{name}: has no faces; expected a polygon mesh")

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Wavefront OBJ polygon meshes, read so that polygons keep their corners and their order.
+"""Wavefront OBJ polygon meshes; the polygons keep their corners and their order.
 
-Read: ``v x y z`` (further columns ignored) and ``f`` with ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn`` corners, 1-based
-or counted back from the last vertex; a line that ends in a backslash goes on in the next. Normals, texture
-coordinates, groups, materials and comments say nothing about a surface and are passed over.
+The reader uses ``v x y z`` lines, whose further columns are ignored, and ``f`` lines with corners of the form ``v``,
+``v/vt``, ``v//vn`` or ``v/vt/vn``. Vertices are counted from 1, or, if negative, back from the last vertex. A line that
+ends in a backslash continues in the next line. Normals, texture coordinates, groups, materials and comments are
+ignored, because they do not change the surface.
 """
 
 from __future__ import annotations
@@ -18,29 +19,36 @@ from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.io.obj_elements import element_lines, vertex_index, vertex_position
 from stitchmesh.mesh import FloatArray
 
-PASSED_OVER = frozenset(
+IGNORED_ELEMENTS = frozenset(
     "vn vt vp g o s mg usemtl usemap mtllib maplib l p curv curv2 surf parm trim hole scrv sp end con bevel c_interp "
     "d_interp lod shadow_obj trace_obj cstype deg bmat step ctech stech".split()
 )
-"""Elements of the format that are not vertices or faces."""
+"""Elements of the format that are neither vertices nor faces."""
 
 
 @dataclass
 class _Elements:
-    """Vertices and faces as far as they have been read."""
+    """The vertices and faces of the lines that have been read so far."""
 
     path: str
+    """The file, for error messages."""
     vertices: list[tuple[float, float, float]] = field(default_factory=list)
+    """Positions of the vertices, in the file's unit."""
     faces: list[list[int]] = field(default_factory=list)
+    """Vertices of each face, counted from 0."""
     face_line: list[int] = field(default_factory=list)
+    """Line number of each face, counted from 1."""
 
 
 def read_obj_polygons(path: FilePath) -> tuple[list[tuple[float, float, float]], list[list[int]]]:
-    """Vertices as written and faces as 0-based vertex numbers.
+    """Read polygons.
+
+    Returns:
+        Positions of the vertices in the file's unit, and the vertices of each face, counted from 0.
 
     Raises:
         FileError: the file is missing, a folder, unreadable, empty or binary, a line is malformed, a coordinate is
-            not finite, an index points nowhere, or there are no faces. The message names the line.
+            not finite, a vertex does not exist, or there are no faces. The message names the line.
     """
     elements = _Elements(fspath(path))
     for number, fields in element_lines(read_lines(path)):
@@ -49,14 +57,19 @@ def read_obj_polygons(path: FilePath) -> tuple[list[tuple[float, float, float]],
         elif fields[0] == "f":
             elements.faces.append(_face(elements, number, fields))
             elements.face_line.append(number)
-        elif fields[0] not in PASSED_OVER:
+        elif fields[0] not in IGNORED_ELEMENTS:
             raise FileError(f"{elements.path}: line {number}: unknown element {fields[0][:20]!r}; expected an OBJ file")
     _check_indices(elements)
     return elements.vertices, elements.faces
 
 
 def write_obj_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
-    """Write the polygons with every digit that their coordinates need.
+    """Write polygons; coordinates have all digits that are needed to read the same numbers again.
+
+    Args:
+        path: an ``.obj`` file.
+        vertices: positions in the file's unit, shape (V, 3).
+        faces: vertices of each face, counted from 0.
 
     Raises:
         FileError: the file cannot be written.

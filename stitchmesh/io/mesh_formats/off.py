@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Object File Format (OFF) polygon meshes.
 
-``OFF`` (or a variant whose vertices carry more columns: ``COFF``, ``NOFF``, ``CNOFF``), the numbers of vertices, faces
-and edges, one vertex a line, then one face a line: its corner count and its 0-based corners. Read and written here
-because meshio takes triangles only.
+A file consists of the word ``OFF`` (or ``COFF``, ``NOFF`` or ``CNOFF``, variants whose vertices have more columns), the
+numbers of vertices, faces and edges, a line for each vertex, and a line for each face: the number of its corners and
+its vertices, counted from 0. This module exists because meshio reads and writes only the triangles of the format.
 """
 
 from __future__ import annotations
@@ -18,12 +18,17 @@ from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.mesh import FloatArray
 
 MAGIC = ("OFF", "COFF", "NOFF", "CNOFF")
+"""First words of a file."""
 
 Line = tuple[int, list[str]]
+"""Line number, counted from 1, and the fields of the line."""
 
 
 def read_off_polygons(path: FilePath) -> tuple[list[list[float]], list[list[int]]]:
-    """Vertices as written and faces as 0-based vertex numbers.
+    """Read polygons.
+
+    Returns:
+        Positions of the vertices in the file's unit, and the vertices of each face, counted from 0.
 
     Raises:
         FileError: the file is missing, a folder, unreadable, empty, binary, cut short or malformed; the message
@@ -34,7 +39,7 @@ def read_off_polygons(path: FilePath) -> tuple[list[list[float]], list[list[int]
     lines = [line for line in lines if line[1]]
     if not lines or lines[0][1][0] not in MAGIC:
         raise FileError(f"{name}: line 1: expected the word OFF")
-    lines[0] = (lines[0][0], lines[0][1][1:])  # the counts may follow on the same line
+    lines[0] = (lines[0][0], lines[0][1][1:])  # The numbers of vertices and faces may follow on the same line.
     body = lines if lines[0][1] else lines[1:]
     vertex_count, face_count = _counts(name, body)
     body = body[1:]
@@ -47,7 +52,12 @@ def read_off_polygons(path: FilePath) -> tuple[list[list[float]], list[list[int]
 
 
 def write_off_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
-    """Write the polygons with every digit that their coordinates need.
+    """Write polygons; coordinates have all digits that are needed to read the same numbers again.
+
+    Args:
+        path: an ``.off`` file.
+        vertices: positions in the file's unit, shape (V, 3).
+        faces: vertices of each face, counted from 0.
 
     Raises:
         FileError: the file cannot be written.

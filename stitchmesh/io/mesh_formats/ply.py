@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Polygon File Format (PLY) meshes, ASCII and binary of either byte order.
 
-The header names elements, each with a count and its properties; a property is a number or a list with its own
-count. Read here: x, y, z of ``vertex`` and the list ``vertex_indices`` or ``vertex_index`` of ``face``. All else is
-passed over. meshio waits for ever at a header that was cut short, and knows only one of the two names.
+The header names elements, each with a count and its properties. A property is a number, or a list of numbers with its
+length. The reader uses the properties x, y and z of ``vertex`` and the list ``vertex_indices`` or ``vertex_index`` of
+``face``, and ignores all other properties and elements. This module exists because meshio does not terminate for a
+header that was cut short, and knows only one of the two names of the list.
 """
 
 from __future__ import annotations
@@ -28,65 +29,80 @@ NUMBERS = {
 }  # fmt: skip
 """NumPy's name of each type of number."""
 BYTE_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+"""NumPy's character of each byte order."""
 CORNER_LISTS = ("vertex_indices", "vertex_index")
+"""Names of the property that holds the vertices of a face."""
 
 
 @dataclass(frozen=True)
 class _Property:
+    """A property of the header."""
+
     name: str
     number: str
-    """NumPy's name of the type of number."""
+    """NumPy's name of the type of the number, or of the numbers of a list."""
     count: str = ""
-    """The same for the count of a list, empty where the property is one number."""
+    """NumPy's name of the type of a list's length; empty if the property is one number."""
 
 
 @dataclass
 class _Element:
+    """An element of the header, for example all vertices."""
+
     name: str
     count: int
     properties: list[_Property] = field(default_factory=list)
 
 
 class _Body(Protocol):
-    def take(self, number: str, count: int) -> list[float]:
-        """The next numbers, or fewer where the file ends."""
+    """The part of a file after the header, which is read from start to end."""
 
-    def left(self) -> int:
-        """How many numbers there can be at most in what is left."""
+    def read_numbers(self, number: str, count: int) -> list[float]:
+        """Return the next numbers of a type, or fewer if the file ends before them."""
+
+    def remaining(self) -> int:
+        """Return an upper bound of the number of numbers that have not been read."""
 
 
 class _AsciiBody:
+    """The numbers of an ASCII file."""
+
     def __init__(self, content: bytes) -> None:
         self.words = content.split()
-        self.at = 0
+        self.position = 0
 
-    def take(self, number: str, count: int) -> list[float]:
-        words = self.words[self.at : self.at + count]
-        self.at += count
+    def read_numbers(self, number: str, count: int) -> list[float]:
+        words = self.words[self.position : self.position + count]
+        self.position += count
         return [float(word) if number[0] == "f" else int(word) for word in words]
 
-    def left(self) -> int:
-        return len(self.words) - self.at
+    def remaining(self) -> int:
+        return len(self.words) - self.position
 
 
 class _BinaryBody:
+    """The numbers of a binary file."""
+
     def __init__(self, content: bytes, order: str) -> None:
         self.content = content
         self.order = order
-        self.at = 0
+        self.position = 0
 
-    def take(self, number: str, count: int) -> list[float]:
+    def read_numbers(self, number: str, count: int) -> list[float]:
         size = int(number[1]) * count
-        part = self.content[self.at : self.at + size]
-        self.at += size
+        part = self.content[self.position : self.position + size]
+        self.position += size
         return np.frombuffer(part, self.order + number).tolist() if len(part) == size else []
 
-    def left(self) -> int:
-        return len(self.content) - self.at
+    def remaining(self) -> int:
+        return len(self.content) - self.position
 
 
 def read_ply_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
-    """Vertices as written and faces as 0-based vertex numbers.
+    """Read polygons.
+
+    Returns:
+        Positions of the vertices in the file's unit, shape (V, 3), and the vertices of each face, counted from 0.
 
     Raises:
         FileError: the file is missing, a folder, unreadable, empty, cut short or malformed, a coordinate is not
@@ -98,7 +114,7 @@ def read_ply_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     body = _BinaryBody(content[start:], order) if order else _AsciiBody(content[start:])
     vertices, faces = np.zeros((0, 3)), []
     for element in elements:
-        if element.count > body.left():
+        if element.count > body.remaining():
             raise _cut_short(name, element, 0)
         rows = [_row(name, body, element, index) for index in range(element.count)]
         if element.name == "vertex":
@@ -115,7 +131,12 @@ def read_ply_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
 
 
 def write_ply_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
-    """Write the polygons in binary, coordinates in full.
+    """Write polygons in the binary variant; coordinates are stored as float64, without loss.
+
+    Args:
+        path: a ``.ply`` file.
+        vertices: positions in the file's unit, shape (V, 3).
+        faces: vertices of each face, counted from 0.
 
     Raises:
         FileError: the file cannot be written.
@@ -131,7 +152,7 @@ def write_ply_polygons(path: FilePath, vertices: FloatArray, faces: list[list[in
 
 
 def _header(name: str, content: bytes) -> tuple[str, list[_Element], int]:
-    """Byte order (empty for ASCII), the elements, and where the body starts."""
+    """Return the byte order (empty for ASCII), the elements, and the offset of the body [bytes]."""
     head, end, rest = content.partition(b"end_header")
     if content[:3] != b"ply" or not end:
         raise FileError(f"{name}: has no complete PLY header; expected 'ply' to 'end_header'")
@@ -155,18 +176,19 @@ def _header(name: str, content: bytes) -> tuple[str, list[_Element], int]:
 
 
 def _property(words: list[str]) -> _Property:
+    """Return the property of a header line: ``TYPE NAME``, or ``list LENGTH_TYPE TYPE NAME``."""
     if words[0] == "list":
         return _Property(words[3], NUMBERS[words[2]], NUMBERS[words[1]])
     return _Property(words[1], NUMBERS[words[0]])
 
 
 def _row(name: str, body: _Body, element: _Element, index: int) -> list[list[float]]:
-    """The values of each property of one vertex, face or other thing."""
+    """Return the values of each property of one vertex, face or other element."""
     row = []
     try:
         for part in element.properties:
-            count = int(body.take(part.count, 1)[0]) if part.count else 1
-            values = body.take(part.number, count) if 0 <= count <= body.left() else []
+            count = int(body.read_numbers(part.count, 1)[0]) if part.count else 1
+            values = body.read_numbers(part.number, count) if 0 <= count <= body.remaining() else []
             if len(values) != count:
                 raise _cut_short(name, element, index)
             row.append(values)

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Polygons for formats that hold only smaller ones: divided into triangles by VTK, which also divides concave ones."""
+"""Division of polygons into triangles, for formats that limit the number of corners of a face.
+
+VTK divides the polygons, because VTK also divides concave polygons correctly.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +19,22 @@ from stitchmesh.mesh import FloatArray
 logger = logging.getLogger(__name__)
 
 
-def divided(path: FilePath, vertices: FloatArray, faces: list[list[int]], most_corners: int) -> list[list[int]]:
-    """The faces in their order, each with more corners than the format holds as triangles; a log line says how many.
+def divide_large_faces(
+    path: FilePath, vertices: FloatArray, faces: list[list[int]], most_corners: int
+) -> list[list[int]]:
+    """Divide the faces that have too many corners into triangles, and log the number of these faces as a warning.
 
     Args:
-        path: the file that they are written to, for messages.
-        vertices: shape (V, 3).
-        faces: 0-based corners.
-        most_corners: of a face that the format holds, 3 or 4.
+        path: the file to which the faces are written, for messages.
+        vertices: positions, shape (V, 3).
+        faces: vertices of each face, counted from 0.
+        most_corners: largest number of corners of a face in the format, 3 or 4.
+
+    Returns:
+        The faces in their order; the triangles of a divided face take its place.
 
     Raises:
-        FileError: a face cannot be divided, because it has no inside.
+        FileError: a face cannot be divided, because it has no interior.
     """
     large = [number for number, face in enumerate(faces) if len(face) > most_corners]
     if not large:
@@ -42,7 +50,7 @@ def divided(path: FilePath, vertices: FloatArray, faces: list[list[int]], most_c
 
 
 def _triangles(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> list[list[list[int]]]:
-    """Triangles of each face."""
+    """Return the triangles of each face, as vertices counted from 0."""
     import pyvista
 
     data = pyvista.PolyData(vertices, faces=np.concatenate([[len(face), *face] for face in faces]))

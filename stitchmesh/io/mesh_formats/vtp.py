@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""VTK's XML poly data: polygons of any size, as meshio does not read or write them."""
+"""Polygon meshes in VTK's XML format of poly data (``.vtp``), which meshio does not read or write."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stitchmesh.mesh import FloatArray
 
 
 def holds_polygons(path: FilePath) -> bool:
-    """Whether a VTP file has faces.
+    """Return whether a VTP file has faces.
 
     Raises:
         FileError: the file cannot be read or is malformed.
@@ -24,7 +24,10 @@ def holds_polygons(path: FilePath) -> bool:
 
 
 def read_vtp_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
-    """Vertices as written and faces as 0-based vertex numbers.
+    """Read polygons.
+
+    Returns:
+        Positions of the vertices in the file's unit, shape (V, 3), and the vertices of each face, counted from 0.
 
     Raises:
         FileError: the file cannot be read, is malformed, or has no faces.
@@ -49,6 +52,11 @@ def read_vtp_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
 
 def write_vtp_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
     """Write polygons.
+
+    Args:
+        path: a ``.vtp`` file.
+        vertices: positions in the file's unit, shape (V, 3).
+        faces: vertices of each face, counted from 0.
 
     Raises:
         FileError: the file cannot be written.

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Text formats of stitch meshes, and programs for knitting machines."""
+"""Text formats of stitch meshes: ``.smobj``, and knitout programs for knitting machines."""

@@ -1,15 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitch meshes from and to ``.smobj``, the text format of augmented stitch meshes (github.com/textiles-lab/smobj).
+"""Stitch meshes in ``.smobj`` files, the text format of augmented stitch meshes (github.com/textiles-lab/smobj).
 
-``L name labels`` names a kind of face and its sides counter-clockwise from the lower left: ``l`` for loops, ``y`` for
-yarn, ``+`` out of the face, ``-`` into it. ``v x y z`` is a vertex, ``f`` a face by its vertices, ``T`` its kind, ``e``
-a pair of sides that are one edge, the second of them reversed; all count from 1. Vertices may be repeated: only ``e``
-lines join faces.
+The lines of the format are, with all numbers counted from 1:
 
-Faces have the names of the library ``illustration.sf`` where it has them, and names in its style elsewhere
-(``FACE_NAMES``). What other readers have no place for stands in comments, which they pass over: the row and yarn of a
-face, twisted loops, cables, the periods of a lattice. Stretch is not written.
+- ``L name labels``: a kind of face and its sides, counter-clockwise from the lower left. A side is ``l`` for loops or
+  ``y`` for yarn, with ``+`` if they leave the face and ``-`` if they enter it.
+- ``v x y z``: a vertex.
+- ``f``: the vertices of a face, and ``T``: the kind of this face.
+- ``e``: two sides that are the same edge; the second side has the opposite direction. Only ``e`` lines connect faces,
+  because the same vertex may occur several times.
+
+Faces have the names of the library ``illustration.sf``; stitches that the library does not contain have names in the
+same style (``FACE_NAMES``). Data for which the format has no place are written as comments, which other programs
+ignore: the row and yarn of a face, twisted loops, cables, and the periods of a lattice. Stretch is not written.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ import numpy as np
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.stitch_formats.smobj_lines import FACE_NAMES, OWN, Contents, read_contents
+from stitchmesh.io.stitch_formats.smobj_lines import COMMENT_WORD, FACE_NAMES, SmobjContents, read_contents
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
@@ -29,12 +33,13 @@ from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses
 from stitchmesh.mesh.stitch import Stitch
 
 EMPTY_BELOW = frozenset({Stitch.CAST_ON})
+"""Stitches whose lower sides no loop crosses; these sides have the label ``l0``."""
 EMPTY_ABOVE = frozenset({Stitch.DRAW_THROUGH, Stitch.BIND_OFF})
-"""Stitches whose course sides no loop of theirs crosses: label ``l0``."""
+"""Stitches whose upper sides no loop crosses; these sides have the label ``l0``."""
 
 
 def write_smobj(path: FilePath, fabric: StitchMesh) -> None:
-    """Write a stitch mesh with every digit that its coordinates need.
+    """Write a stitch mesh; coordinates [cm] have all digits that are needed to read the same numbers again.
 
     Raises:
         FileError: the file cannot be written.
@@ -42,7 +47,7 @@ def write_smobj(path: FilePath, fabric: StitchMesh) -> None:
     labels = [_labels(fabric, face) for face in range(fabric.face_count)]
     library = {kind: number for number, kind in enumerate(dict.fromkeys(labels), start=1)}
     inner = int((fabric.twin != BORDER).sum()) // 2
-    lines = ["# stitch mesh, lengths in cm", f"{OWN} counts {fabric.face_count} {inner}"]
+    lines = ["# stitch mesh, lengths in cm", f"{COMMENT_WORD} counts {fabric.face_count} {inner}"]
     lines += [f"L {kind}" for kind in library]
     lines += _lattice_lines(fabric)
     vertex_lines, corners = _vertex_lines(fabric)
@@ -60,11 +65,12 @@ def write_smobj(path: FilePath, fabric: StitchMesh) -> None:
 
 
 def read_smobj(path: FilePath) -> StitchMesh:
-    """Read a stitch mesh; rows that the file does not number are numbered in knitting order.
+    """Read a stitch mesh; if the file has no row numbers, rows are numbered in knitting order.
 
     Raises:
-        FileError: the file is missing, a folder, empty, binary or malformed, a face is no stitch of ours or its
-            labels do not form our frame, or the faces do not form a stitch mesh. The message names the line.
+        FileError: the file is missing, a folder, empty, binary or malformed, the kind of a face is not a known stitch,
+            the labels of a face are not loops in, yarn, loops out, yarn, or the faces do not form a stitch mesh. The
+            message names the line.
     """
     contents = read_contents(path)
     try:
@@ -76,7 +82,7 @@ def read_smobj(path: FilePath) -> StitchMesh:
 
 
 def _labels(fabric: StitchMesh, face: int) -> str:
-    """Name and labels of a face's kind."""
+    """Return the name and the labels of the kind of a face."""
     stitch = Stitch(int(fabric.stitch[face]))
     below = ["-l0" if stitch in EMPTY_BELOW else "-l1"] * int(fabric.n_bottom[face])
     above = ["+l0" if stitch in EMPTY_ABOVE else "+l1"] * int(fabric.n_top[face])
@@ -86,11 +92,11 @@ def _labels(fabric: StitchMesh, face: int) -> str:
 def _lattice_lines(fabric: StitchMesh) -> list[str]:
     if fabric.lattice is None:
         return []
-    return [f"{OWN} lattice " + " ".join(repr(float(x)) for x in np.ravel(fabric.lattice.periods))]
+    return [f"{COMMENT_WORD} lattice " + " ".join(repr(float(x)) for x in np.ravel(fabric.lattice.periods))]
 
 
 def _vertex_lines(fabric: StitchMesh) -> tuple[list[str], list[int]]:
-    """Lines of the vertices and their lattice images, and the vertex of each corner, counted from 1."""
+    """Return the lines of the vertices and of their lattice images, and the vertex of each corner, counted from 1."""
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in fabric.vertices.tolist()]
     if fabric.corner_image is None:
         return lines, (fabric.face_vertex + 1).tolist()
@@ -103,14 +109,15 @@ def _vertex_lines(fabric: StitchMesh) -> tuple[list[str], list[int]]:
         if key not in numbers:
             numbers[key] = len(numbers) + 1
             x, y, z = positions[corner]
-            lines += [f"v {x!r} {y!r} {z!r}", f"{OWN} image {vertex + 1} {key[1]} {key[2]}"]
+            lines += [f"v {x!r} {y!r} {z!r}", f"{COMMENT_WORD} image {vertex + 1} {key[1]} {key[2]}"]
         corners.append(numbers[key])
     return lines, corners
 
 
 def _mark_lines(fabric: StitchMesh) -> list[str]:
-    """The comment of each face: row, yarn, then place, twist, shift and layer of each marked side."""
-    lines = [f"{OWN} face {row} {yarn}" for row, yarn in zip(fabric.row.tolist(), fabric.yarn.tolist(), strict=True)]
+    """Return the comment of each face: its row and yarn, then place, twist, shift and layer of each marked side."""
+    rows_and_yarns = zip(fabric.row.tolist(), fabric.yarn.tolist(), strict=True)
+    lines = [f"{COMMENT_WORD} face {row} {yarn}" for row, yarn in rows_and_yarns]
     marked = np.flatnonzero((fabric.twist != 0) | (fabric.cable_shift != 0) | (fabric.cable_layer != 0))
     for side in marked.tolist():
         marks = fabric.twist[side], fabric.cable_shift[side], fabric.cable_layer[side]
@@ -118,18 +125,18 @@ def _mark_lines(fabric: StitchMesh) -> list[str]:
     return lines
 
 
-def _stitch_mesh(contents: Contents) -> StitchMesh:
+def _stitch_mesh(contents: SmobjContents) -> StitchMesh:
     start = np.concatenate([[0], np.cumsum([len(face) for face in contents.faces])])
     twin = np.full(start[-1], BORDER)
-    for (face, side), (other, across) in contents.joined.items():
+    for (face, side), (other, across) in contents.connections.items():
         twin[start[face] + side] = start[other] + across
     written = np.array([vertex for face in contents.faces for vertex in face])
     if contents.periods is None:
-        vertices, corner_vertex = _merged(contents, written, start, twin)
+        vertices, corner_vertex = _merge_vertices(contents, written, start, twin)
         lattice, images = None, None
     else:
         lattice = Lattice(np.array(contents.periods))
-        vertices, corner_vertex, images = _on_lattice(contents, written)
+        vertices, corner_vertex, images = _vertices_of_cell(contents, written)
     kinds = contents.kinds_of_faces()
     fabric = StitchMesh(
         vertices, start, corner_vertex, twin, lattice=lattice, corner_image=images,
@@ -141,14 +148,24 @@ def _stitch_mesh(contents: Contents) -> StitchMesh:
     return _with_marks(contents, fabric)
 
 
-def _merged(contents: Contents, written: IntArray, start: IntArray, twin: IntArray) -> tuple[FloatArray, IntArray]:
-    """Vertices, one for all corners that connections bring together, and the vertex of each corner.
+def _merge_vertices(
+    contents: SmobjContents, written: IntArray, start: IntArray, twin: IntArray
+) -> tuple[FloatArray, IntArray]:
+    """Merge the vertices of all corners that are the same point because their faces are connected.
 
-    A merged vertex has the mean of the positions that it was written with, exactly that one if there is only one.
+    Args:
+        contents: the content of the file.
+        written: vertex of each corner in the file, shape (C,).
+        start: first corner of each face, and the number of corners, shape (F + 1,).
+        twin: opposite side of each side, shape (C,).
+
+    Returns:
+        Merged vertices [cm], shape (V, 3), and the merged vertex of each corner, shape (C,). The position of a merged
+        vertex is the mean of its different vertices in the file; a single position is kept exactly.
     """
     group = find_fans(np.where(twin == BORDER, BORDER, next_sides(start)[twin]))
     first = np.unique(group, return_index=True)[1]
-    order = np.argsort(written[first], kind="stable")  # vertices keep the order they were written in
+    order = np.argsort(written[first], kind="stable")  # The vertices keep the order of the file.
     number = np.empty(len(first), dtype=np.int64)
     number[order] = np.arange(len(first))
     corner_vertex = number[group]
@@ -159,15 +176,15 @@ def _merged(contents: Contents, written: IntArray, start: IntArray, twin: IntArr
     return vertices / np.bincount(pairs[:, 0])[:, None], corner_vertex
 
 
-def _on_lattice(contents: Contents, written: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
-    """Vertices of one cell, the vertex of each corner, and its image."""
+def _vertices_of_cell(contents: SmobjContents, written: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the vertices of one cell [cm], shape (V, 3), and the vertex and the lattice image of each corner."""
     count = len(contents.vertices) - len(contents.image_of)
     places = np.array([contents.image_of.get(vertex, (vertex, 0, 0)) for vertex in range(len(contents.vertices))])
     return np.array(contents.vertices[:count]), places[written, 0], places[written, 1:]
 
 
-def _with_marks(contents: Contents, fabric: StitchMesh) -> StitchMesh:
-    """Rows, yarns and marks from the comments; rows in knitting order where there are none."""
+def _with_marks(contents: SmobjContents, fabric: StitchMesh) -> StitchMesh:
+    """Set rows, yarns and marks from the comments; without comments, number the rows in knitting order."""
     if not contents.marks:
         return replace(fabric, row=_rows(fabric))
     sides = {name: np.zeros(fabric.side_count, dtype=np.int64) for name in PER_SIDE}
@@ -177,14 +194,17 @@ def _with_marks(contents: Contents, fabric: StitchMesh) -> StitchMesh:
         for place, *values in zip(*(marks[k::4] for k in range(4)), strict=True):
             side = int(fabric.face_start[face]) + place - 1
             if not fabric.face_start[face] <= side < fabric.face_start[face + 1]:
-                raise contents.bad(contents.face_line[face], f"side {place} has marks but does not exist")
+                raise contents.error(contents.face_line[face], f"side {place} has marks but does not exist")
             for name, value in zip(sides, values, strict=True):
                 sides[name][side] = value
     return replace(fabric, row=row, yarn=yarn, **sides)  # type: ignore[arg-type]
 
 
 def _rows(fabric: StitchMesh) -> IntArray:
-    """A row for each course, in knitting order; courses that stand on each other in a circle come last."""
+    """Return the row of each face: one row for each course, in knitting order.
+
+    Courses that have no knitting order, because each lies above another one in a circle, come last.
+    """
     courses = find_courses(fabric)
     order, rest = knitting_order(courses_below(fabric, courses))
     number = np.empty(len(courses), dtype=np.int64)

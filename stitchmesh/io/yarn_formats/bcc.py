@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Binary Curve Collection (BCC), the format of yarn-level cloth models; little-endian.
+"""Binary Curve Collection (BCC), the format of published yarn-level cloth models; numbers are little-endian.
 
-Bytes 0-2 ``BCC``; 3 sizes (0x44: integers and floats of four bytes); 4-5 kind of curve; 6 dimensions (3); 7 up axis
-(1 = y, 2 = z); 8-15 number of curves; 16-23 number of points of all curves; 24-63 free text. Then, for each curve,
-an int32 number of points, negative for a closed curve, and its points as float32.
+The header has 64 bytes: 0 to 2 the text ``BCC``; 3 the sizes of numbers (0x44: integers and floats of four bytes);
+4 and 5 the kind of curve; 6 the number of dimensions (3); 7 the up axis (1 is y, 2 is z); 8 to 15 the number of curves;
+16 to 23 the number of points of all curves; 24 to 63 free text. For each curve, an int32 follows with the number of
+its points, which is negative for a closed curve, and then the points as float32.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, read_bytes
-from stitchmesh.io.float32 import rounded
+from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh import FloatArray
 
 HEADER = struct.Struct("<3sB2sBBQQ40s")
@@ -28,26 +29,26 @@ FREE_TEXT = b"StitchMesh"
 
 CATMULL_ROM, POLYLINE, BSPLINE, BEZIER = b"C0", b"PL", b"BS", b"BZ"
 LEAST_POINTS = {CATMULL_ROM: (3, 4), POLYLINE: (3, 2), BSPLINE: (3, 4)}
-"""Fewest points of a closed and of an open curve of each kind that can be read."""
+"""Smallest numbers of points of a closed and of an open curve, for each kind of curve that can be read."""
 
 
 @dataclass(frozen=True)
 class BccCurves:
-    """The curves of a BCC file, y up."""
+    """The curves of a BCC file; the y axis points up."""
 
     kind: bytes
     """Kind of all curves: ``CATMULL_ROM``, ``POLYLINE`` or ``BSPLINE``."""
     curves: list[FloatArray]
-    """Points of each curve in the file's unit, shape (n, 3) each."""
+    """Points of each curve in the file's unit; each array has the shape (n, 3)."""
     closed: list[bool]
     """Whether each curve is closed."""
 
 
 def read_bcc(path: FilePath) -> BccCurves:
-    """The curves of a BCC file; a file with z up is turned.
+    """Read the curves of a BCC file; curves of a file with z up are rotated so that y points up.
 
     Raises:
-        FileError: the file cannot be read, is cut short, has bytes left over, or holds what the format does not allow.
+        FileError: the file cannot be read, was cut short, has additional bytes, or violates the format.
     """
     name = fspath(path)
     content = read_bytes(path)
@@ -66,7 +67,7 @@ def read_bcc(path: FilePath) -> BccCurves:
 
 
 def write_bcc(path: FilePath, content: BccCurves) -> None:
-    """Write curves as a BCC file with y up; coordinates are rounded to float32.
+    """Write curves to a BCC file with y up; coordinates are rounded to float32.
 
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
@@ -75,7 +76,7 @@ def write_bcc(path: FilePath, content: BccCurves) -> None:
     parts = [HEADER.pack(b"BCC", FOUR_BYTE_NUMBERS, content.kind, 3, UP_Y, len(content.curves), count, FREE_TEXT)]
     for index, (points, closed) in enumerate(zip(content.curves, content.closed, strict=True)):
         parts.append(struct.pack("<i", -len(points) if closed else len(points)))
-        parts.append(rounded(path, f"the coordinates of curve {index}", points).astype("<f4").tobytes())
+        parts.append(to_float32(path, f"the coordinates of curve {index}", points).astype("<f4").tobytes())
     write_bytes(path, b"".join(parts))
 
 

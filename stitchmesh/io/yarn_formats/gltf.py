@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Binary glTF: yarns as one mesh of triangle tubes, in metres and y up as the format demands, in colour.
+"""Binary glTF (``.glb``): yarns as one mesh of tubes of triangles, in metres and y up as the format prescribes.
 
-That is the colour of the yarn where there are several, else of the row. Colours stand at the vertices, as light and not
-as sRGB, over a rough white material. Tubes have fewer sides and sections the more segments there are, so that a file
-stays within what a viewer loads.
+The colours of the vertices are those of the yarns if the yarns have several colours, and otherwise those of the rows;
+they are linear, not sRGB, and multiply a rough white material. Sets with more segments get tubes with fewer sides and
+sections, so that viewers can load the file.
 """
 
 from __future__ import annotations
@@ -17,24 +17,26 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.float32 import rounded
+from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh.tube_mesh import tubes_around
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import yarn_colours
 from stitchmesh.yarn.polyline import polylines_of_segments
 
 METRES = 0.01
-"""In a centimetre."""
+"""Metres in a centimetre."""
 DETAIL = ((20_000, 12, 4), (60_000, 8, 2), (160_000, 6, 1))
-"""Sides of a tube and sections of a segment for sets of up to so many segments: about a million vertices at most."""
+"""Largest number of segments, sides of a tube, sections of a segment; a file has at most about a million vertices."""
 COARSEST = (4, 1)
+"""Sides of a tube and sections of a segment for larger sets."""
 ROUGHNESS = 0.9
+"""Roughness of the material, from 0 (mirror) to 1 (matt)."""
 TUBES = "yarns"
-"""Name of the mesh of tubes, by which a file of yarns is known."""
+"""Name of the mesh of tubes; ``read_mesh`` recognises a file of yarns by this name."""
 
 
 def write_glb(path: FilePath, yarns: YarnSet) -> None:
-    """Write yarns as tubes of their radius.
+    """Write yarns as tubes with the radius of the yarns.
 
     Args:
         path: a ``.glb`` file.
@@ -55,9 +57,9 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
         material=PBRMaterial(name="wool", metallicFactor=0.0, roughnessFactor=ROUGHNESS)
     )
     colours = yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
-    visual.vertex_attributes["color"] = _light(colours[curves.control_point])[tubes.ring]
+    visual.vertex_attributes["color"] = _linear_colours(colours[curves.control_point])[tubes.ring]
     mesh = trimesh.Trimesh(
-        vertices=rounded(path, "the coordinates", METRES * tubes.vertices),
+        vertices=to_float32(path, "the coordinates", METRES * tubes.vertices),
         faces=tubes.triangles,
         vertex_normals=tubes.normals,
         visual=visual,
@@ -68,13 +70,14 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
     write_bytes(path, export_glb(scene, include_normals=True))
 
 
-def holds_tubes(path: FilePath) -> FileError:
-    """The error of a file that is read for curves."""
-    return FileError(f"{fspath(path)}: a glTF file holds tubes, not the curves of yarns; read the .h5 they came from")
+def tubes_error(path: FilePath) -> FileError:
+    """Return the error of an attempt to read yarns, or a polygon mesh, from a file of tubes."""
+    found = "a glTF file of yarns holds tubes and not the curves of the yarns"
+    return FileError(f"{fspath(path)}: {found}; read the .h5 file of the yarns")
 
 
-def _light(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Opaque linear colour of sRGB colours, shape (n, 3) to (n, 4)."""
+def _linear_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the linear opaque colours of sRGB colours, both from 0 to 255, shapes (n, 4) and (n, 3)."""
     value = colours / 255
     linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
     opaque = np.concatenate([linear, np.ones((len(colours), 1))], axis=1)

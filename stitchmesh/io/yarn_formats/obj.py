@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Wavefront OBJ polylines: one ``l`` element for each yarn, closed where it returns to its first vertex."""
+"""Wavefront OBJ polylines: one ``l`` element for each yarn; a closed yarn ends with its first vertex."""
 
 from __future__ import annotations
 
@@ -16,11 +16,15 @@ from stitchmesh.mesh import FloatArray
 
 
 def read_obj_polylines(path: FilePath) -> tuple[list[FloatArray], list[bool]]:
-    """Points of each polyline as written, the first not repeated, and whether each is closed.
+    """Read polylines.
+
+    Returns:
+        Points of each polyline in the file's unit, shape (n, 3) each, where a closed polyline does not repeat its first
+        point; and whether each polyline is closed.
 
     Raises:
-        FileError: the file cannot be read, a line is malformed, an index points nowhere, a polyline has too few
-            points, or there are none. The message names the line.
+        FileError: the file cannot be read, a line is malformed, a vertex does not exist, a polyline has too few points,
+            or there are no polylines. The message names the line.
     """
     name = fspath(path)
     vertices: list[tuple[float, float, float]] = []
@@ -38,7 +42,12 @@ def read_obj_polylines(path: FilePath) -> tuple[list[FloatArray], list[bool]]:
 
 
 def write_obj_polylines(path: FilePath, curves: list[FloatArray], closed: list[bool]) -> None:
-    """Write polylines with every digit that their coordinates need.
+    """Write polylines; coordinates have all digits that are needed to read the same numbers again.
+
+    Args:
+        path: an ``.obj`` file.
+        curves: points of each polyline in the file's unit, shape (n, 3) each.
+        closed: whether each polyline is closed.
 
     Raises:
         FileError: the file cannot be written.

@@ -1,30 +1,36 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``.pyp``, periodic yarn patterns of yarn-level cloth (Sperl et al. 2021): text, in metres.
+"""Periodic yarn patterns of yarn-level cloth (Sperl et al. 2021) in ``.pyp`` files: text, in metres.
 
     *pattern    px py r n       periods along x and y, radius of all yarns, number of vertices and of edges
-    *Q          x y z t         each vertex of the yarns' polylines and its twist; z is the right side
-    *E          v0 v1 di dj     each edge goes from v0 to the image of v1 that is (di px, dj py) away
-    *RL         l               rest length of the edge that leaves each vertex, in the order of the vertices
-    *RK         natural curvature k1 k2 at each vertex, 2 tan of half the angle of its edges at rest (Bergou 2008)
-    *RT         rest twist, in the same order
-    *RefD1      a unit vector across the edge that leaves each vertex, to which twist and curvature refer
+    *Q          x y z t         position of each vertex of the yarns' polylines, and its twist; z is the right side
+    *E          v0 v1 di dj     edge from the vertex v0 to the image of the vertex v1 with the shift (di px, dj py)
+    *RL         l               rest length of the edge that starts at each vertex, in the order of the vertices
+    *RK         k1 k2           natural curvature at each vertex, 2 tan(angle / 2) with the angle between the edges of
+                                the vertex at rest (Bergou et al. 2008)
+    *RT         t               rest twist at each vertex
+    *RefD1      x y z           director of the edge that starts at each vertex: a unit vector perpendicular to the
+                                edge, to which twist and curvature refer
 
-``#`` begins a comment, a line without numbers ends a block, blocks of other names are passed over. The edges form
-closed chains, the yarns; their shifts add up to the lattice step. Vertices may lie in any image of the cell.
+``#`` starts a comment, a line without numbers ends a block, and blocks with other names are ignored. The edges form
+closed chains, the yarns; the sum of the shifts of a chain is the lattice step of the yarn. Vertices may lie in any
+image of the cell.
 
-A yarn is the spline through its vertices, one segment to an edge, and the segment takes the edge's rest length: an
-arc is a little longer than its chord, so that strains are higher than those of the polyline by that much.
+A yarn becomes the spline through its vertices, with one segment for each edge. The segment has the rest length of the
+edge. An arc is slightly longer than its chord, so that the strains of the spline are higher than those of the polyline
+by the same ratio.
 
-Angle over length is the mean curvature (c_(i-1) + 4 c_i + c_(i+1)) / 6 about a vertex of a spline with curvatures c at
-its knots, since between them these are linear. So the natural curvature of a yarn comes from that of the vertices by
-the same solution as its control points from their places. Two that lie within a right angle of each other, across the
-yarn, get one sign. Directions and twists are dropped, a spline yarn turns about its axis as it likes; of neighbours'
-directions the rest twist between them is left out.
+The angle at a vertex divided by the length is the mean curvature about the vertex. For a spline with the curvatures c_i
+at its knots, this mean is (c_(i-1) + 4 c_i + c_(i+1)) / 6, because the curvature is linear between the knots. The
+natural curvature of a yarn therefore follows from that of the vertices by the same linear system by which the control
+points follow from the positions. The natural curvatures of successive knots get the same sign if their directions,
+perpendicular to the yarn, differ by less than a right angle. The directions and the twists themselves are ignored,
+because a spline yarn rotates freely about its axis; the rest twist between successive directions is ignored too.
 
-Vertices are written into the box from 0 to the periods, in the order of the yarns, with no twist, and their natural
-curvature as k1. Files exist whose periods are not those of their yarns (that group's basket weave states them 1.5 %
-smaller): edges across the border are then not square to their directors, and a warning says so.
+The writer moves the vertices into the box from 0 to the periods and writes them in the order of the yarns, without
+twist, and with their natural curvature as k1. In some published files the periods are not those of the yarns (the
+basket weave of Sperl et al. states periods that are 1.5 % too small). The edges across the border are then not
+perpendicular to their directors, and a warning is logged.
 """
 
 from __future__ import annotations
@@ -47,43 +53,44 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet, basis
 
 CENTIMETRES = 100.0
-"""In a metre."""
+"""Centimetres in a metre."""
 COLUMNS = {"pattern": 4, "Q": 4, "E": 4, "RL": 1, "RK": 2, "RefD1": 3}
-"""Numbers to a line in the blocks that are read."""
+"""Blocks that are read, and the number of numbers in each of their lines."""
 OPTIONAL = ("RK", "RefD1")
-"""Those that a file may lack; without ``RK`` yarns are straight at rest."""
-FARTHEST = 2**31
-"""Vertices and shifts of edges stay below."""
+"""Blocks that a file may lack; without ``RK`` the yarns are straight at rest."""
+INDEX_LIMIT = 2**31
+"""Upper bound of the numbers of vertices and of the shifts of edges."""
 FEWEST_VERTICES = 3
-"""Of a closed spline."""
-UPRIGHT = 0.01
-"""Largest cosine between an edge and its director that is square to it but for the digits of a file."""
-RIGHT_ANGLE = 1e-9
-"""Largest cosine between periods that are at right angles but for rounding."""
+"""Smallest number of vertices of a closed spline."""
+DIRECTOR_TOLERANCE = 0.01
+"""Largest cosine between an edge and its director; published files have few digits."""
+RIGHT_ANGLE_TOLERANCE = 1e-9
+"""Largest cosine between perpendicular periods, which rounding causes."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass
 class _Block:
-    """The numbers of a block and the lines that they stand in."""
+    """The numbers of a block and their line numbers, counted from 1."""
 
     line: int
-    """Where its name stands."""
+    """Line number of the name of the block."""
     numbers: list[list[float]] = field(default_factory=list)
-    """The numbers of each line."""
+    """Numbers of each line."""
     lines: list[int] = field(default_factory=list)
-    """Where they stand."""
+    """Line number of each line."""
 
 
 def read_pyp(path: FilePath) -> YarnSet:
-    """A cell of yarns; they are in the order of their first vertices and begin there.
+    """Read the yarns of one cell.
 
-    A warning says where twists of vertices were dropped, and where the periods do not fit the yarns.
+    The yarns are in the order of their first vertices, and each yarn starts at its first vertex. A warning is logged if
+    twists of vertices are ignored, or if the periods do not fit the yarns.
 
     Raises:
         FileError: the file cannot be read, lacks a block, has wrong counts or numbers, an edge to a vertex that does
-            not exist, a vertex that not exactly one edge leaves and one reaches, or a yarn of fewer than 3 vertices.
+            not exist, a vertex at which not exactly one edge starts and one ends, or a yarn of fewer than 3 vertices.
     """
     name = fspath(path)
     blocks = _blocks(name, read_lines(path))
@@ -92,7 +99,7 @@ def read_pyp(path: FilePath) -> YarnSet:
         _check_positive(name, blocks[title], columns)
     vertices = np.array(blocks["Q"].numbers)
     if vertices[:, 3].any():
-        logger.warning("%s: twists are dropped, a spline yarn turns about its own axis as it likes", name)
+        logger.warning("%s: twists are ignored, because a spline yarn rotates freely about its axis", name)
     following, shift = _following(name, blocks["E"], len(vertices))
     chains = _chains(following)
     short = [chain for chain in chains if len(chain) < FEWEST_VERTICES]
@@ -119,11 +126,11 @@ def read_pyp(path: FilePath) -> YarnSet:
 
 
 def write_pyp(path: FilePath, yarns: YarnSet) -> None:
-    """Write a cell: its vertices are the spline at its knots, x and y run along the periods.
+    """Write the yarns of one cell; the vertices are the knots of the splines, and x and y are along the periods.
 
     Raises:
-        FileError: the yarns do not repeat, end, are of several radii, are so curved at rest that an edge turns half
-            round, their periods are not at right angles, or the file cannot be written.
+        FileError: the yarns are not periodic, have ends or several radii, have a natural curvature that turns an edge
+            by half a turn or more, the periods are not perpendicular, or the file cannot be written.
     """
     lattice, steps = check_pyp(path, yarns)
     sides = np.linalg.norm(lattice.periods, axis=1) / CENTIMETRES
@@ -141,33 +148,43 @@ def write_pyp(path: FilePath, yarns: YarnSet) -> None:
 
 
 def check_pyp(path: FilePath, yarns: YarnSet) -> tuple[Lattice, IntArray]:
-    """Lattice and steps of yarns that the format can hold.
+    """Check that the format can hold yarns, and return their lattice and their lattice steps, shape (yarns, 2).
 
     Raises:
         FileError: as for ``write_pyp``.
     """
     name = fspath(path)
     if yarns.lattice is None or yarns.lattice_step is None:
-        raise FileError(f"{name}: the format holds yarns that repeat and these do not; write .h5")
+        raise FileError(f"{name}: the yarns are not periodic; the format holds only periodic yarns, write .h5")
     if not yarns.closed.all():
         found = first_few(np.flatnonzero(~yarns.closed))
-        raise FileError(f"{name}: yarn {found} ends; the format holds only yarns that go on, write .h5")
+        raise FileError(f"{name}: yarn {found} has ends; the format holds only yarns without ends, write .h5")
     if np.ptp(yarns.radius) > 0.0:
         found = f"yarns of radius {yarns.radius.min():.4g} to {yarns.radius.max():.4g} cm"
         raise FileError(f"{name}: got {found}; the format holds one radius, write .h5")
-    round_about = np.flatnonzero(np.abs(_natural_angles(yarns)) >= math.pi)
-    if len(round_about):
-        found = f"natural curvature turns the yarn by half a turn or more at knot {first_few(round_about)}"
-        raise FileError(f"{name}: {found}; the format holds less, write .h5")
+    too_curved = np.flatnonzero(np.abs(_natural_angles(yarns)) >= math.pi)
+    if len(too_curved):
+        found = f"natural curvature turns the yarn by half a turn or more at knot {first_few(too_curved)}"
+        raise FileError(f"{name}: {found}; the format holds smaller turns only, write .h5")
     cosine = float(np.dot(*_axes(yarns.lattice)[:2]))
-    if abs(cosine) > RIGHT_ANGLE:
+    if abs(cosine) > RIGHT_ANGLE_TOLERANCE:
         angle = math.degrees(math.acos(cosine))
         raise FileError(f"{name}: the periods are {angle:.4g} degrees apart; the format holds right angles, write .h5")
     return yarns.lattice, yarns.lattice_step
 
 
 def _wrapped(yarns: YarnSet, lattice: Lattice, steps: IntArray, sides: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Knots [m] in the box of the periods, shape (S, 3), and the edges from each to the next, shape (S, 4)."""
+    """Return the knots in the box of the periods [m], shape (S, 3), and the edges between successive knots.
+
+    Args:
+        yarns: the yarns.
+        lattice: their lattice.
+        steps: lattice step of each yarn, shape (yarns, 2).
+        sides: lengths of the periods [m], shape (2,).
+
+    Returns:
+        Knots, and edges as first knot, second knot and the shift to the image of the second knot, shape (S, 4).
+    """
     corners = yarns.points[yarns.segment_points]
     corners = corners if yarns.point_shift is None else corners + yarns.point_shift
     knots = np.einsum("j,sjd->sd", basis(0.0)[0], corners) @ _axes(lattice).T / CENTIMETRES
@@ -182,7 +199,7 @@ def _wrapped(yarns: YarnSet, lattice: Lattice, steps: IntArray, sides: FloatArra
 
 
 def _natural_angles(yarns: YarnSet) -> FloatArray:
-    """Angle at rest between the edges that meet at the first knot of each segment, signed, shape (S,)."""
+    """Return the signed angle at rest between the edges that meet at the first knot of each segment, shape (S,)."""
     angles = []
     for first, last in pairwise(yarns.segment_start.tolist()):
         length = yarns.rest_length[first:last]
@@ -197,12 +214,13 @@ def _line(numbers: list[float]) -> str:
 
 
 def _axes(lattice: Lattice) -> FloatArray:
-    """Unit vectors along the periods and to the right side of the fabric, shape (3, 3)."""
+    """Return the unit vectors along the periods and towards the right side of the fabric, as rows, shape (3, 3)."""
     u, v = lattice.periods / np.linalg.norm(lattice.periods, axis=1)[:, None]
     return np.stack([u, v, np.cross(u, v)])
 
 
 def _blocks(name: str, lines: list[str]) -> dict[str, _Block]:
+    """Return the blocks of a file by name."""
     blocks: dict[str, _Block] = {}
     block = None
     for number, line in enumerate(lines, start=1):
@@ -227,7 +245,7 @@ def _blocks(name: str, lines: list[str]) -> dict[str, _Block]:
 
 
 def _numbers(name: str, number: int, text: list[str], columns: int | None) -> list[float]:
-    """The numbers of a line; none in blocks that are passed over."""
+    """Return the numbers of a line; an empty list for a line of an ignored block, whose ``columns`` is None."""
     if columns is None:
         return []
     try:
@@ -240,6 +258,7 @@ def _numbers(name: str, number: int, text: list[str], columns: int | None) -> li
 
 
 def _check_sizes(name: str, blocks: dict[str, _Block]) -> None:
+    """Check that every block has as many lines as the pattern states."""
     line = blocks["pattern"].lines[0]
     if len(blocks["pattern"].lines) > 1:
         raise FileError(f"{name}: line {line + 1}: a second line of *pattern; expected one")
@@ -259,17 +278,22 @@ def _check_positive(name: str, block: _Block, columns: slice) -> None:
 
 
 def _check_directors(name: str, edges: FloatArray, directors: FloatArray) -> None:
-    """Warn where edges are not square to their directors."""
+    """Log a warning if edges are not perpendicular to their directors; both have the shape (n, 3)."""
     cosine = np.abs((edges * directors).sum(axis=1)) / np.linalg.norm(edges, axis=1)
-    leaning = np.flatnonzero(cosine > UPRIGHT * np.linalg.norm(directors, axis=1))
-    if len(leaning):
-        found = f"the edge that leaves vertex {first_few(leaning)} is not square to its director"
+    oblique = np.flatnonzero(cosine > DIRECTOR_TOLERANCE * np.linalg.norm(directors, axis=1))
+    if len(oblique):
+        found = f"the edge that starts at vertex {first_few(oblique)} is not perpendicular to its director"
         logger.warning("%s: %s; the periods may not be those of the yarns", name, found)
 
 
 def _natural_curvatures(at_vertices: FloatArray, rest: FloatArray) -> FloatArray:
-    """Natural curvature [1/cm] of a yarn's control points, from that of its vertices in chain order, shape (n,)."""
-    size = np.hypot(*at_vertices.T)  # of numbers whose squares overflow, too
+    """Return the natural curvatures at the control points of a yarn [1/cm], shape (n,).
+
+    Args:
+        at_vertices: natural curvatures k1 and k2 of the vertices, in the order of the chain, shape (n, 2).
+        rest: rest lengths of the edges [cm], shape (n,).
+    """
+    size = np.hypot(*at_vertices.T)  # hypot is also correct for numbers whose squares overflow.
     curvature = 2 * np.arctan(size / 2) / ((rest + np.roll(rest, 1)) / 2)
     vectors = at_vertices * (curvature / np.where(size > 0.0, size, 1.0))[:, None]
     knots = polyline_to_bspline(vectors, closed=True)
@@ -283,28 +307,41 @@ def _natural_curvatures(at_vertices: FloatArray, rest: FloatArray) -> FloatArray
 
 
 def _following(name: str, block: _Block, count: int) -> tuple[IntArray, IntArray]:
-    """Vertex that follows each vertex, and the shift to its image, shapes (n,) and (n, 2)."""
+    """Return the vertex that follows each vertex, shape (n,), and the shift to its image, shape (n, 2).
+
+    Args:
+        name: the file, for error messages.
+        block: the block of edges.
+        count: number of vertices n.
+
+    Raises:
+        FileError: an edge is malformed, or not exactly one edge starts and one ends at each vertex.
+    """
     edges = np.array(block.numbers)
-    whole = (edges == np.round(edges)).all(axis=1) & (np.abs(edges) < FARTHEST).all(axis=1)
+    whole = (edges == np.round(edges)).all(axis=1) & (np.abs(edges) < INDEX_LIMIT).all(axis=1)
     known = (edges[:, :2] >= 0).all(axis=1) & (edges[:, :2] < count).all(axis=1)
     for index in np.flatnonzero(~(whole & known))[:1]:
         found = " ".join(f"{value:g}" for value in block.numbers[index])
         expected = f"vertices 0 to {count - 1} and a whole shift"
         raise FileError(f"{name}: line {block.lines[index]}: got edge {found}; expected {expected}")
     ends = edges.astype(np.int64)
-    for side, verb in ((0, "leave"), (1, "reach")):
+    for side, verb in ((0, "start"), (1, "end")):
         uses = np.bincount(ends[:, side], minlength=count)
-        for index in np.flatnonzero(uses[ends[:, side]] > 1)[-1:]:  # so many edges as vertices: one is left out too
+        # There are as many edges as vertices, so that a vertex without an edge implies another with two edges.
+        for index in np.flatnonzero(uses[ends[:, side]] > 1)[-1:]:
             vertex = ends[index, side]
-            found = f"{uses[vertex]} edges {verb} vertex {vertex}"
-            raise FileError(f"{name}: line {block.lines[index]}: {found}; expected one, so that chains close")
+            found = f"{uses[vertex]} edges {verb} at vertex {vertex}"
+            raise FileError(f"{name}: line {block.lines[index]}: {found}; expected one, so that chains are closed")
     following, shift = np.zeros(count, dtype=np.int64), np.zeros((count, 2), dtype=np.int64)
     following[ends[:, 0]], shift[ends[:, 0]] = ends[:, 1], ends[:, 2:]
     return following, shift
 
 
 def _chains(following: IntArray) -> list[IntArray]:
-    """The closed chains of vertices, each from its first; every vertex is in one, as one edge leaves and reaches it."""
+    """Return the closed chains of vertices; each chain starts at its vertex with the smallest number.
+
+    Every vertex is in exactly one chain, because one edge starts and one edge ends at each vertex.
+    """
     chains: list[IntArray] = []
     seen = np.zeros(len(following), dtype=bool)
     for first in range(len(following)):
@@ -320,9 +357,16 @@ def _chains(following: IntArray) -> list[IntArray]:
 
 
 def _control_points(vertices: FloatArray, shift: IntArray, lattice: Lattice) -> FloatArray:
-    """Control points of the spline through a chain's vertices, unwrapped; shifts lead from each to the next."""
+    """Return the control points of the spline through the vertices of a chain, in continuous coordinates.
+
+    Args:
+        vertices: vertices of the chain [cm], each in any image of the cell, shape (n, 3).
+        shift: shift of each vertex to the image of the next vertex, shape (n, 2).
+        lattice: the lattice.
+    """
     step = lattice.shift(shift.sum(axis=0))
     image = np.concatenate([[[0, 0]], np.cumsum(shift[:-1], axis=0)])
-    trend = np.arange(len(vertices))[:, None] / len(vertices) * step  # a spline through points on a line is the line
+    # The lattice step is subtracted as a linear function: the spline through points on a line is the line itself.
+    trend = np.arange(len(vertices))[:, None] / len(vertices) * step
     ahead = step / len(vertices)
     return polyline_to_bspline(vertices + lattice.shift(image) - trend, closed=True) + trend - ahead

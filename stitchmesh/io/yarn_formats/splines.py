@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cubic B-splines from and to the other curves that yarn files hold.
+"""Conversion between cubic B-splines and the other kinds of curves in yarn files.
 
-A Catmull-Rom curve passes through its points p with the tangent (p_(k+1) - p_(k-1)) / 2 in p_k; a cubic B-spline of
-control points q passes through (q_(k-1) + 4 q_k + q_(k+1)) / 6. The two agree in the points and differ between them,
-the first having continuous tangents and the second continuous curvature.
+A Catmull-Rom curve passes through its points p_k with the tangent (p_(k+1) - p_(k-1)) / 2. A cubic B-spline with the
+control points q_k passes through (q_(k-1) + 4 q_k + q_(k+1)) / 6. After a conversion the two curves agree at these
+points and differ between them, because the Catmull-Rom curve has continuous tangents and the B-spline also a continuous
+curvature.
 
-An open curve of n points runs from the second to the last but one: its end points only set the end tangents,
-(p_2 - p_0) / 2 for the one and (q_2 - q_0) / 2 for the other, and equal end tangents make the conversion one to one.
+An open curve of n points starts at the second point and ends at the last but one. Its first and last points only define
+the tangents at the ends, (p_2 - p_0) / 2 at the start of a Catmull-Rom curve and (q_2 - q_0) / 2 at the start of a
+B-spline. The conversion keeps these tangents, so that it is one to one.
 """
 
 from __future__ import annotations
@@ -19,14 +21,14 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import basis
 
 COMPARED = np.arange(1, 16) / 16
-"""Parameters within a segment at which two curves are compared."""
+"""Parameters in a segment at which two curves are compared."""
 
 
 def catmull_rom_to_bspline(points: ArrayLike, closed: bool) -> tuple[FloatArray, float]:
-    """Control points of the B-spline through the points of a Catmull-Rom curve.
+    """Return the control points of the B-spline through the points of a Catmull-Rom curve.
 
     Args:
-        points: shape (n, 3); n is at least 3 for a closed curve and 4 for an open one.
+        points: points of the curve, shape (n, 3); n is at least 3 for a closed curve and 4 for an open one.
         closed: whether the curve returns to its first point.
 
     Returns:
@@ -38,10 +40,12 @@ def catmull_rom_to_bspline(points: ArrayLike, closed: bool) -> tuple[FloatArray,
 
 
 def bspline_to_catmull_rom(control: ArrayLike, closed: bool) -> tuple[FloatArray, float]:
-    """Points of the Catmull-Rom curve through the knots of a B-spline: ``catmull_rom_to_bspline`` backwards.
+    """Return the points of the Catmull-Rom curve through the knots of a B-spline.
+
+    The function is the inverse of ``catmull_rom_to_bspline``.
 
     Args:
-        control: shape (n, 3); n is at least 3 for a closed curve and 4 for an open one.
+        control: control points, shape (n, 3); n is at least 3 for a closed curve and 4 for an open one.
         closed: whether the curve returns to its first point.
 
     Returns:
@@ -56,10 +60,12 @@ def bspline_to_catmull_rom(control: ArrayLike, closed: bool) -> tuple[FloatArray
 
 
 def polyline_to_bspline(points: ArrayLike, closed: bool) -> FloatArray:
-    """Control points of the B-spline through the corners of a polyline, straight at the ends of an open one.
+    """Return the control points of the B-spline through the points of a polyline.
+
+    The curvature at the ends of an open curve is zero.
 
     Args:
-        points: shape (n, 3); n is at least 3 for a closed curve and 2 for an open one.
+        points: points of the polyline, shape (n, 3); n is at least 3 for a closed curve and 2 for an open one.
         closed: whether the polyline returns to its first point, which is not repeated.
 
     Returns:
@@ -67,8 +73,8 @@ def polyline_to_bspline(points: ArrayLike, closed: bool) -> FloatArray:
     """
     p = np.asarray(points, dtype=np.float64)
     if closed:
-        return np.roll(_closed_through(p), 1, axis=0)  # so that the curve starts at the first corner
-    q = p.copy()  # no curvature at the ends puts the control point there on the end itself
+        return np.roll(_closed_through(p), 1, axis=0)  # The curve then starts at the first point.
+    q = p.copy()  # Without curvature at an end, the control point at the end is the end itself.
     if len(p) > 2:
         right = 6 * p[1:-1]
         right[0] -= p[0]
@@ -78,7 +84,13 @@ def polyline_to_bspline(points: ArrayLike, closed: bool) -> FloatArray:
 
 
 def largest_distance(control: FloatArray, points: FloatArray, closed: bool) -> float:
-    """Largest distance between points of equal parameter on a B-spline and a Catmull-Rom curve."""
+    """Return the largest distance between points of equal parameter on a B-spline and a Catmull-Rom curve.
+
+    Args:
+        control: control points of the B-spline, shape (n, 3).
+        points: points of the Catmull-Rom curve, shape (n, 3).
+        closed: whether the curves are closed.
+    """
     count = len(points) if closed else len(points) - 3
     window = (np.arange(count)[:, None] + np.arange(4)) % len(points)
     difference = np.einsum("kj,sjd->skd", basis(COMPARED), control[window])
@@ -87,31 +99,38 @@ def largest_distance(control: FloatArray, points: FloatArray, closed: bool) -> f
 
 
 def _catmull_rom_basis(parameter: FloatArray) -> FloatArray:
+    """Return the weights of four successive points at parameters from 0 to 1, shape (parameters, 4)."""
     s = parameter
     weights = [-(s**3) + 2 * s**2 - s, 3 * s**3 - 5 * s**2 + 2, -3 * s**3 + 4 * s**2 + s, s**3 - s**2]
     return np.stack(weights, axis=1) / 2
 
 
 def _solve_tridiagonal(bands: FloatArray, right: FloatArray) -> FloatArray:
-    """Solution of a tridiagonal system, its three bands as in ``scipy.linalg.solve_banded``."""
-    from scipy.linalg import solve_banded  # SciPy is imported here, so that the command line starts fast
+    """Solve a tridiagonal system; its three bands are given as in ``scipy.linalg.solve_banded``."""
+    from scipy.linalg import solve_banded  # SciPy is imported here, so that the command line starts fast.
 
     solution: FloatArray = solve_banded((1, 1), bands, right)
     return solution
 
 
 def _closed_through(points: FloatArray) -> FloatArray:
-    """Solve q_(k-1) + 4 q_k + q_(k+1) = 6 p_k around the curve: a convolution, undone by Fourier transform."""
+    """Solve q_(k-1) + 4 q_k + q_(k+1) = 6 p_k for a closed curve.
+
+    The left side is a circular convolution, so that a Fourier transform solves the system.
+    """
     count = len(points)
     wave = np.cos(2 * np.pi * np.arange(count // 2 + 1) / count)
     return np.fft.irfft(np.fft.rfft(points, axis=0) * (6 / (4 + 2 * wave))[:, None], n=count, axis=0)
 
 
 def _open_with_tangents(points: FloatArray) -> FloatArray:
-    """Solve the same for the knots of an open curve, with q_2 - q_0 = p_2 - p_0 and its mirror image at the ends."""
+    """Solve q_(k-1) + 4 q_k + q_(k+1) = 6 p_k for the knots of an open curve.
+
+    The conditions at the start are q_2 - q_0 = p_2 - p_0, and the mirrored condition at the end.
+    """
     p = points
     bands = _bands(len(p) - 2)
-    bands[0, 1:2] = bands[2, -2:-1] = 2.0  # q_0 is replaced by q_2 - (p_2 - p_0), the last likewise
+    bands[0, 1:2] = bands[2, -2:-1] = 2.0  # q_0 is replaced by q_2 - (p_2 - p_0), and the last q correspondingly.
     right = 6 * p[1:-1]
     right[0] += p[2] - p[0]
     right[-1] -= p[-1] - p[-3]
@@ -122,4 +141,5 @@ def _open_with_tangents(points: FloatArray) -> FloatArray:
 
 
 def _bands(count: int) -> FloatArray:
+    """Return the bands of the matrix with 4 on the diagonal and 1 beside it."""
     return np.repeat([[1.0], [4.0], [1.0]], count, axis=1)

@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Universal Scene Description: yarns as ``BasisCurves``, cubic B-splines as they are inside StitchMesh.
+"""Universal Scene Description (USD): yarns as ``BasisCurves``, with the control points of their cubic B-splines.
 
     /yarns          Xform, the default prim; the stage is y up with 0.01 metres to the unit
     /yarns/closed   BasisCurves, wrap periodic
     /yarns/open     BasisCurves, wrap nonperiodic; a prim without curves is left out
 
-One period of yarns that repeat is drawn in as many tiles as wanted by /yarns/tiles, a PointInstancer, and its curves
-stand below /yarns/tiles/period, the one prototype; the first instance lies where they are.
+For tiles of periodic yarns, the curves of one period are below the prim /yarns/tiles/period, and the PointInstancer
+/yarns/tiles, whose only prototype is this prim, draws them once for each tile. The first instance has no displacement.
 
-``widths`` are diameters, one where all agree, else one to a curve. The primvars ``yarn``, which numbers the curves as
-in the set, and ``colour`` belong to curves; ``row``, ``face`` and ``part`` to control points. Coordinates are rounded
-to float32. Curves of other programs are read where they are cubic B-splines: transforms, the unit and a z axis that is
-up are accounted for.
+``widths`` are diameters: one number if all diameters are equal, and otherwise one for each curve. The primvars ``yarn``
+(the number of the yarn in the set) and ``colour`` belong to curves, and ``row``, ``face`` and ``part`` to control
+points. Coordinates are rounded to float32. Curves of other programs can be read if they are cubic B-splines; their
+transforms, their unit and an up axis z are taken into account.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, first_few
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, read_bytes
-from stitchmesh.io.float32 import rounded
+from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
@@ -35,32 +35,31 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 METRES_PER_UNIT = 0.01
+"""Unit of the coordinates in files that are written [m]."""
 LABELS = ("row", "face", "part")
 """Fields of a yarn set that are kept for each control point."""
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""Turns rows with z up to y up."""
-
-
+"""Rotation of points with z up, as rows, to points with y up."""
 PERIOD = "/yarns/tiles/period"
-"""Prim above the curves that are drawn several times."""
+"""Path of the prim above the curves of one period, the prototype of the instances."""
 
 
 @dataclass(frozen=True)
 class UsdCurve:
-    """One curve of a stage, in its world."""
+    """One curve of a stage, in world coordinates."""
 
     points: FloatArray
     """B-spline control points [cm], y up, shape (n, 3)."""
     closed: bool
-    """Whether it returns to its start."""
+    """Whether the curve is closed."""
     radius: float | None
-    """Half its width [cm], if it states one."""
+    """Half the width of the curve [cm]; None if the file states no width."""
     yarn: int | None
-    """Its number among the yarns, if it states one."""
+    """Number of the yarn; None if the file states none."""
     colour: int | None
-    """The number of its colour, if it states one."""
+    """Number of the colour; None if the file states none."""
     labels: dict[str, IntArray]
-    """Those of ``LABELS`` that it has, shape (n,) each."""
+    """Values of the fields of ``LABELS`` that the file states, shape (n,) each."""
 
 
 def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) -> None:
@@ -69,7 +68,8 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
     Args:
         path: the file.
         yarns: a set without a lattice.
-        places: where to draw the yarns [cm], shape (n, 3); only where they are if None.
+        places: displacements of the instances of the yarns [cm], shape (n, 3). If it is None, the yarns are written
+            without instances.
 
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
@@ -80,30 +80,30 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
     UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
-    widths = rounded(path, "the widths", 2.0 * yarns.radius)
-    points = rounded(path, "the coordinates", yarns.points)
+    widths = to_float32(path, "the widths", 2.0 * yarns.radius)
+    points = to_float32(path, "the coordinates", yarns.points)
     above = "/yarns" if places is None else PERIOD
     for name, closed in (("closed", True), ("open", False)):
         chosen = np.flatnonzero(yarns.closed == closed)
         if len(chosen):
             _define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen])
     if places is not None:
-        _define_instances(stage, rounded(path, "the places", places))
+        _define_instances(stage, to_float32(path, "the places", places))
     with atomic_path(path) as temporary:
         try:
             stage.GetRootLayer().Export(str(temporary))
         except Tf.ErrorException as error:
             raise FileError(f"{fspath(path)}: cannot be written ({_reason(error)})") from error
     opened = Sdf.Layer.Find(fspath(path))
-    if opened:  # a stage that someone holds open would go on showing the old file, to readers as well
+    if opened:  # USD caches open layers. Without a reload, readers in this process would still see the old content.
         opened.Reload(force=True)
 
 
 def read_usd(path: FilePath) -> list[UsdCurve]:
-    """The curves of a stage in the order of their yarn numbers, or of the stage where they have none.
+    """Read the curves of a stage, in the order of their yarn numbers, or of the stage if yarn numbers are missing.
 
     Raises:
-        FileError: the file cannot be read, is malformed, has no curves, or curves that are not cubic B-splines.
+        FileError: the file cannot be read, is malformed, has no curves, or has curves that are not cubic B-splines.
     """
     from pxr import Tf, Usd, UsdGeom
 
@@ -114,7 +114,7 @@ def read_usd(path: FilePath) -> list[UsdCurve]:
         prims = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.BasisCurves)]
         curves = [curve for prim in prims for curve in _curves_of(name, prim)]
     except Tf.ErrorException as error:
-        raise FileError(f"{name}: is not a sound USD file ({_reason(error)}); write it again") from error
+        raise FileError(f"{name}: is not a valid USD file ({_reason(error)}); write it again") from error
     if not curves:
         raise FileError(f"{name}: has no curves; expected prims of type BasisCurves")
     if any(curve.yarn is None for curve in curves):
@@ -124,15 +124,25 @@ def read_usd(path: FilePath) -> list[UsdCurve]:
 
 def _define_curves(
     stage: Usd.Stage,
-    place: str,
+    path: str,
     yarns: YarnSet,
     chosen: IntArray,
     points: NDArray[np.float32],
     widths: NDArray[np.float32],
 ) -> None:
+    """Define a prim with some yarns, which are all closed or all open.
+
+    Args:
+        stage: the stage.
+        path: path of the prim.
+        yarns: all yarns.
+        chosen: the yarns of the prim, shape (n,).
+        points: control points of all yarns [cm], shape (P, 3).
+        widths: diameters of the yarns of the prim [cm], shape (n,).
+    """
     from pxr import Sdf, UsdGeom, Vt
 
-    curves = UsdGeom.BasisCurves.Define(stage, place)
+    curves = UsdGeom.BasisCurves.Define(stage, path)
     of_chosen = np.isin(yarns.point_yarn, chosen)
     curves.CreateTypeAttr(UsdGeom.Tokens.cubic)
     curves.CreateBasisAttr(UsdGeom.Tokens.bspline)
@@ -153,7 +163,7 @@ def _define_curves(
 
 
 def _define_instances(stage: Usd.Stage, places: NDArray[np.float32]) -> None:
-    """Draw what stands below ``PERIOD`` at each place."""
+    """Define instances of the curves below the prim ``PERIOD``, with the given displacements [cm], shape (n, 3)."""
     from pxr import Usd, UsdGeom, Vt
 
     UsdGeom.Xform.Define(stage, PERIOD)
@@ -166,7 +176,10 @@ def _define_instances(stage: Usd.Stage, places: NDArray[np.float32]) -> None:
 
 
 def _extent(points: NDArray[np.float32], radius: FloatArray) -> NDArray[np.float32]:
-    """Box around the tubes: a B-spline lies in the hull of its control points. Rounded outward, shape (2, 3)."""
+    """Return the bounding box of the tubes, rounded outward, shape (2, 3).
+
+    The box encloses the control points, because a B-spline lies in the convex hull of its control points.
+    """
     low = (points - radius[:, None]).min(axis=0).astype(np.float32)
     high = (points + radius[:, None]).max(axis=0).astype(np.float32)
     return np.stack([np.nextafter(low, np.float32(-np.inf)), np.nextafter(high, np.float32(np.inf))])
@@ -177,6 +190,7 @@ def _int32(values: IntArray) -> NDArray[np.int32]:
 
 
 def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
+    """Return the curves of one prim."""
     from pxr import Usd, UsdGeom
 
     where = f"{name}: {prim.GetPath()}"
@@ -186,8 +200,8 @@ def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
     points = _array(curves.GetPointsAttr(), np.float64).reshape(-1, 3)
     counts = _array(curves.GetCurveVertexCountsAttr(), np.int64)
     if (counts < 0).any() or counts.sum() != len(points):
-        found = f"curves of {first_few(counts)} points, {counts.sum()} together"
-        raise FileError(f"{where}: got {found}; expected its {len(points)} points to be shared out; write it again")
+        found = f"curves of {first_few(counts)} points, {counts.sum()} in total"
+        raise FileError(f"{where}: got {found}; expected {len(points)} points in total; write it again")
     turn, shift, scale = _to_centimetres(prim.GetStage(), curves.ComputeLocalToWorldTransform(time))
     cuts = np.cumsum(counts)[:-1]
     labels = {label: _primvar(prim, label, len(points)) for label in LABELS}
@@ -208,6 +222,7 @@ def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
 
 
 def _is_closed(where: str, attributes: list[Usd.Attribute]) -> bool:
+    """Return whether curves are closed, given their attributes type, basis and wrap."""
     kind, basis, wrap = (attribute.Get() for attribute in attributes)
     if (kind, basis) != ("cubic", "bspline") or wrap not in ("periodic", "nonperiodic"):
         found = f"{wrap} {kind} {basis}"
@@ -216,7 +231,11 @@ def _is_closed(where: str, attributes: list[Usd.Attribute]) -> bool:
 
 
 def _to_centimetres(stage: Usd.Stage, world: Any) -> tuple[FloatArray, FloatArray, float]:
-    """Matrix and shift that take a prim's points, as rows, to centimetres with y up; and what they do to lengths."""
+    """Return the transform of the points of a prim, as rows, to centimetres with y up.
+
+    Returns:
+        Matrix, shape (3, 3), translation [cm], shape (3,), and the mean factor of lengths.
+    """
     from pxr import UsdGeom
 
     matrix = np.array(world, dtype=np.float64) * (UsdGeom.GetStageMetersPerUnit(stage) / METRES_PER_UNIT)
@@ -226,17 +245,17 @@ def _to_centimetres(stage: Usd.Stage, world: Any) -> tuple[FloatArray, FloatArra
 
 
 def _radii(where: str, curves: Any, count: int) -> FloatArray | None:
-    """Half the width of each curve in the prim's unit."""
+    """Return half the width of each curve in the unit of the prim, shape (count,), or None without widths."""
     widths = _array(curves.GetWidthsAttr(), np.float64)
     if len(widths) == 0:
         return None
     if len(widths) not in (1, count):
-        raise FileError(f"{where}: got {len(widths)} widths of {count} curves; expected one, or one to a curve")
+        raise FileError(f"{where}: got {len(widths)} widths of {count} curves; expected one, or one for each curve")
     return np.broadcast_to(widths / 2, count)
 
 
 def _primvar(prim: Usd.Prim, name: str, count: int) -> IntArray | None:
-    """An array of so many integers under that name, if the prim has one."""
+    """Return a primvar that holds ``count`` integers; None if the prim has no such primvar."""
     from pxr import Usd, UsdGeom
 
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)
@@ -252,5 +271,5 @@ def _array(attribute: Usd.Attribute, kind: Any) -> NDArray:
 
 
 def _reason(error: Any) -> str:
-    """The first of the errors that USD reports together, in one line."""
+    """Return the first of USD's error messages in one line."""
     return " ".join(str(error.args[0].commentary).split())[:160]

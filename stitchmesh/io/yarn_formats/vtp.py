@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""VTK's XML poly data: yarns as polylines that ParaView colours by row, stitch, strain or radius.
+"""Yarns as polylines in VTK's XML format of poly data (``.vtp``), for example for ParaView.
 
-A closed yarn returns to its first point. Points carry ``yarn``, ``colour``, ``row``, ``face``, ``part``, ``radius``
-and ``strain``, polylines carry ``yarn`` and ``colour``.
+The polyline of a closed yarn ends with its first point. The points have the arrays ``yarn``, ``colour``, ``row``,
+``face``, ``part``, ``radius`` and ``strain``, by which ParaView can colour them; polylines have ``yarn`` and
+``colour``.
 """
 
 from __future__ import annotations
@@ -29,13 +30,13 @@ class VtpPolylines:
     """The polylines of a VTP file."""
 
     curves: list[FloatArray]
-    """Points of each polyline in the file's unit, the first not repeated, shape (n, 3) each."""
+    """Points of each polyline in the file's unit, shape (n, 3) each; a closed one does not repeat its first point."""
     closed: list[bool]
-    """Whether each polyline returns to its first point."""
+    """Whether each polyline is closed."""
     radius: FloatArray | None
-    """Radius of each polyline in the file's unit, if its points state one."""
+    """Radius of each polyline in the file's unit; None if the points have no such array."""
     colour: IntArray | None
-    """The number of each polyline's colour, if they state one."""
+    """Number of the colour of each polyline; None if the points have no such array."""
 
 
 def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> None:
@@ -44,8 +45,8 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
     Args:
         path: a ``.vtp`` file.
         yarns: a set without a lattice.
-        scale: centimetres in the file's unit.
-        samples: points to a segment.
+        scale: number of centimetres in the file's unit.
+        samples: number of points for each spline segment.
 
     Raises:
         FileError: the file cannot be written.
@@ -67,7 +68,7 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
 
 
 def write_poly_data(path: FilePath, data: Any) -> None:
-    """Write VTK's poly data.
+    """Write an object of VTK's class ``vtkPolyData``.
 
     Raises:
         FileError: the file cannot be written.
@@ -83,7 +84,7 @@ def write_poly_data(path: FilePath, data: Any) -> None:
 
 
 def poly_data(path: FilePath) -> Any:
-    """VTK's poly data of a file.
+    """Read an object of VTK's class ``vtkPolyData``.
 
     Raises:
         FileError: the file cannot be read or is malformed.
@@ -97,12 +98,12 @@ def poly_data(path: FilePath) -> Any:
     with _quiet():
         whole = reader.GetExecutive().Update()
     if not whole or reader.GetErrorCode():
-        raise FileError(f"{name}: is not a sound VTP file; it was cut short or altered")
+        raise FileError(f"{name}: is not a valid VTP file; it was cut short or altered")
     return reader.GetOutput()
 
 
 def read_vtp(path: FilePath) -> VtpPolylines:
-    """The polylines of a VTP file.
+    """Read the polylines of a VTP file.
 
     Raises:
         FileError: the file cannot be read, is malformed, or has no polylines.
@@ -132,7 +133,7 @@ def read_vtp(path: FilePath) -> VtpPolylines:
 
 
 def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
-    """VTK's cells: for each polyline the number of its corners, then the corners."""
+    """Return VTK's array of cells: for each polyline the number of its points, and then the points."""
     cells: list[int] = []
     first = 0
     for points, returns in zip(curves, closed, strict=True):
@@ -143,7 +144,12 @@ def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
 
 
 def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, dict[str, FloatArray]]:
-    """Points, where each line starts among the corners and the last ends, the corners, and numbers of the points."""
+    """Read a VTP file.
+
+    Returns:
+        Points, shape (P, 3); the start of each line in the next array, with its end, shape (L + 1,); the points of all
+        lines, shape (C,); and the arrays ``radius`` and ``colour`` of the points, if the file has them.
+    """
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     data = poly_data(path)
@@ -160,7 +166,7 @@ def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, dict[str, 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep VTK from printing pages about a malformed file."""
+    """Suppress VTK's warnings, which are several pages long for a malformed file."""
     from vtkmodules.vtkCommonCore import vtkObject
 
     before = vtkObject.GetGlobalWarningDisplay()

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A V-bed machine that knits what a knitout file says and writes down how its loops hang together.
+"""A simulated V-bed knitting machine that executes a knitout file and records how the loops are connected.
 
-Each needle holds its loops in their order from the front to the back. A front needle reaches backwards, so what comes
-to it lies behind what is there; a back needle reaches forwards. What no machine could do is an error: a carrier that
-is not in action or stands on the wrong side, a transfer between needles that do not face each other, knitting on an
-empty needle, a loop dropped or left behind.
+Each needle holds its loops in order from the front to the back. The hook of a front needle opens to the back, so that
+a new loop lies behind the others; the hook of a back needle opens to the front. An operation that no machine can do is
+an error: a carrier that is not in action or is on the wrong side, a transfer between needles that are not opposite to
+each other, knitting on an empty needle, or a loop that is dropped or remains on a needle.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ MOST_RACK = 4
 
 
 class MachineError(AssertionError):
-    """The program asks for what a machine cannot do."""
+    """The program contains an operation that a machine cannot do."""
 
 
 @dataclass(frozen=True)
 class Made:
-    """One operation with yarn."""
+    """A knit, tuck or miss operation."""
 
     operation: str
     direction: str
@@ -31,14 +31,14 @@ class Made:
     carrier: str
     note: str
     through: tuple[int, ...]
-    """Loops that the new one is drawn through, or that a miss passes, from front to back."""
+    """Loops through which the new loop is drawn, or which a miss passes, from front to back."""
     loop: int
-    """Number of the loop made, -1 for a miss."""
+    """Number of the new loop; -1 for a miss."""
 
 
 @dataclass
 class Machine:
-    """Beds and carriers."""
+    """The needle beds and the yarn carriers."""
 
     carriers: list[str] = field(default_factory=list)
     needles: dict[tuple[str, int], list[int]] = field(default_factory=lambda: defaultdict(list))
@@ -46,17 +46,17 @@ class Machine:
     position: dict[str, float | None] = field(default_factory=dict)
     hooked: str | None = None
     hooked_at: int | None = None
-    """The first needle of the yarn that the hook holds; those on its right are blocked."""
+    """First needle of the yarn in the yarn inserting hook; the needles to the right of it are blocked."""
     made: list[Made] = field(default_factory=list)
     in_front: dict[tuple[int, int], int] = field(default_factory=dict)
-    """Of two loops that passed each other on different beds, the one that lay in front when they last did."""
+    """For two loops that passed each other on different beds: the loop in front when they passed last."""
     left: dict[tuple[int, int], int] = field(default_factory=dict)
-    """Of two loops that were on different beds, the one on the left when they last were."""
+    """For two loops that were on different beds: the left loop when they were so last."""
     dropped: list[int] = field(default_factory=list)
     loops: int = 0
 
     def run(self, text: str) -> Machine:
-        """Knit a whole file."""
+        """Execute a whole file."""
         lines = text.split("\n")
         if lines[0] != ";!knitout-2":
             raise MachineError(f"magic: {lines[0]!r}")
@@ -121,7 +121,7 @@ class Machine:
         self._note_order()
 
     def _note_order(self) -> None:
-        """Which of two loops on different beds lies on the left; face to face they are as they were."""
+        """Record the left one of two loops on different beds; opposite loops keep their previous order."""
         loops = [(bed, needle, loop) for (bed, needle), held in self.needles.items() for loop in held]
         for at, ahead in [(needle, loop) for bed, needle, loop in loops if bed == "f"]:
             for across, behind in [(needle + self.rack, loop) for bed, needle, loop in loops if bed == "b"]:
@@ -159,7 +159,7 @@ class Machine:
             raise MachineError(f"{name} {target}: carrier {carrier} is not in action")
         at, sign = self.position[carrier], 1 if direction == "+" else -1
         if at is not None and (at - needle) * sign > 0:
-            raise MachineError(f"{name} {direction} {target}: carrier {carrier} stands at {at}")
+            raise MachineError(f"{name} {direction} {target}: carrier {carrier} is at {at}")
         if self.rack:
             raise MachineError(f"{name} {target} at rack {self.rack}")
         if self.hooked == carrier and self.hooked_at is None:

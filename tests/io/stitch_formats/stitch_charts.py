@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flat pieces and tubes from rows of codes, as seen from the right side, bottom row first."""
+"""Flat pieces and tubes from rows of stitch codes, as seen from the right side; the first row is the lowest."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, Stitch
 
 
 def chart_fabric(rows: Sequence[str], *, ring: bool = False, yarns: Sequence[str] = ()) -> StitchMesh:
-    """A fabric of rows such as ``"k d21k y k"``; ``co`` is one loop cast on, ``dt`` one that yarn is drawn through.
+    """Return a fabric of rows such as ``"k d21k y k"``; ``co`` casts on one loop, ``dt`` draws the yarn through one.
 
     Args:
         rows: codes from left to right; the first row is cast on.
@@ -51,7 +51,7 @@ def _stitch(code: str) -> tuple[Stitch, int, int]:
 
 
 def _course_lines(loops: list[int], ring: bool) -> tuple[np.ndarray, list[int]]:
-    """Points on each course line, and the first of each."""
+    """Return the points on all course lines, and the first point of each line."""
     points, first = [], []
     for level, count in enumerate(loops):
         first.append(len(points))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Programs for knitting machines: a simulated machine makes the loops of the mesh, each through the right ones."""
+"""Programs for knitting machines: a simulated machine makes the loops of the mesh through the correct other loops."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.io.stitch_formats.stitch_charts import chart_fabric
 
 
 class Checked:
-    """A program, knitted, against its mesh."""
+    """The comparison of an executed program with its stitch mesh."""
 
     def __init__(self, fabric: StitchMesh) -> None:
         self.fabric = fabric
@@ -41,15 +41,15 @@ class Checked:
         self.is_tube = find_pieces(fabric)[0].in_rounds
 
     def top(self, face: int, loop: int) -> int:
-        """The top side of a face's loop, counted from the left."""
+        """Return the top side of a loop of a face; loops are counted from the left."""
         return int(self.fabric.left_wale[face]) - 1 - loop
 
     def outside(self, made: Made) -> str:
-        """The bed that is the outside of the fabric at a stitch."""
+        """Return the bed that is on the outside of the fabric at a stitch."""
         return "b" if self.is_tube and made.needle % 2 else "f"
 
     def loop_at(self, side: int) -> int:
-        """Number of the loop that lies at a top side when the next row works it: cables crossed, slips followed."""
+        """Return the loop at a top side when the next row works it, after cable crossings and slipped stitches."""
         groups = self.moved_to().get(side, side)
         face = int(self.fabric.side_face[groups])
         place = int(self.fabric.left_wale[face]) - 1 - groups
@@ -58,7 +58,7 @@ class Checked:
         return self.by_loop[face, place].loop
 
     def moved_to(self) -> dict[int, int]:
-        """The top side whose loop a cable brings to each; tests cross loops of neighbouring faces only."""
+        """Return, for each top side, the side from which a cable moves its loop; cables here cross adjacent faces."""
         moved = {}
         for side in np.flatnonzero(self.fabric.cable_shift):
             face = int(self.fabric.side_face[side]) + int(self.fabric.cable_shift[side])
@@ -70,7 +70,7 @@ class Checked:
         return "y" if stitch == Stitch.CAST_ON else VOCABULARY[stitch].made[place]
 
     def check(self) -> None:
-        """Every loop is made as its letter says, through the loops below, in their order."""
+        """Check that every loop is made as its letter states, through the loops below it in the correct order."""
         fabric = self.fabric
         for face in range(fabric.face_count):
             for place in range(int(fabric.n_top[face])):
@@ -140,14 +140,14 @@ def test_tubes(rows):
 
 
 def test_several_yarns():
-    """Each yarn is knitted where it stands, from rows that use one and rows that use two, flat and round."""
+    """Each yarn is knitted in its stitches, in rows of one yarn and of two yarns, flat and in the round."""
     rows, yarns = ["co co co co"] + ["k k p k"] * 5, ["0000", "0000", "1111", "0101", "2200", "0000"]
     Checked(chart_fabric(rows, yarns=yarns)).check()
     Checked(chart_fabric(rows, yarns=yarns, ring=True)).check()
 
 
 def crossed(fabric: StitchMesh, first: int, destination: list[int], layers: list[int]) -> StitchMesh:
-    """The fabric with a cable on the loops of faces from ``first`` on."""
+    """Return the fabric with a cable on the loops of the face ``first`` and of the following faces."""
     shift, layer = np.zeros((2, fabric.side_count), dtype=np.int64)
     for place, (to, front) in enumerate(zip(destination, layers, strict=True)):
         side = fabric.left_wale[first + place] - 1
@@ -157,9 +157,9 @@ def crossed(fabric: StitchMesh, first: int, destination: list[int], layers: list
 
 @pytest.mark.parametrize("ring", [False, True])
 @pytest.mark.parametrize("layers", [[0, 0, 1, 1], [1, 1, 0, 0]])
-def test_cables_lie_in_front_as_they_are_marked(ring, layers):
+def test_the_marked_loops_of_cables_are_in_front(ring, layers):
     plain = chart_fabric([" ".join(["co"] * 12), *[" ".join(["k"] * 12)] * 3], ring=ring)
-    fabric = crossed(plain, 13, [2, 3, 0, 1], layers)  # in a tube among the first six wales: on the front bed
+    fabric = crossed(plain, 13, [2, 3, 0, 1], layers)  # In a tube the first six wales are on the front bed.
     checked = Checked(fabric)
     checked.check()
     loops = [checked.by_loop[13 + place, 0].loop for place in range(4)]
@@ -169,13 +169,13 @@ def test_cables_lie_in_front_as_they_are_marked(ring, layers):
             assert checked.machine.in_front[min(left, right), max(left, right)] == expected
 
 
-def test_a_cable_behind_is_seen_from_outside():
-    """On the back half of a tube, what lies in front seen from outside is nearer the back bed."""
+def test_a_cable_on_the_back_bed_is_seen_from_outside():
+    """On the back half of a tube, a loop in front, as seen from outside, is nearer to the back bed."""
     plain = chart_fabric([" ".join(["co"] * 12), *[" ".join(["k"] * 12)] * 3], ring=True)
     checked = Checked(crossed(plain, 19, [1, 0], [1, 0]))
     checked.check()
     left, right = (checked.by_loop[face, 0].loop for face in (19, 20))
-    assert checked.machine.in_front[min(left, right), max(left, right)] == right  # nearer the front bed: inside
+    assert checked.machine.in_front[min(left, right), max(left, right)] == right  # The front bed is inside.
 
 
 @pytest.mark.parametrize(("name", "width"), [("hat", 1.6), ("sock", 2.0), ("poncho", 6.0), ("swatch", 2.0)])
@@ -188,7 +188,7 @@ def test_a_spiral_is_knitted_in_rounds():
     Checked(make_spiral(chart_fabric(rows, ring=True))).check()
 
 
-def test_one_error_lists_all_that_cannot_be_made():
+def test_one_error_lists_all_stitches_that_cannot_be_made():
     fabric = chart_fabric(["co co co co", "kp k x kyk", "k k k k k k k", "kp k k k k k k"])
     twist = np.zeros(fabric.side_count, dtype=np.int64)
     twist[fabric.left_wale[9] - 1] = -1
@@ -202,19 +202,19 @@ def test_one_error_lists_all_that_cannot_be_made():
 
 
 @pytest.mark.parametrize(("name", "width"), [("glove", 2.0), ("sweater", 6.0)])
-def test_branches_are_refused(name, width):
+def test_branches_are_errors(name, width):
     fabric = tessellate(label(read_mesh(ROOT / "assets" / "meshes" / f"{name}.obj")), stitch_width=width)
     with pytest.raises(ParameterError, match="pieces that start from loops of other pieces"):
         machine_program(fabric)
 
 
-def test_wide_cables_are_refused():
+def test_wide_cables_are_errors():
     plain = chart_fabric([" ".join(["co"] * 8), *[" ".join(["k"] * 8)] * 2])
     with pytest.raises(ParameterError, match=r"1 cables \(face 8\)"):
         machine_program(crossed(plain, 8, [3, 4, 5, 0, 1, 2], [0, 0, 0, 1, 1, 1]))
 
 
-def test_the_file_is_knitout(tmp_path):
+def test_the_file_has_the_header_of_knitout(tmp_path):
     fabric = chart_fabric(FLAT["lace"])
     write_stitches(tmp_path / "lace.k", fabric)
     lines = (tmp_path / "lace.k").read_bytes().decode().split("\n")
@@ -222,7 +222,7 @@ def test_the_file_is_knitout(tmp_path):
     assert lines[-1] == "" and lines[-2].startswith("drop ")
 
 
-def test_convert_writes_programs_and_refuses_what_is_none(tmp_path, capsys):
+def test_convert_writes_programs_of_stitch_meshes_only(tmp_path, capsys):
     good, bad = str(tmp_path / "good.h5"), str(tmp_path / "bad.h5")
     write_stitches(good, chart_fabric(FLAT["rib"]))
     write_stitches(bad, chart_fabric(["co co", "kp x"]))
@@ -234,7 +234,7 @@ def test_convert_writes_programs_and_refuses_what_is_none(tmp_path, capsys):
     assert not (tmp_path / "bad.k").exists()
 
 
-def test_programs_are_not_read(tmp_path):
+def test_reading_a_program_is_an_error(tmp_path):
     from stitchmesh.io import read_stitches
 
     (tmp_path / "a.k").write_text(";!knitout-2\n")
@@ -251,7 +251,7 @@ START = ";!knitout-2\n;;Carriers: 1 2\ninhook 1\ntuck - f1 1\ntuck - f0 1\nrelea
         ("knitout\n", "magic"),
         (START + "outhook 1\n", "left behind"),
         (START + "knit + f0 2\n", "not in action"),
-        (START + "knit + f-1 1\n", "stands at"),
+        (START + "knit + f-1 1\n", "is at"),
         (START + "knit + f2 1\n", "needle is empty"),
         (START + "rack 1\nxfer f1 b1\n", "do not face"),
         (START + "xfer f3 b3\n", "needle is empty"),
@@ -263,10 +263,10 @@ START = ";!knitout-2\n;;Carriers: 1 2\ninhook 1\ntuck - f1 1\ntuck - f0 1\nrelea
         (START + "jump\n", "unknown operation"),
         (START + "inhook 2\nouthook 1\n", "hook holds 2"),
         (START + "inhook 2\nknit + f0 2\n", "leads a yarn leftwards"),
-        (START + "inhook 2\nknit - f0 2\nknit - f1 1\n", "stands at"),
+        (START + "inhook 2\nknit - f0 2\nknit - f1 1\n", "is at"),
         (START + "inhook 2\nknit - f0 2\nknit + f1 1\n", "blocked by the hook at 0"),
     ],
 )
-def test_the_simulated_machine_refuses_what_a_machine_cannot_do(program, message):
+def test_the_simulated_machine_detects_impossible_operations(program, message):
     with pytest.raises(MachineError, match=message):
         Machine().run(program)

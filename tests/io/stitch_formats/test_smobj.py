@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The text format of stitch meshes: our own come back whole, those of others where they are ours to read."""
+"""The text format of stitch meshes: written files are read without loss, and files of other programs are read."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EXACT = [field.name for field in dataclasses.fields(StitchMesh) if field.name no
 
 
 def marked() -> StitchMesh:
-    """A tube with a cable, twisted loops, two yarns and rows that are not in the order of the faces."""
+    """Return a tube with a cable, twisted loops, two yarns and rows that are not in the order of the faces."""
     plain = grid_fabric(tube_points(6, 3, 2.0, 3.0), wrap=True)
     shift, layer, twist = np.zeros((3, plain.side_count), dtype=np.int64)
     for face, places, front in [(6, 1, 0), (7, 1, 0), (8, -2, 1)]:
@@ -39,12 +39,12 @@ def marked() -> StitchMesh:
 
 
 def hat() -> StitchMesh:
-    """A garment of few stitches, with increases and decreases."""
+    """Return a garment of few stitches, with increases and decreases."""
     return tessellate(label(read_mesh(ROOT / "assets" / "meshes" / "hat.obj")), stitch_width=2.0)
 
 
 def all_stitches() -> StitchMesh:
-    """One face of each kind, apart from each other; positions that no short decimal has."""
+    """Return one separate face of each kind; the positions have no short decimal form."""
     counts = [SIDE_COUNTS.get(stitch, (1, 2)) for stitch in Stitch]
     counts[Stitch.DRAW_THROUGH] = (2, 0)
     corners: list[np.ndarray] = []
@@ -61,7 +61,7 @@ def all_stitches() -> StitchMesh:
 
 @pytest.mark.parametrize("make", [increase_on_a_decrease, one_stitch_torus, marked, all_stitches, hat])
 def test_round_trip_is_the_identity(tmp_path, make):
-    """All but the stretch, to the last bit."""
+    """All fields except the stretch have the same bits."""
     fabric = make()
     write_stitches(tmp_path / "s.smobj", fabric)
     again = read_any(tmp_path / "s.smobj")
@@ -78,7 +78,7 @@ def test_every_stitch_has_a_face_name_of_its_own():
 
 
 def test_the_documentation_names_the_faces():
-    """Names that do not follow the rule for increases and decreases stand in the table."""
+    """The table lists the names that do not follow the rule for increases and decreases."""
     table = (ROOT / "docs" / "formats.md").read_text()
     for stitch, name in FACE_NAMES.items():
         code = VOCABULARY[stitch].code if stitch in VOCABULARY else ""
@@ -86,7 +86,7 @@ def test_the_documentation_names_the_faces():
         assert by_rule or f"`{name}`" in table
 
 
-def test_both_ways_on_the_command_line(tmp_path):
+def test_convert_writes_and_reads_smobj(tmp_path):
     first, text, last = (str(tmp_path / name) for name in ("a.h5", "b.smobj", "c.h5"))
     fabric = marked()
     write_stitches(first, fabric)
@@ -128,7 +128,7 @@ e 1/-3 3/1
 e 2/3 3/-2
 U 1 1.0
 """
-"""As other programs write: two stitches below a decrease, no vertex shared, one gap between each two faces."""
+"""A file as other programs write it: two stitches below a decrease, no shared vertices, gaps between the faces."""
 
 
 def read_text(tmp_path: Path, text: str) -> StitchMesh:
@@ -137,12 +137,12 @@ def read_text(tmp_path: Path, text: str) -> StitchMesh:
     return read_stitches(path)
 
 
-def test_faces_of_others_are_joined_by_their_connections(tmp_path):
+def test_connections_join_the_faces_of_other_programs(tmp_path):
     fabric = read_text(tmp_path, FOREIGN)
     assert fabric.stitch.tolist() == [Stitch.KNIT, Stitch.KNIT, Stitch.D21K]
     assert fabric.row.tolist() == [0, 0, 1]
-    assert len(fabric.vertices) == 8  # 13 written: two pairs and one three in a row are one each
-    # the vertex between all three faces lies at the mean of (1, 1), (1.5, 1) and (1.25, 1.5)
+    assert len(fabric.vertices) == 8  # Of 13 vertices in the file, three pairs and one triple are merged.
+    # The vertex between all three faces is at the mean of (1, 1), (1.5, 1) and (1.25, 1.5).
     np.testing.assert_allclose(fabric.vertices[fabric.face_vertex[2]], [1.25, 3.5 / 3.0, 0.0], atol=1e-15)
     assert fabric.twin.tolist() == [-1, 7, 8, -1, -1, -1, 9, 1, 2, 6, -1, -1, -1]
 
@@ -150,7 +150,7 @@ def test_faces_of_others_are_joined_by_their_connections(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("T 1\n", "T 4\n", r"line 4: no stitch of ours has the face name edge\)"),
+        ("T 1\n", "T 4\n", r"line 4: no known stitch has the face name edge\)"),
         ("T 1\n", "T 5\n", "line 19: kind 5 does not exist; 4 L lines come before"),
         ("T 2\n", "", "line 23: the face of line 21 has no T line"),
         ("T 3\nN 0\n", "", "line 24: the face of line 24 has no T line"),
@@ -166,8 +166,8 @@ def test_faces_of_others_are_joined_by_their_connections(tmp_path):
         ("f 1 2 3 4", "f 1 2 3 14", "line 18: vertex 14 does not exist; 13 vertices come before"),
         ("f 1 2 3 4", "f 1 2", "line 18: got a face of 2 corners"),
         ("f 1 2 3 4", "f 1 2 3 x", "line 18: got 'f 1 2 3 x'; expected 'f' and vertex numbers"),
-        ("e 1/2 2/-4", "e 1/2 2/4", "line 27: joins two sides that run the same way"),
-        ("e 1/2 2/-4", "e 1/-2 2/-4", "line 27: joins two sides that run the same way"),
+        ("e 1/2 2/-4", "e 1/2 2/4", "line 27: joins two sides of the same direction"),
+        ("e 1/2 2/-4", "e 1/-2 2/-4", "line 27: joins two sides of the same direction"),
         ("e 1/2 2/-4", "e 1/2 4/-4", "line 27: face 4 does not exist; the file has 3"),
         ("e 1/2 2/-4", "e 1/2 2/-5", "line 27: side 5 of face 2 does not exist; it has 4 sides"),
         ("e 1/2 2/-4", "e 1/2", "line 27: got 'e 1/2'; expected 'e face/side face/-side'"),
@@ -187,7 +187,7 @@ def test_each_bad_line_gets_its_message(tmp_path, old, new, message):
     assert "\n" not in str(caught.value) and str(caught.value).startswith(str(tmp_path))
 
 
-def test_a_file_cut_short_is_refused(tmp_path):
+def test_a_file_cut_short_is_an_error(tmp_path):
     write_stitches(tmp_path / "s.smobj", marked())
     lines = (tmp_path / "s.smobj").read_text().splitlines(keepends=True)
     for kept in range(1, len(lines), 5):
@@ -205,7 +205,7 @@ def test_a_file_cut_short_is_refused(tmp_path):
         (b"# nothing\n", "got no faces"),
     ],
 )
-def test_other_files_are_told_apart_on_the_command_line(tmp_path, capsys, content, message):
+def test_other_files_give_their_messages_on_the_command_line(tmp_path, capsys, content, message):
     path = tmp_path / "s.smobj"
     if content is None:
         path.mkdir()

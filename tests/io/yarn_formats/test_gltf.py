@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""glTF files hold closed tubes in metres that face outward, have the yarns' radius, and the colours of their rows."""
+"""glTF files: closed tubes in metres with outward faces, the radius of the yarns and the colours of the rows."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FLOAT32 = 2.0**-24
 
 
 def linked_and_open() -> YarnSet:
-    """Two rings, one of them off the origin, and a straight open yarn of 8 cm along y."""
+    """Return two rings, one of them away from the origin, and a straight open yarn of 8 cm along y."""
     straight = np.stack([np.zeros(11), np.arange(11.0) - 5, np.full(11, 3.0)], axis=1)
     curves = [ring([0, 0, 0]), ring([5, 1, 0], 2.0), straight]
     return YarnSet.from_curves(curves, closed=[True, True, False], radius=RADII)
@@ -58,39 +58,42 @@ def test_tubes_are_closed_and_face_outward(file):
     bodies = mesh.split()
     assert len(bodies) == 3
     assert all(body.is_watertight and body.volume > 0 for body in bodies)
-    assert sorted(body.euler_number for body in bodies) == [0, 0, 2]  # two tori and a ball
+    assert sorted(body.euler_number for body in bodies) == [0, 0, 2]  # Two tori, and the closed tube of the open yarn.
 
 
 def test_volume_is_section_times_length_in_cubic_metres(file):
-    """Of pi r^2 the polygon has sin(t) / t with t = 2 pi / sides. Between rings of turn d the chords are shorter than
-    the arcs by d^2 / 24 and the sections, across their mean, narrower by d^2 / 8."""
+    """The area of the polygon is pi r^2 sin(t) / t with t = 2 pi / sides.
+
+    If the directions of successive rings differ by the angle d, the chord is shorter than the arc by a fraction of
+    d^2 / 24, and the section perpendicular to the chord is narrower by a fraction of d^2 / 8.
+    """
     yarns = linked_and_open()
     length = np.add.reduceat(yarns.lengths, yarns.segment_start[:-1])
     t = 2 * np.pi / SIDES
     expected = np.pi * yarns.radius**2 * length * np.sin(t) / t * 1e-6
     turn = 2 * np.pi / (40 * SECTIONS)
     volumes = sorted(body.volume for body in loaded(file).split())
-    # float32: a coordinate of 7 cm is off by 7 FLOAT32, and the volume by three times that over the least radius
+    # A coordinate of 7 cm has an error of 7 FLOAT32, and the volume three times this error over the smallest radius.
     tolerance = turn**2 / 6 + 3 * 7 * FLOAT32 / min(RADII)
     np.testing.assert_allclose(volumes, np.sort(expected), rtol=tolerance)
 
 
-def test_every_vertex_lies_at_the_radius_and_its_normal_points_from_the_yarn(file):
+def test_vertices_are_at_the_radius_with_normals_away_from_the_yarn(file):
     yarns, mesh = linked_and_open(), loaded(file)
     centres = np.concatenate(yarns.sampled(SECTIONS))
     rings = mesh.vertices.reshape(-1, SIDES, 3)
-    np.testing.assert_allclose(rings.mean(axis=1), 0.01 * centres, atol=0.07 * FLOAT32)  # metres in float32
+    np.testing.assert_allclose(rings.mean(axis=1), 0.01 * centres, atol=0.07 * FLOAT32)  # Metres in float32.
     counts = [len(points) for points in yarns.sampled(SECTIONS)]
     radius = 0.01 * np.repeat(yarns.radius, counts)[:, None, None]
     outward = (rings - 0.01 * centres[:, None]) / radius
     np.testing.assert_allclose(mesh.vertex_normals.reshape(-1, SIDES, 3), outward, atol=8 * FLOAT32 / min(RADII))
 
 
-def test_colours_are_those_of_the_rows_as_light(file):
-    """glTF multiplies vertex colours as light; sRGB is undone by its own formula, IEC 61966-2-1."""
+def test_colours_are_the_linear_colours_of_the_rows(file):
+    """Vertex colours of glTF are linear; IEC 61966-2-1 gives the conversion from sRGB."""
     yarns, mesh = linked_and_open(), loaded(file)
     value = row_colours(yarns.row)[yarns.start[:-1]] / 255
-    light = np.round(255 * ((value + 0.055) / 1.055) ** 2.4)  # no dye is so dark that the straight part matters
+    light = np.round(255 * ((value + 0.055) / 1.055) ** 2.4)  # All colours are brighter than the linear part of sRGB.
     counts = [SIDES * len(points) for points in yarns.sampled(SECTIONS)]
     found = mesh.visual.vertex_attributes["color"]
     np.testing.assert_array_equal(found[:, :3], np.repeat(light, counts, axis=0))
@@ -122,20 +125,22 @@ def test_the_coarsest_tubes_are_closed(tmp_path, monkeypatch):
     yarns = linked_and_open()
     write_yarns(tmp_path / "y.glb", yarns)
     mesh = loaded(tmp_path / "y.glb")
-    assert len(mesh.vertices) == 4 * (len(yarns.segment_points) + 1)  # and the end of the open yarn
+    assert len(mesh.vertices) == 4 * (len(yarns.segment_points) + 1)  # The last section is the end of the open yarn.
     assert mesh.is_watertight and mesh.volume > 0
 
 
 @pytest.mark.parametrize("read", [read_yarns, read_any])
-def test_tubes_are_not_read_as_yarns(file, read):
-    with pytest.raises(FileError, match="a glTF file holds tubes, not the curves of yarns") as caught:
+def test_reading_tubes_as_yarns_is_an_error(file, read):
+    with pytest.raises(FileError, match="a glTF file of yarns holds tubes and not the curves of the yarns") as caught:
         read(file)
     assert "\n" not in str(caught.value)
 
 
-def test_a_real_glove_is_closed_tubes(tmp_path):
-    """To the second order in the turn d of a ring the volume is the polygon's area times that of the chords, each
-    narrowed at its ends by cos(d / 2)."""
+def test_a_published_glove_becomes_closed_tubes(tmp_path):
+    """The volume is the area of the polygon times the lengths of the chords, each narrowed at its ends by cos(d / 2).
+
+    The formula is of the second order in the angle d between successive rings.
+    """
     radius, sides, sections = 0.0873, 8, 2
     glove = read_yarns(shared("yarns/glove.bcc"), radius=radius)
     write_yarns(tmp_path / "glove.glb", glove)
@@ -153,7 +158,7 @@ def test_a_real_glove_is_closed_tubes(tmp_path):
     expected *= sides / 2 * np.sin(2 * np.pi / sides) * radius**2 * 1e-6
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
-    # the next order, and the twist that is spread over a yarn: at most pi, see the diagonals in test_tube.py
+    # The tolerance covers the next order, and the twist distributed over a yarn, at most pi (see test_tube_mesh.py).
     fourth = np.mean(np.concatenate(turns) ** 4) / 24
     spread = np.tan(np.pi / sides) / 3 * np.pi / min(map(len, turns))
     assert volume == pytest.approx(expected, rel=fourth + spread)

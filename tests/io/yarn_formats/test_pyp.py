@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Periodic yarn patterns: real ones are read, cells come back, and each bad file gets its message with its line."""
+"""Periodic yarn patterns: published files are read, cells are written and read, and errors name the line."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ CELL = """*pattern # px py r n
 *Other
 anything at all
 """
-"""One yarn of three vertices whose third lies in another image of the cell."""
+"""One yarn of three vertices; the third vertex is in another image of the cell."""
 
 
 def written(path: Path, text: str) -> Path:
@@ -56,14 +56,14 @@ def written(path: Path, text: str) -> Path:
 
 
 def knots(yarns: YarnSet) -> NDArray[np.float64]:
-    """Where segments begin [cm], shape (S, 3)."""
+    """Return the starts of all segments [cm], shape (S, 3)."""
     return np.concatenate(yarns.sampled(1))
 
 
 def in_the_cell(points: NDArray[np.float64], lattice: Lattice) -> NDArray[np.float64]:
-    """Shares of the periods and heights of points in any image, in lexical order of what they are to nine digits."""
+    """Return points as fractions of the periods and heights, moved into the cell, sorted by their first nine digits."""
     share = points[:, :2] @ np.linalg.inv(lattice.periods[:, :2])
-    places = np.column_stack([(share + 0.2503) % 1.0, points[:, 2]])  # no vertex at 0, where rounding would matter
+    places = np.column_stack([(share + 0.2503) % 1.0, points[:, 2]])  # No vertex is at the border.
     return places[np.lexsort(np.round(places, 9).T)]
 
 
@@ -72,17 +72,17 @@ def numbers_of(path: Path, block: str) -> NDArray[np.float64]:
     return np.array([[float(word) for word in line.split()] for line in lines])
 
 
-def test_a_yarn_passes_through_its_vertices_unwrapped_and_turned_to_centimetres(tmp_path):
+def test_a_yarn_passes_through_its_vertices_in_continuous_coordinates(tmp_path):
     yarns = read_yarns(written(tmp_path / "y.pyp", CELL))
     np.testing.assert_allclose(yarns.lattice.periods, [[2, 0, 0], [0, 1, 0]])
     np.testing.assert_array_equal(yarns.lattice_step, [[1, -2]])
-    # the third vertex one period on along x and one back along y
+    # The third vertex is moved by one period along x and by minus one along y.
     np.testing.assert_allclose(knots(yarns), [[0.1, 0.2, 0], [0.8, 0.2, 0.1], [1.4, 0.2, 0]], atol=1e-15)
     np.testing.assert_allclose(yarns.rest_length, [0.7, 0.6, 0.8])
     np.testing.assert_allclose(yarns.radius, [0.1])
 
 
-def test_rest_lengths_go_with_the_vertices_that_edges_leave(tmp_path):
+def test_rest_lengths_belong_to_the_first_vertices_of_edges(tmp_path):
     lines = CELL.splitlines()
     lines[9:12] = [lines[11], lines[9], lines[10]]
     first = read_yarns(written(tmp_path / "a.pyp", CELL))
@@ -90,16 +90,16 @@ def test_rest_lengths_go_with_the_vertices_that_edges_leave(tmp_path):
     np.testing.assert_array_equal(first.rest_length, second.rest_length)
 
 
-def test_dropped_twists_are_announced(tmp_path, caplog):
+def test_ignored_twists_are_logged(tmp_path, caplog):
     with caplog.at_level(logging.WARNING, "stitchmesh"):
         read_yarns(written(tmp_path / "y.pyp", CELL.replace(" 0.5\n", " 0\n")))
         assert not caplog.text
         read_yarns(written(tmp_path / "y.pyp", CELL))
-    assert "twists are dropped" in caplog.text
+    assert "twists are ignored" in caplog.text
 
 
 def zigzag(curvatures: NDArray[np.float64]) -> str:
-    """A file of one yarn along x with edges of 1 cm at rest and these numbers for RK."""
+    """Return a file of one yarn along x with edges of 1 cm at rest and the given numbers for RK."""
     count = len(curvatures)
     vertices = "\n".join(f"{0.01 * i} 0.002 {0.002 * (-1) ** i} 0" for i in range(count))
     edges = "\n".join(f"{i} {(i + 1) % count} {int(i + 1 == count)} 0" for i in range(count))
@@ -110,22 +110,22 @@ def zigzag(curvatures: NDArray[np.float64]) -> str:
 
 
 @pytest.mark.parametrize("direction", [0.0, 1.0, 4.0])
-def test_equal_angles_at_rest_are_a_circle(tmp_path, direction):
-    """2 tan (phi / 2) at every vertex, edges of 1 cm: at rest a circle of curvature phi, to whichever side."""
+def test_equal_rest_angles_give_a_circle(tmp_path, direction):
+    """2 tan(phi / 2) at every vertex and edges of 1 cm give a circle of curvature phi, in every direction."""
     angle = 0.7
     size = 2 * np.tan(angle / 2)
     bends = np.tile([size * np.cos(direction), size * np.sin(direction)], (6, 1))
     yarns = read_yarns(written(tmp_path / "y.pyp", zigzag(bends)))
-    np.testing.assert_allclose(np.abs(yarns.natural_curvature), angle, rtol=1e-12)  # rounding of a linear solve
+    np.testing.assert_allclose(np.abs(yarns.natural_curvature), angle, rtol=1e-12)  # Rounding of a linear system.
     assert len(set(np.sign(yarns.natural_curvature))) == 1
 
 
-def test_angles_at_rest_are_the_means_of_the_natural_curvature_about_vertices(tmp_path):
+def test_rest_angles_are_means_of_the_natural_curvature_about_vertices(tmp_path):
     angles = np.random.default_rng(4).normal(scale=0.8, size=9)
     bends = np.stack([2 * np.tan(angles / 2), np.zeros(9)], axis=1)
     yarns = read_yarns(written(tmp_path / "y.pyp", zigzag(bends)))
     knots = yarns.natural_ends[:, 0]
-    # sides included: no direction, no sign, is lost where k2 is zero
+    # The signs are compared too: they are kept if k2 is zero.
     np.testing.assert_allclose((np.roll(knots, 1) + 4 * knots + np.roll(knots, -1)) / 6, angles, rtol=1e-12)
     write_yarns(tmp_path / "again.pyp", yarns)
     np.testing.assert_allclose(numbers_of(tmp_path / "again.pyp", "RK"), bends, atol=1e-14)
@@ -133,12 +133,12 @@ def test_angles_at_rest_are_the_means_of_the_natural_curvature_about_vertices(tm
     np.testing.assert_allclose(again.natural_curvature, yarns.natural_curvature, rtol=1e-12)
 
 
-def test_without_rest_curvatures_yarns_are_straight_at_rest(tmp_path):
+def test_without_natural_curvatures_yarns_are_straight_at_rest(tmp_path):
     bare = CELL.replace("*RK", "*NONE")
     assert not read_yarns(written(tmp_path / "y.pyp", bare)).natural_curvature.any()
 
 
-def test_periods_that_are_not_those_of_the_yarns_are_doubted(caplog):
+def test_periods_that_are_not_those_of_the_yarns_give_a_warning(caplog):
     with caplog.at_level(logging.WARNING, "stitchmesh"):
         read_yarns(shared("periodic/stockinette.pyp"))
         assert "director" not in caplog.text
@@ -153,18 +153,18 @@ def test_periods_that_are_not_those_of_the_yarns_are_doubted(caplog):
         ("basket.pyp", [[1, 0]] * 4 + [[0, 1]] * 4, (1.07037, 1.03)),
     ],
 )
-def test_real_patterns_are_cells_at_rest(tmp_path, name, steps, periods):
+def test_published_patterns_are_relaxed_cells(tmp_path, name, steps, periods):
     source = shared(f"periodic/{name}")
     yarns = read_yarns(source)
     np.testing.assert_array_equal(yarns.lattice_step, steps)
     np.testing.assert_allclose(yarns.lattice.periods, np.diag([*periods, 0])[:2], rtol=1e-12)
     file = numbers_of(source, "Q")[:, :3] * 100
-    # vertices are knots: solving for the spline and evaluating it leaves rounding
+    # Vertices are knots: the solution for the spline and its evaluation leave rounding errors.
     np.testing.assert_allclose(
         in_the_cell(knots(yarns), yarns.lattice), in_the_cell(file, yarns.lattice), atol=1e-12
     )
-    # relaxed cells of stiff yarn: off their rest length by a tenth at most, were rest lengths shifted by one
-    # segment it would be a third
+    # The lengths of relaxed stiff yarns differ from the rest lengths by at most a tenth. If the rest lengths were
+    # shifted by one segment, the difference would be a third.
     assert np.abs(yarns.strain).max() < 0.1
     write_yarns(tmp_path / name, yarns)
     again = read_yarns(tmp_path / name)
@@ -172,11 +172,11 @@ def test_real_patterns_are_cells_at_rest(tmp_path, name, steps, periods):
         np.testing.assert_array_equal(getattr(again, field), getattr(yarns, field))
     np.testing.assert_allclose(again.rest_length, yarns.rest_length, rtol=1e-15)
     assert np.abs(yarns.natural_curvature).min() > 0.0
-    np.testing.assert_allclose(again.natural_curvature, yarns.natural_curvature, rtol=1e-10)  # tangents and a solve
+    np.testing.assert_allclose(again.natural_curvature, yarns.natural_curvature, rtol=1e-10)  # A linear system.
 
 
 @pytest.mark.parametrize("cell", [periodic_patch(1, 1), periodic_patch(2, 3), woven_cell()])
-def test_cells_come_back_up_to_whole_periods(tmp_path, cell):
+def test_cells_are_written_and_read_up_to_whole_periods(tmp_path, cell):
     write_yarns(tmp_path / "y.pyp", cell)
     again = read_yarns(tmp_path / "y.pyp")
     np.testing.assert_array_equal(again.lattice_step, cell.lattice_step)
@@ -185,12 +185,12 @@ def test_cells_come_back_up_to_whole_periods(tmp_path, cell):
     np.testing.assert_allclose(again.rest_length, cell.rest_length, rtol=1e-15)
     moved = (again.points - cell.points)[cell.start[:-1]]
     share = moved[:, :2] / np.diag(cell.lattice.periods[:, :2])
-    np.testing.assert_allclose(share, np.round(share), atol=1e-12)  # rounding of a linear solve
+    np.testing.assert_allclose(share, np.round(share), atol=1e-12)  # Rounding of a linear system.
     expected = cell.points + cell.lattice.shift(np.round(share))[cell.point_yarn]
     np.testing.assert_allclose(again.points, expected, atol=1e-12)
 
 
-def test_vertices_are_written_into_the_cell_and_edges_in_their_order(tmp_path):
+def test_vertices_are_written_in_the_cell_and_edges_in_their_order(tmp_path):
     cell = periodic_patch(2, 1)
     write_yarns(tmp_path / "y.pyp", cell)
     vertices, edges = numbers_of(tmp_path / "y.pyp", "Q"), numbers_of(tmp_path / "y.pyp", "E")
@@ -199,10 +199,10 @@ def test_vertices_are_written_into_the_cell_and_edges_in_their_order(tmp_path):
     assert (vertices[:, :2] <= sides).all()
     np.testing.assert_array_equal(edges[:, 0], np.arange(24))
     assert np.abs(edges[:, 2:]).max() == 1
-    assert (np.linalg.norm(np.diff(vertices[:, :3], axis=0), axis=1) > sides.min() / 2).any()  # some do wrap
+    assert (np.linalg.norm(np.diff(vertices[:, :3], axis=0), axis=1) > sides.min() / 2).any()  # Edges cross the border.
 
 
-def test_a_turned_cell_lies_along_the_axes_of_the_file(tmp_path):
+def test_a_rotated_cell_is_along_the_axes_of_the_file(tmp_path):
     cell = periodic_patch(1, 1)
     turn = np.array([[0.0, 1.0, 0.0], [-0.6, 0.0, 0.8], [0.8, 0.0, 0.6]])
     turned = replace(cell, points=cell.points @ turn, lattice=Lattice(cell.lattice.periods @ turn))
@@ -214,16 +214,16 @@ def test_a_turned_cell_lies_along_the_axes_of_the_file(tmp_path):
     )
 
 
-def test_what_the_format_cannot_hold_is_refused(tmp_path):
+def test_yarns_that_the_format_cannot_hold_are_errors(tmp_path):
     cell = woven_cell()
     sheared = replace(cell, lattice=Lattice([[0.75, 0, 0], [0.1, 0.75, 0]]))
     mixed = replace(cell, radius=[0.1, 0.1, 0.1, 0.2])
     ending = replace(cell, closed=[True, True, True, False], rest_length=cell.rest_length[:-3])
     bad = [
-        (awkward_yarns(), "holds yarns that repeat and these do not"),
+        (awkward_yarns(), "the yarns are not periodic; the format holds only periodic yarns"),
         (sheared, "the periods are 82.41 degrees apart; the format holds right angles"),
         (mixed, "yarns of radius 0.1 to 0.2 cm; the format holds one radius"),
-        (ending, "yarn 3 ends; the format holds only yarns that go on"),
+        (ending, "yarn 3 has ends; the format holds only yarns without ends"),
         (replace(cell, natural_curvature=np.full(len(cell.points), 90.0)), "turns the yarn by half a turn or more"),
     ]
     for yarns, message in bad:
@@ -246,9 +246,9 @@ def test_what_the_format_cannot_hold_is_refused(tmp_path):
         ("0 1 0 0", "0 3 0 0", "line 11: got edge 0 3 0 0; expected vertices 0 to 2 and a whole shift"),
         ("0 1 0 0", "0 -1 0 0", "line 11: got edge 0 -1 0 0; expected vertices 0 to 2"),
         ("0 1 0 0", "0 1 0.5 0", "line 11: got edge 0 1 0.5 0; expected"),
-        ("0 1 0 0", "2 1 0 0", "line 11: 2 edges leave vertex 2; expected one, so that chains close"),
-        ("1 2 1 -1", "1 1 1 -1", "line 12: 2 edges reach vertex 1; expected one, so that chains close"),
-        ("0 1 0 0\n1 2", "0 0 0 0\n1 2", "2 edges reach vertex 0; expected one"),
+        ("0 1 0 0", "2 1 0 0", "line 11: 2 edges start at vertex 2; expected one, so that chains are closed"),
+        ("1 2 1 -1", "1 1 1 -1", "line 12: 2 edges end at vertex 1; expected one, so that chains are closed"),
+        ("0 1 0 0\n1 2", "0 0 0 0\n1 2", "2 edges end at vertex 0; expected one"),
         ("2 0 0 -1\n0 1 0 0\n1 2 1", "2 1 0 -1\n0 0 0 0\n1 2 1", "line 5: the yarn of this vertex has 1 vertices"),
         ("0.008 0.002 0.001 0", "0.008 nan 0.001 0", "line 6: got '0.008 nan 0.001 0'; expected 4 finite numbers"),
         ("0.008 0.002 0.001 0", "0.008 0.002 0.001", "line 6: got '0.008 0.002 0.001'; expected 4 finite numbers"),

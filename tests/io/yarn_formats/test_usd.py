@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""USD files hold the yarns' own B-splines, as any program that knows USD sees them."""
+"""USD files hold the B-splines of the yarns; the tests read the files with USD's own library."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def primvar(curves: UsdGeom.BasisCurves, name: str) -> tuple[str, list[int]]:
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_stage_says_its_unit_its_up_axis_and_its_default_prim(tmp_path, suffix):
+def test_a_stage_states_its_unit_its_up_axis_and_its_default_prim(tmp_path, suffix):
     stage = written(tmp_path / f"y{suffix}", awkward_yarns())
     assert UsdGeom.GetStageMetersPerUnit(stage) == 0.01
     assert UsdGeom.GetStageUpAxis(stage) == "Y"
@@ -71,7 +71,7 @@ def test_curves_are_the_control_points_with_their_wrap_and_diameter(tmp_path, su
         assert primvar(curves, name) == ("vertex", getattr(yarns, name)[of_chosen].tolist())
 
 
-def test_yarns_of_one_radius_have_one_width_and_no_empty_prim(tmp_path):
+def test_yarns_of_one_radius_have_one_width_and_there_is_no_empty_prim(tmp_path):
     yarns = YarnSet.from_curves([ring([0, 0, 0]), ring([0, 0, 1])], closed=[True, True], radius=0.125)
     stage = written(tmp_path / "y.usda", yarns)
     curves = curves_at(stage, "/yarns/closed")
@@ -81,9 +81,9 @@ def test_yarns_of_one_radius_have_one_width_and_no_empty_prim(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_the_extent_holds_the_tubes_and_little_more(tmp_path, suffix):
+def test_the_extent_encloses_the_tubes_closely(tmp_path, suffix):
     stage = written(tmp_path / f"y{suffix}", awkward_yarns())
-    again = read_yarns(tmp_path / f"y{suffix}")  # the curves as rounded to the file's float32
+    again = read_yarns(tmp_path / f"y{suffix}")  # The curves are rounded to float32.
     for place, closed in (("/yarns/closed", True), ("/yarns/open", False)):
         low, high = np.array(curves_at(stage, place).GetExtentAttr().Get(), dtype=np.float64)
         sampled = again.sampled(16)
@@ -92,7 +92,7 @@ def test_the_extent_holds_the_tubes_and_little_more(tmp_path, suffix):
             assert (sampled[yarn] + again.radius[yarn] <= high).all()
         chosen = again.closed[again.point_yarn] == closed
         radius = again.radius[again.point_yarn][chosen, None]
-        # the box of the control points, plus the radius, rounded to the nearest and then one step outward
+        # The box of the control points plus the radius is rounded to the nearest float32 and then one step outward.
         step = 4 * FLOAT32 * np.abs([low, high]).max()
         np.testing.assert_allclose(low, (again.points[chosen] - radius).min(axis=0), atol=step, rtol=0)
         np.testing.assert_allclose(high, (again.points[chosen] + radius).max(axis=0), atol=step, rtol=0)
@@ -107,7 +107,7 @@ def test_the_validators_of_usd_find_nothing(tmp_path, suffix):
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_yarns_come_back_in_their_order(tmp_path, suffix):
+def test_yarns_are_read_in_their_order(tmp_path, suffix):
     yarns = awkward_yarns()
     write_yarns(tmp_path / f"y{suffix}", yarns)
     again = read_yarns(tmp_path / f"y{suffix}")
@@ -122,11 +122,11 @@ def test_a_file_written_again_is_read_again(tmp_path):
     stages = []
     for size in (1.0, 2.0):
         yarns = YarnSet.from_curves([ring([0, 0, 0], size)], closed=[True], radius=0.1)
-        stages.append(written(tmp_path / "y.usda", yarns))  # USD keeps what is open in memory, by name
+        stages.append(written(tmp_path / "y.usda", yarns))  # USD caches open layers by name.
         np.testing.assert_array_equal(read_yarns(tmp_path / "y.usda").points, yarns.points.astype(np.float32))
 
 
-def test_a_real_glove_keeps_its_curves(tmp_path):
+def test_a_published_glove_keeps_its_curves(tmp_path):
     glove = read_yarns(shared("yarns/glove.bcc"), radius=0.1)
     write_yarns(tmp_path / "glove.usdc", glove)
     again = read_yarns(tmp_path / "glove.usdc")
@@ -135,7 +135,7 @@ def test_a_real_glove_keeps_its_curves(tmp_path):
 
 
 def stage_of(path: Path, change: Callable[[UsdGeom.BasisCurves], object] | None = None) -> Usd.Stage:
-    """Two closed curves as another program may write them, without numbers or labels."""
+    """Return two closed curves as another program may write them, without numbers or labels."""
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.Xform.Define(stage, "/fabric")
     curves = UsdGeom.BasisCurves.Define(stage, "/fabric/curves")
@@ -162,12 +162,12 @@ def test_unit_up_axis_and_transform_of_a_foreign_stage_are_applied(tmp_path):
     yarns = read_yarns(tmp_path / "y.usda")
     x, y, z = 100 * (2 * ring([0, 0, 0.5]) + [1, 2, 3]).T
     expected = np.stack([x, z, -y], axis=1)
-    np.testing.assert_allclose(yarns.points[40:], expected, atol=2 * FLOAT32 * 500)  # the file's float32, of 500 cm
-    np.testing.assert_allclose(yarns.radius, [25.0, 25.0], rtol=1e-12)  # a width of 0.25 m, twice as large
+    np.testing.assert_allclose(yarns.points[40:], expected, atol=2 * FLOAT32 * 500)  # Float32 of 500 cm.
+    np.testing.assert_allclose(yarns.radius, [25.0, 25.0], rtol=1e-12)  # A width of 0.25 m, scaled by 2.
     assert yarns.row.tolist() == [0] * 40 + [1] * 40
 
 
-def test_the_radius_of_curves_without_widths_is_estimated_and_announced(tmp_path, caplog):
+def test_the_radius_of_curves_without_widths_is_estimated_and_logged(tmp_path, caplog):
     stage_of(tmp_path / "y.usda")
     np.testing.assert_allclose(read_yarns(tmp_path / "y.usda").radius, [0.25, 0.25], rtol=1e-6)  # float32
     assert "yarn radius: 0.25 cm, estimated" in caplog.text
@@ -185,16 +185,16 @@ def not_finite(curves: UsdGeom.BasisCurves) -> None:
         (lambda c: c.GetBasisAttr().Set("bezier"), "/fabric/curves: got periodic cubic bezier curves"),
         (lambda c: c.GetTypeAttr().Set("linear"), "got periodic linear bspline curves"),
         (lambda c: c.GetWrapAttr().Set("pinned"), "got pinned cubic bspline curves; expected cubic bspline"),
-        (lambda c: c.GetCurveVertexCountsAttr().Set([40]), "got curves of 40 points, 40 together; expected its 80"),
+        (lambda c: c.GetCurveVertexCountsAttr().Set([40]), "got curves of 40 points, 40 in total; expected 80 points"),
         (lambda c: c.GetCurveVertexCountsAttr().Set([90, -10]), "got curves of 90, -10 points"),
         (lambda c: c.GetCurveVertexCountsAttr().Set([78, 2]), "yarn 1: got 2 control points; a closed yarn needs 3"),
-        (lambda c: c.GetPointsAttr().Clear(), "got curves of 40, 40 points, 80 together; expected its 0 points"),
-        (lambda c: c.CreateWidthsAttr([0.1] * 80), "got 80 widths of 2 curves; expected one, or one to a curve"),
+        (lambda c: c.GetPointsAttr().Clear(), "got curves of 40, 40 points, 80 in total; expected 0 points"),
+        (lambda c: c.CreateWidthsAttr([0.1] * 80), "got 80 widths of 2 curves; expected one, or one for each curve"),
         (lambda c: c.CreateWidthsAttr([0.0]), "radius 0, 1: got 0.0; expected a positive number of cm"),
         (not_finite, "coordinates are not finite"),
     ],
 )
-def test_each_unfit_stage_gets_its_message(tmp_path, change, message):
+def test_each_invalid_stage_gets_its_message(tmp_path, change, message):
     stage_of(tmp_path / "y.usda", change)
     with pytest.raises(FileError) as caught:
         read_yarns(tmp_path / "y.usda")
@@ -203,7 +203,7 @@ def test_each_unfit_stage_gets_its_message(tmp_path, change, message):
     assert "\n" not in str(caught.value)
 
 
-def test_curves_that_lack_a_label_keep_none_of_it(tmp_path):
+def test_a_label_that_some_curves_lack_is_ignored(tmp_path):
     def label(curves: UsdGeom.BasisCurves) -> None:
         primvars = UsdGeom.PrimvarsAPI(curves)
         primvars.CreatePrimvar("row", Sdf.ValueTypeNames.IntArray, "vertex").Set([7] * 80)
@@ -228,7 +228,7 @@ def test_a_truncated_file_is_an_error_wherever_it_is_cut(tmp_path, suffix, capfd
     assert capfd.readouterr().err == ""
 
 
-def test_what_usd_cannot_write_is_one_line(tmp_path, monkeypatch):
+def test_an_error_of_usd_gives_a_message_of_one_line(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     monkeypatch.setattr(usd, "atomic_path", lambda path: nullcontext(tmp_path / "file" / "y.usda"))
     with pytest.raises(FileError, match="cannot be written") as caught:
@@ -254,7 +254,7 @@ def test_tiles_are_instances_of_one_period(tmp_path, suffix, caplog):
     assert UsdValidation.ValidationContext(validators).Validate(stage) == []
 
 
-def test_instances_show_what_the_tiles_are(tmp_path):
+def test_instances_have_the_extent_of_the_tiles(tmp_path):
     cell = woven_cell()
     write_yarns(tmp_path / "y.usda", cell, tiles=(3, 2))
     stage = Usd.Stage.Open(str(tmp_path / "y.usda"))
@@ -265,7 +265,7 @@ def test_instances_show_what_the_tiles_are(tmp_path):
     np.testing.assert_allclose(box.ComputeAlignedRange().GetMax(), high, atol=1e-6)
 
 
-def test_a_reader_that_knows_no_instances_sees_one_period(tmp_path):
+def test_a_reader_without_instances_reads_one_period(tmp_path):
     cell = woven_cell()
     write_yarns(tmp_path / "tiles.usda", cell, tiles=(3, 2))
     write_yarns(tmp_path / "period.usda", cell)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""VTP files hold polylines on the yarns, as any program that reads VTK sees them."""
+"""VTP files hold polylines on the yarns; the tests read the files with VTK's own reader."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def lines_of(data: pyvista.PolyData) -> list[np.ndarray]:
     return lines
 
 
-def test_each_yarn_is_a_polyline_on_its_curve_and_closed_ones_return(tmp_path):
+def test_each_yarn_is_a_polyline_and_closed_ones_end_with_their_first_point(tmp_path):
     yarns = awkward_yarns()
     write_yarns(tmp_path / "y.vtp", yarns)
     data = pyvista.read(tmp_path / "y.vtp")
@@ -32,11 +32,11 @@ def test_each_yarn_is_a_polyline_on_its_curve_and_closed_ones_return(tmp_path):
     assert len(lines) == yarns.yarn_count
     assert [line[0] == line[-1] for line in lines] == yarns.closed.tolist()
     for line, sampled in zip(lines, yarns.sampled(SAMPLES), strict=True):
-        tolerance = 1e-13 * np.abs(sampled).max()  # the same sums in another order
+        tolerance = 1e-13 * np.abs(sampled).max()  # The same sums in another order.
         np.testing.assert_allclose(data.points[line[: len(sampled)]], sampled, rtol=0, atol=tolerance)
 
 
-def test_points_carry_what_is_known_of_them(tmp_path):
+def test_points_have_the_arrays_of_their_yarns(tmp_path):
     yarns = awkward_yarns()
     write_yarns(tmp_path / "y.vtp", yarns)
     data = pyvista.read(tmp_path / "y.vtp")
@@ -44,7 +44,7 @@ def test_points_carry_what_is_known_of_them(tmp_path):
     for yarn, line in enumerate(lines_of(data)):
         assert set(data.point_data["yarn"][line]) == {yarn}
         assert set(data.point_data["radius"][line]) == {yarns.radius[yarn]}
-        # segment k starts in its second control point, which is k + 1 of its yarn
+        # Segment k starts near its second control point, which is k + 1 of its yarn.
         first = yarns.start[yarn] + 1
         own = line[:-1:SAMPLES] if yarns.closed[yarn] else line[::SAMPLES]
         expected = first + np.arange(len(own))
@@ -57,26 +57,26 @@ def test_points_carry_what_is_known_of_them(tmp_path):
         np.testing.assert_array_equal(strain, np.repeat(yarns.strain[segments], SAMPLES))
 
 
-def test_polylines_come_back_with_their_radius(tmp_path):
+def test_polylines_are_read_with_their_radius(tmp_path):
     yarns = awkward_yarns()
     write_yarns(tmp_path / "y.vtp", yarns, unit="inch")
     again = read_yarns(tmp_path / "y.vtp", unit="inch")
     np.testing.assert_array_equal(again.closed, yarns.closed)
-    np.testing.assert_allclose(again.radius, yarns.radius, rtol=1e-15)  # out of and into inches
+    np.testing.assert_allclose(again.radius, yarns.radius, rtol=1e-15)  # The conversion to inches and back.
     for read, written in zip(again.sampled(1), yarns.sampled(SAMPLES), strict=True):
-        np.testing.assert_allclose(read, written, atol=1e-12 * np.abs(written).max())  # a linear solve in float64
+        np.testing.assert_allclose(read, written, atol=1e-12 * np.abs(written).max())  # A linear system in float64.
     np.testing.assert_array_equal(read_yarns(tmp_path / "y.vtp", unit="inch", radius=0.5).radius, [0.5] * 4)
 
 
-def test_the_radius_of_polylines_without_one_is_estimated_and_announced(tmp_path, caplog):
+def test_the_radius_of_polylines_without_one_is_estimated_and_logged(tmp_path, caplog):
     data = pyvista.PolyData([[0, 0, 0], [1, 0, 0], [0, 0.5, 0], [1, 0.5, 0]], lines=[2, 0, 1, 2, 2, 3])
     data.save(tmp_path / "y.vtp")
-    np.testing.assert_allclose(read_yarns(tmp_path / "y.vtp").radius, [0.25, 0.25], rtol=1e-6)  # float32 points
+    np.testing.assert_allclose(read_yarns(tmp_path / "y.vtp").radius, [0.25, 0.25], rtol=1e-6)  # Points in float32.
     assert "yarn radius: 0.25 cm, estimated" in caplog.text
 
 
 def vtp(connectivity: str = "0 1 2 3", offsets: str = "2 4", points: str = "0 0 0 1 0 0 0 1 0 1 1 0") -> str:
-    """Four points with radii, the last of them negative, on two lines."""
+    """Return a file of four points with radii, the last of them negative, on two lines."""
     array = '<DataArray type="{}" Name="{}" NumberOfComponents="{}" format="ascii">{}</DataArray>'
     return f"""<VTKFile type="PolyData" version="1.0"><PolyData>
 <Piece NumberOfPoints="4" NumberOfVerts="0" NumberOfLines="2" NumberOfStrips="0" NumberOfPolys="0">
@@ -89,18 +89,18 @@ def vtp(connectivity: str = "0 1 2 3", offsets: str = "2 4", points: str = "0 0 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("garbage", "is not a sound VTP file; it was cut short or altered"),
+        ("garbage", "is not a valid VTP file; it was cut short or altered"),
         (vtp(connectivity="0 1 3 2"), "radius 1: got -1.0; expected a positive number of cm"),
         (vtp(connectivity="0 1 0 3", offsets="3 4"), "line 0 has 3 points; expected at least 4"),
         (vtp(offsets="3 4"), "line 1 has 1 points; expected at least 2"),
         (vtp(connectivity="0 1 2 4"), "a line names point 4; the file has 4 points"),
         (vtp(connectivity="0 1 -2 3"), "a line names point -2; the file has 4 points"),
-        (vtp(offsets="5 4"), "is not a sound VTP file"),
-        (vtp(offsets="2 9"), "is not a sound VTP file"),
+        (vtp(offsets="5 4"), "is not a valid VTP file"),
+        (vtp(offsets="2 9"), "is not a valid VTP file"),
         (vtp(points="0 0 0 1 0 0 0 nan 0 1 1 0"), "point 2 is [0.0, nan, 0.0]; coordinates must be finite"),
     ],
 )
-def test_each_unfit_file_gets_its_message(tmp_path, text, message):
+def test_each_invalid_file_gets_its_message(tmp_path, text, message):
     (tmp_path / "y.vtp").write_text(text)
     with pytest.raises(FileError) as caught:
         read_yarns(tmp_path / "y.vtp")
@@ -109,7 +109,7 @@ def test_each_unfit_file_gets_its_message(tmp_path, text, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_surface_is_not_yarns(tmp_path):
+def test_reading_a_surface_as_yarns_is_an_error(tmp_path):
     pyvista.Sphere().save(tmp_path / "y.vtp")
     with pytest.raises(FileError, match="has no lines; expected polylines, one for each yarn"):
         read_yarns(tmp_path / "y.vtp")
