@@ -13,7 +13,7 @@ import pytest
 from tests.docs.pages import DOCS
 from tests.gallery import ROOT
 
-sys.path.insert(0, str(DOCS / "tools"))
+sys.path.insert(0, str(DOCS / "site_build"))
 
 from architecture_graph import GRAPHS, PAGE, import_graph, mermaid, page_with_graphs, reduced
 from mermaid_svg import mermaid_to_svg
@@ -23,7 +23,7 @@ ENDS = re.compile(r'<path d="M([\d.]+),([\d.]+) .*?([\d.]+),([\d.]+)" fill="none
 
 
 def test_the_page_is_up_to_date():
-    # `python docs/tools/architecture_graph.py` updates the page.
+    # `python docs/site_build/architecture_graph.py` updates the page.
     page = PAGE.read_text()
     assert page_with_graphs(page) == page
 

@@ -14,7 +14,7 @@ import stitchmesh
 from tests.docs.pages import BLOCK, DOCS, PAGES, name_of, prose
 from tests.gallery import ROOT
 
-sys.path.insert(0, str(DOCS / "tools"))
+sys.path.insert(0, str(DOCS / "site_build"))
 
 import site_hooks
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the graphs of ``docs/architecture.md`` from the import statements of the package.
 
-    python docs/tools/architecture_graph.py
+    python docs/site_build/architecture_graph.py
 
 An arrow from A to B means that A imports B. An arrow is left out where a longer path leads from A to B too, because the
 order of imports can be read without it (the transitive reduction of the graph). Imports for annotations alone, under
