@@ -195,7 +195,7 @@ def test_a_damaged_checkpoint_is_refused_and_the_one_before_offered(folder, tmp_
     damaged = bytearray(path.read_bytes())
     damaged[len(damaged) // 2] ^= 1
     path.write_bytes(damaged)
-    with pytest.raises(FileError, match=r"its checksum is wrong; .* take .*checkpoint\.previous\.smc$"):
+    with pytest.raises(FileError, match=r"its checksum is wrong; .* use .*checkpoint\.previous\.smc$"):
         relaxed(resume=path)
     quality = replace(QUALITY, max_iterations=40)
     assert same(relaxed(quality, resume=previous_path(path)), relaxed(quality))
