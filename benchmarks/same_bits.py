@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a change of the code leaves every result as it was, to the last bit.
+"""Test whether a change of the code leaves every result unchanged to the last bit.
 
     python benchmarks/same_bits.py make out/before --glove glove.bcc     # at the commit before the change
     python benchmarks/same_bits.py make out/after --glove glove.bcc      # at the commit after it
-    python benchmarks/same_bits.py compare out/before out/after          # prints what differs, and by how much
+    python benchmarks/same_bits.py compare out/before out/after          # prints the arrays that differ
 
-`make` runs whole commands on the CPU: the sweater of `make knit`; a hat in rope cables, knitted in a spiral; six
-swatches, two of them in cells that relax and one woven; a glove that is relaxed in two parts with a checkpoint between
-them; and a hat that is edited and relaxed again. `compare` compares every array of every HDF5 file that the commands
-wrote. The linear algebra runs on one thread and with one set of instructions, so that the processor cannot change the
-results between the two runs.
+`make` runs whole commands on the CPU: the sweater of `make knit`; a hat with rope cables, knitted in a spiral; six
+swatches, of which two have a relaxed cell and one is woven; a glove that is relaxed in two parts with a checkpoint
+between them; and a hat that is edited and relaxed again. `compare` compares every array of every HDF5 file that the
+commands wrote. The linear algebra runs on one thread and with one set of instructions, so that the processor cannot
+change the results between the two runs.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SWATCHES = {
     "honeycomb": ["slip-stitch-honeycomb"],
     "twill-3x2": ["twill-3x2"],
 }
-"""Swatch commands by name; all at draft quality."""
+"""Arguments of the swatch commands by name; all run at draft quality."""
 EDIT = {"edit": "change_stitch", "arguments": {"faces": [700, 702, 704], "stitch": "p"}}
 """The edit of the README."""
 
@@ -57,7 +57,7 @@ def run(*words: str) -> None:
 
 
 def make(folder: Path, glove: Path) -> None:
-    """Run all commands and leave their files in a folder."""
+    """Run all commands; their files are written to a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     draft = ["--quality", "draft", "--device", "cpu"]
     sweater = ["knit", "assets/meshes/sweater.obj", "--stitch-width", "1.5", "--no-picture"]
@@ -78,7 +78,7 @@ def relax_glove_in_two_parts(folder: Path, glove: Path, draft: list[str]) -> Non
 
 
 def edit_and_relax_again(folder: Path, draft: list[str]) -> None:
-    """Purl three stitches of a hat."""
+    """Knit a hat, change three of its stitches to purl, and relax it again."""
     log, hat = folder / "log.jsonl", folder / "hat"
     log.write_text(json.dumps(EDIT) + "\n")
     run("knit", HAT, "--stitch-width", "0.8", "--no-picture", *draft, "-o", str(hat))
@@ -88,7 +88,7 @@ def edit_and_relax_again(folder: Path, draft: list[str]) -> None:
 
 
 def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray]]:
-    """Every array of every HDF5 file of a folder, by file and name."""
+    """Every array of every HDF5 file of a folder, with a name made of the file and the array."""
     for path in sorted(folder.rglob("*.h5")):
         with h5py.File(path) as file:
             names: list[str] = []
@@ -99,11 +99,11 @@ def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def compare(before: Path, after: Path) -> int:
-    """Print every array that differs; returns how many do."""
+    """Print every array that differs; return the number of these arrays."""
     one, two = dict(arrays(before)), dict(arrays(after))
     differing = 0
     for name in sorted(one.keys() | two.keys()):
-        difference = differs(one.get(name), two.get(name))
+        difference = describe_difference(one.get(name), two.get(name))
         if difference:
             differing += 1
             print(f"{name}: {difference}")
@@ -111,8 +111,8 @@ def compare(before: Path, after: Path) -> int:
     return differing
 
 
-def differs(one: np.ndarray | None, two: np.ndarray | None) -> str:
-    """What differs between two arrays, in words; empty if nothing does."""
+def describe_difference(one: np.ndarray | None, two: np.ndarray | None) -> str:
+    """The difference between two arrays in words; empty if they are equal."""
     if one is None or two is None:
         return "in one folder only"
     if one.shape != two.shape or one.dtype != two.dtype:
@@ -120,7 +120,7 @@ def differs(one: np.ndarray | None, two: np.ndarray | None) -> str:
     if one.tobytes() == two.tobytes() or (one.dtype.hasobject and np.array_equal(one, two)):
         return ""
     if not np.issubdtype(one.dtype, np.number):
-        return "other values"
+        return "different values"
     return f"largest difference {np.abs(one.astype(float) - two.astype(float)).max():.3g}"
 
 
@@ -133,7 +133,7 @@ def digest(found: dict[str, np.ndarray]) -> str:
 
 
 def main() -> None:
-    """Make results, or compare two folders of them."""
+    """Make results, or compare two folders of results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     making = commands.add_parser("make")
