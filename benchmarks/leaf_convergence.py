@@ -84,14 +84,14 @@ def append_norm(
 class GradientNorms:
     """Norms of the gradient at successive iterations, on a device."""
 
-    def __init__(self, model: Model, room: int) -> None:
-        """Allocate a ring buffer for ``room`` norms, the most that one call of ``new`` can return."""
+    def __init__(self, model: Model, capacity: int) -> None:
+        """Allocate a ring buffer for ``capacity`` norms, the most that one call of ``new`` can return."""
         self.count_seen = 0
         self.square = model.empty(model.point_count)
         self.many = wp.zeros(strands_for(model.point_count), dtype=wp.float64, device=model.device)
         self.few = wp.zeros(FEW_STRANDS, dtype=wp.float64, device=model.device)
         self.count = wp.zeros(1, dtype=wp.int32, device=model.device)
-        self.ring = wp.zeros(room, dtype=wp.float64, device=model.device)
+        self.ring = wp.zeros(capacity, dtype=wp.float64, device=model.device)
 
     def launches(self, state: State, launcher: Launcher) -> list[Any]:
         """The launches that record the norm of ``state.force``, filtered by the constraints; once per iteration."""
@@ -103,8 +103,8 @@ class GradientNorms:
         ]
 
     def new(self) -> NDArray[np.float64]:
-        """Norms [erg / unit] since the last call, the oldest first; the newest ``room`` of them if there are more."""
-        count, room = int(self.count.numpy()[0]), len(self.ring)
-        numbers = np.arange(max(self.count_seen, count - room), count)
+        """Norms [erg / unit] since the last call, the oldest first; at most the newest ``capacity`` norms."""
+        count, capacity = int(self.count.numpy()[0]), len(self.ring)
+        numbers = np.arange(max(self.count_seen, count - capacity), count)
         self.count_seen = count
-        return self.ring.numpy()[numbers % room]
+        return self.ring.numpy()[numbers % capacity]

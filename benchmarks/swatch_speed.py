@@ -162,18 +162,18 @@ def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> 
 
 def iteration(device: wp.Device, given: argparse.Namespace) -> None:
     """Time one iteration of small patterns, with fixed and with free periods."""
-    head("pattern", "points", "held us", "in a run us", "free us", "in a run us", "L: points", "us")
+    head("pattern", "points", "fixed periods us", "in a run us", "free periods us", "in a run us", "L: points", "us")
     small, plain = [], 0.0
     for name in PATTERNS:
         yarns = cell_of(name)
-        held, free = timing(yarns, device), timing(yarns, device, FREE)
-        if held.points <= SMALL:
-            small += [held.alone, free.alone]
+        fixed, free = timing(yarns, device), timing(yarns, device, FREE)
+        if fixed.points <= SMALL:
+            small += [fixed.alone, free.alone]
         if name == "plain":
-            plain = held.alone
-        numbers = [f"{1e6 * seconds:.1f}" for seconds in (held.alone, held.in_run, free.alone, free.in_run)]
+            plain = fixed.alone
+        numbers = [f"{1e6 * seconds:.1f}" for seconds in (fixed.alone, fixed.in_run, free.alone, free.in_run)]
         theirs = (LEAF[name][2], f"{1e3 * LEAF[name][1]:.0f}") if name in LEAF else ("", "")
-        row(name, held.points, *numbers, *theirs)
+        row(name, fixed.points, *numbers, *theirs)
     leaf = 1e-3 * LEAF["plain"][1]
     met = "met" if max(small) <= SMALL_TARGET else "not met"
     print(f"\nAn iteration of a small pattern takes {1e6 * min(small):.1f} to {1e6 * max(small):.1f} us (target "

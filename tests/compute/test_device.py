@@ -74,7 +74,7 @@ def test_a_function_that_launches_kernels_waits_for_its_turn(name: str) -> None:
     assert not thread.is_alive() and not device._queue
 
 
-def test_a_thread_may_call_such_a_function_during_its_own_turn() -> None:
+def test_a_thread_may_launch_kernels_during_its_own_turn() -> None:
     with alone():
         assert cell_stress(PLAIN, MATERIAL, **CPU) == cell_stress(PLAIN, MATERIAL, **CPU)
     assert not device._queue

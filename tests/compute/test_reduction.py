@@ -81,7 +81,7 @@ def test_the_same_values_give_the_same_bits() -> None:
     assert len({ordered_sum(values) for _ in range(5)}) == 1
 
 
-def test_several_sums_in_one_launch_equal_single_sums() -> None:
+def test_several_sums_read_together_equal_single_sums() -> None:
     parts = {"many": random(20_000), "few": random(3), "one": random(1)}
     sums = Sums(3, 20_000, 1, wp.get_device("cpu"))
     for name, values in parts.items():

@@ -241,7 +241,7 @@ def test_a_renewal_keeps_the_friction_of_a_slip_that_is_held() -> None:
 
 
 @pytest.mark.parametrize("mu", [-0.1, float("nan"), (0.3, -1.0)])
-def test_impossible_coefficients_are_refused(mu: float | tuple[float, float]) -> None:
+def test_invalid_coefficients_are_refused(mu: float | tuple[float, float]) -> None:
     with pytest.raises(ParameterError, match="friction: got coefficients"):
         Friction(mu)
 

@@ -183,7 +183,7 @@ def test_twist_changes_by_minus_the_writhe() -> None:
     assert abs(writhe(knots(curve))) > 1.0
 
 
-def test_twist_is_followed_through_many_turns() -> None:
+def test_twist_is_tracked_over_many_turns() -> None:
     """A helix is pulled out: theta is the change of psi = 2 pi n cos(alpha).
 
     n is the number of turns and alpha the angle between the tangent and the axis of the helix: the tangent runs n times
@@ -253,12 +253,12 @@ def test_michells_instability_of_a_twisted_ring(share: float, unstable: int) -> 
 
 
 @pytest.mark.parametrize("k_twist", [0.0, -1.0, float("inf")])
-def test_impossible_stiffness_is_refused(k_twist: float) -> None:
+def test_an_invalid_stiffness_is_refused(k_twist: float) -> None:
     with pytest.raises(ParameterError, match="twist: got k_twist"):
         Twist(k_twist)
 
 
-def test_angles_that_do_not_fit_are_refused() -> None:
+def test_invalid_imposed_angles_are_refused() -> None:
     with pytest.raises(ParameterError, match="one, or 2"):
         TwistScene.of(tangle(), Twist(0.2, [1.0, 2.0, 3.0]))
     with pytest.raises(ParameterError, match="an imposed angle is not finite"):

@@ -153,10 +153,10 @@ def test_a_newer_change_replaces_an_unfinished_older_one():
     swatch.take(SwatchSettings("stockinette", None, True, SwatchOptions(gamma=3.0)), 0.0)
     for _ in range(5):
         swatch.advance()
-    midway = swatch.frame.report["gamma"]
+    reached_gamma = swatch.frame.report["gamma"]
     frames = to_rest(swatch, SwatchSettings("stockinette", None, True, SwatchOptions(gamma=1.0)))
-    assert 1.0 < midway < 3.0
-    assert max(frame.report["gamma"] for frame in frames) == midway
+    assert 1.0 < reached_gamma < 3.0
+    assert max(frame.report["gamma"] for frame in frames) == reached_gamma
     assert frames[-1].report["gamma"] == pytest.approx(1.0)
 
 
@@ -268,7 +268,7 @@ def test_an_unexpected_exception_is_raised_in_the_waiting_thread(monkeypatch):
             running.wait_until_rest(SAFETY)
 
 
-def test_values_out_of_bounds_are_refused_at_once_and_change_nothing():
+def test_values_out_of_bounds_are_refused_immediately_and_change_nothing():
     with session() as running:
         with pytest.raises(ParameterError, match=r"gamma: got -1; expected 0\.1 to 10"):
             running.set(gamma=-1)
@@ -382,7 +382,7 @@ def test_no_change_alters_the_linking():
         assert len(changed_pairs(*linking)) == 0
 
 
-def test_yarns_that_passed_through_each_other_are_generated_again(monkeypatch):
+def test_yarns_are_generated_again_after_a_pull_through(monkeypatch):
     swatch = live_swatch()
     relaxation = "stitchmesh.periodic.session.incremental_relaxation"
     monkeypatch.setattr(f"{relaxation}.refuse_pull_through", lambda *_yarns: solver_error("linking number changed"))
