@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where kernels run: Warp's devices, started without noise."""
+"""Devices that kernels run on: those of Warp, which is initialised without its messages."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ CUDA_DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
 
 _turn = threading.Condition()
 _queue: deque[int] = deque()
-"""Threads that launch kernels or wait to; the first one does."""
+"""Threads that launch kernels or wait for their turn; only the first thread launches."""
 
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """Launch kernels while no other thread of the program does; a context, or with ``@alone()`` all of a function.
+    """Context manager, or decorator ``@alone()``, under which no other thread of the program launches kernels.
 
-    Warp is not made for several threads: on the CPU, sums by tiles share one scratch memory, on a GPU a graph records
-    what others launch. Threads take turns in the order in which they ask, and may ask again during their turn.
+    Warp does not support launches from several threads: on the CPU, sums by tiles share one scratch memory; on a GPU, a
+    captured graph would contain the launches of other threads. Threads get their turns in the order of their requests.
+    A thread may enter the context again during its own turn.
     """
     own = threading.get_ident()
     with _turn:
@@ -53,7 +54,7 @@ def alone() -> Iterator[None]:
 
 
 def device_named(name: str | None) -> wp.Device:
-    """The device of that name; the first GPU, else the CPU, where none is named.
+    """The device with the given name; if the name is None, the first GPU, or the CPU if there is no GPU.
 
     Raises:
         ParameterError: there is no such device.

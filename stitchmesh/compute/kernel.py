@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How kernels are declared: each compiled by itself, forwards only.
+"""Declaration of kernels: each kernel is compiled separately and without its derivative.
 
-A kernel by itself is compiled again only where it changes. Warp would compile the derivative of each too, which nothing
-here asks for and which takes longer than the kernel.
+A kernel in its own Warp module is compiled again only if it changes. By default, Warp also compiles the derivative of
+each kernel. Nothing in StitchMesh uses derivatives, and their compilation takes longer than that of the kernels.
 """
 
 from __future__ import annotations
