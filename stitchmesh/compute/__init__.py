@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Building blocks of kernels: devices, precision, vector loads, blocks of threads, reductions, captured launches."""
+"""What kernels are made of: devices, precision, vector loads, blocks of threads, reductions, captured launches."""

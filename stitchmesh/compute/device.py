@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Devices that kernels run on: those of Warp, which is initialised without its messages."""
+"""Where kernels run: Warp's devices, started without noise."""
 
 from __future__ import annotations
 
@@ -22,16 +22,15 @@ CUDA_DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
 
 _turn = threading.Condition()
 _queue: deque[int] = deque()
-"""Threads that launch kernels or wait for their turn; only the first thread launches."""
+"""Threads that launch kernels or wait to; the first one does."""
 
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """Context manager, or decorator ``@alone()``, under which no other thread of the program launches kernels.
+    """Launch kernels while no other thread of the program does; a context, or with ``@alone()`` all of a function.
 
-    Warp does not support launches from several threads: on the CPU, sums by tiles share one scratch memory; on a GPU, a
-    captured graph would contain the launches of other threads. Threads get their turns in the order of their requests.
-    A thread may enter the context again during its own turn.
+    Warp is not made for several threads: on the CPU, sums by tiles share one scratch memory, on a GPU a graph records
+    what others launch. Threads take turns in the order in which they ask, and may ask again during their turn.
     """
     own = threading.get_ident()
     with _turn:
@@ -54,7 +53,7 @@ def alone() -> Iterator[None]:
 
 
 def device_named(name: str | None) -> wp.Device:
-    """The device with the given name; if the name is None, the first GPU, or the CPU if there is no GPU.
+    """The device of that name; the first GPU, else the CPU, where none is named.
 
     Raises:
         ParameterError: there is no such device.

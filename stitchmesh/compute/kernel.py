@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Declaration of kernels: each kernel is compiled separately and without its derivative.
+"""How kernels are declared: each compiled by itself, forwards only.
 
-A kernel in its own Warp module is compiled again only if it changes. By default, Warp also compiles the derivative of
-each kernel. Nothing in StitchMesh uses derivatives, and their compilation takes longer than that of the kernels.
+A kernel by itself is compiled again only where it changes. Warp would compile the derivative of each too, which nothing
+here asks for and which takes longer than the kernel.
 """
 
 from __future__ import annotations
