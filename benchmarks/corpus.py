@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The corpus of Leaf et al. 2018 (L), table 3, as periodic cells: relaxation, times and pictures.
 
-    python benchmarks/corpus.py relax FOLDER [--device cuda:0]    # prints tables; writes FOLDER/NAME.h5 and NAME.json
-    python benchmarks/corpus.py leaf FOLDER [NAME ...]            # L's test with time steps, from the start and at rest
+    python benchmarks/corpus.py relax FOLDER [--device cuda:0]    # the tables, FOLDER/NAME.h5 and a .json each
+    python benchmarks/corpus.py leaf FOLDER [NAME ...]            # the test (5), at the start and relaxed
     python benchmarks/corpus.py draw FOLDER [NAME ...]            # docs/gallery/NAME.jpg
 
-The corpus has 29 knits and 8 weaves. Their periods stay as generated (in L, users set them by hand). The cells relax
-one after another, and all of them in one batch. The material is L's ("leaf"). Seconds are the solver's with compiled
-kernels, so each relaxation runs twice. L's times were measured on a GeForce GTX TITAN X until L's convergence test
-(eq 5) holds: the norm of the gradient is a tenth of the first norm and does not change from one step to the next.
+The corpus has 29 knits and 8 weaves. Their periods are those of the generated cells; the users of Leaf et al. set them
+by hand. The cells are relaxed one by one and all in one batch, with the stiffness of Leaf et al. (material "leaf"). The
+times [s] are those of the solver in the second run, when the kernels are compiled. The times of Leaf et al. are for a
+GeForce GTX TITAN X and their convergence test (5): a gradient that does not change between steps and is at most a tenth
+of the first gradient.
 """
 
 from __future__ import annotations

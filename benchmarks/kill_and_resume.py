@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Test whether a relaxation that is killed at random times and resumed each time gives the same bits.
+"""A relaxation that is killed at random moments and resumed each time; its result must have the same bits.
 
     python benchmarks/kill_and_resume.py glove.bcc --device cuda:0 --every 100
     python benchmarks/kill_and_resume.py --tube 20 60 --device cpu --iterations 400
 
-Each part of the relaxation is a separate process that SIGKILL ends. The time between the first assessment of a process
-and its end is random; its mean is a twelfth of the time of an uninterrupted relaxation. Uninterrupted relaxations with
-and without checkpoints are also timed; the difference is the cost of checkpoints.
+Each part of the relaxation is a process that SIGKILL ends. The time between the first assessment of a process and its
+end is random, with a mean of a twelfth of the time of an uninterrupted relaxation. The times of uninterrupted
+relaxations with and without checkpoints show the cost of checkpoints.
 """
 
 from __future__ import annotations

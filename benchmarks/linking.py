@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Time and crossings of the linking certificate: for a garment, for many copies of it, and for many open yarns.
+"""The linking certificate: time and number of crossings of a garment, of many copies of it, and of many open yarns.
 
     python benchmarks/linking.py glove.bcc --device cpu --copies 21
 
-Each scene runs several times, because the first run compiles kernels. The shortest run is printed with the seconds of
-its parts: projecting the yarns to polylines, finding crossings, and the rest, which closes open yarns and sums signs.
+Each run is repeated, because the first run compiles the kernels. The shortest time is printed, with the times of the
+parts: making polylines, finding crossings, and the remainder, which closes open yarns and adds signs.
 """
 
 from __future__ import annotations

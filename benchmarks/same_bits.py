@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Test whether a change of the code leaves every result unchanged to the last bit.
+"""Check that a change of the code leaves the bits of every result unchanged.
 
     python benchmarks/same_bits.py make out/before --glove glove.bcc     # at the commit before the change
     python benchmarks/same_bits.py make out/after --glove glove.bcc      # at the commit after it
@@ -57,7 +57,7 @@ def run(*words: str) -> None:
 
 
 def make(folder: Path, glove: Path) -> None:
-    """Run all commands; their files are written to a folder."""
+    """Run all commands, and write their files to a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     draft = ["--quality", "draft", "--device", "cpu"]
     sweater = ["knit", "assets/meshes/sweater.obj", "--stitch-width", "1.5", "--no-picture"]
@@ -71,7 +71,7 @@ def make(folder: Path, glove: Path) -> None:
 
 
 def relax_glove_in_two_parts(folder: Path, glove: Path, draft: list[str]) -> None:
-    """Relax 60 iterations, then 60 more from the checkpoint."""
+    """Relax for 60 iterations, and continue from the checkpoint for 60 iterations."""
     words = ["relax", str(glove.resolve()), *draft, "--checkpoint-every", "60", "-o", f"{folder}/glove.h5"]
     run(*words, "--max-iterations", "60")
     run(*words, "--max-iterations", "120", "--resume", f"{folder}/glove.checkpoints/checkpoint.smc")
@@ -88,7 +88,7 @@ def edit_and_relax_again(folder: Path, draft: list[str]) -> None:
 
 
 def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray]]:
-    """Every array of every HDF5 file of a folder, with a name made of the file and the array."""
+    """Return every array of every HDF5 file of a folder, by file and name."""
     for path in sorted(folder.rglob("*.h5")):
         with h5py.File(path) as file:
             names: list[str] = []
@@ -99,11 +99,11 @@ def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def compare(before: Path, after: Path) -> int:
-    """Print every array that differs; return the number of these arrays."""
+    """Print every array that differs, and return the number of these arrays."""
     one, two = dict(arrays(before)), dict(arrays(after))
     differing = 0
     for name in sorted(one.keys() | two.keys()):
-        difference = describe_difference(one.get(name), two.get(name))
+        difference = differs(one.get(name), two.get(name))
         if difference:
             differing += 1
             print(f"{name}: {difference}")
@@ -111,8 +111,8 @@ def compare(before: Path, after: Path) -> int:
     return differing
 
 
-def describe_difference(one: np.ndarray | None, two: np.ndarray | None) -> str:
-    """The difference between two arrays in words; empty if they are equal."""
+def differs(one: np.ndarray | None, two: np.ndarray | None) -> str:
+    """Return a description of the differences between two arrays; an empty text if they are equal."""
     if one is None or two is None:
         return "in one folder only"
     if one.shape != two.shape or one.dtype != two.dtype:
@@ -125,7 +125,7 @@ def describe_difference(one: np.ndarray | None, two: np.ndarray | None) -> str:
 
 
 def digest(found: dict[str, np.ndarray]) -> str:
-    """One hash of all arrays."""
+    """Return one hash of all arrays."""
     state = hashlib.sha256()
     for name, value in sorted(found.items()):
         state.update(name.encode() + (repr(value.tolist()).encode() if value.dtype.hasobject else value.tobytes()))

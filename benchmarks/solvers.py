@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both solvers on real scenes with the same tolerance: iterations, seconds and energy, during the run and at the end.
+"""Both solvers on real scenes with the same convergence test: iterations, time and energy during and after relaxation.
 
     python benchmarks/solvers.py glove.bcc knittube.bcc --tolerance 0.02
     python benchmarks/solvers.py skirt.obj --unit dm --stitch-width 0.8 --solver quasistatic --device cuda:0
 
-The yarns of a yarn file relax without constraints. A mesh is first knitted (this time is not measured), and its yarns
-keep its shape. Seconds are those of ``relax_yarns`` after the kernels are loaded; the part of them that the linking
-certificates before and after the relaxation take is printed separately.
+The yarns of a yarn file relax freely. A mesh is knitted first, without a measurement, and its yarns keep its shape. The
+times [s] are those of ``relax_yarns`` with loaded kernels; the time of the linking certificates before and after the
+relaxation is also printed separately.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Speed of swatches compared with Leaf et al. 2018 (L): iterations, batches of variants, weaves, sizes, chart edits.
+"""Speed of swatches, compared with Leaf et al. 2018: iterations, batches, tiled weaves, sizes and edits of charts.
 
     python benchmarks/swatch_speed.py [iteration] [variants] [weaves] [sizes] [frame] [--device cuda:0] [--most 5000000]
 
-The material is L's ("leaf"), the quality "standard", and kernels are compiled beforehand. A single iteration is timed
-with moves of length 0, so that each repetition does the same work. The columns "in a run" give the time per iteration
-of a relaxation, with new candidate lists and an assessment every 20 iterations, over iterations 41 to 140. L's times
-were measured on a GeForce GTX TITAN X, and on four cores of a Xeon E5-2637 v3.
+The stiffness of the yarn is that of Leaf et al. (material "leaf"), the quality is "standard", and the kernels are
+compiled. A single iteration is measured with displacements of 0, so that the same work is repeated. "In a run" is the
+mean over the iterations 41 to 140 of a relaxation, with new candidate lists and an assessment every 20 iterations. The
+times of Leaf et al. are for a GeForce GTX TITAN X and for four cores of a Xeon E5-2637 v3.
 """
 
 from __future__ import annotations

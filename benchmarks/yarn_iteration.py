@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Time of one iteration of the yarn relaxer by kernel, compared with the bound from its memory traffic.
+"""Time of one iteration of the yarn relaxation for each kernel, compared with the bound from the memory traffic.
 
 python benchmarks/yarn_iteration.py --device cuda:0 --points 3000 1200000
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Functions that launch kernels run one at a time, even if several threads call them."""
+"""Functions that launch kernels take turns, whichever thread calls them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pul
 from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.relax_cells import relax_cells
 
-SAFETY = 120.0  # seconds after which a test that hangs is ended; a passing test never waits this long
+SAFETY = 120.0  # seconds until a test that hangs ends; no test waits so long
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
 CPU: dict[str, Any] = {"device": "cpu"}
@@ -40,8 +40,8 @@ def woven(name: str) -> YarnSet:
     return weave_yarns(read_weave(name), yarn_radius=RADIUS, quality="draft")
 
 
-def relax_refused_mesh() -> None:
-    """Call ``relax_mesh`` with a mesh that it refuses after it has waited for its turn."""
+def refused_mesh() -> None:
+    """A mesh that is refused once it has its turn."""
     fabric = torus_mesh(read_pattern("stockinette"), stitch_width=1.0, stitch_height=0.8)
     with suppress(MeshError):
         relax_mesh(fabric, surface=fabric)
@@ -50,7 +50,7 @@ def relax_refused_mesh() -> None:
 PLAIN = woven("plain")
 CALLS: dict[str, Callable[[], Any]] = {
     "relax_yarns": partial(relax_yarns, PLAIN, quality="draft", **CPU),
-    "relax_partly": partial(relax_partly, PLAIN, material=MATERIAL, quality=PRESETS["draft"], iterations=20, **CPU),
+    "settled_yarns": partial(relax_partly, PLAIN, material=MATERIAL, quality=PRESETS["draft"], iterations=20, **CPU),
     "refuse_pull_through": partial(refuse_pull_through, PLAIN, PLAIN, **CPU),
     "relax_cells": partial(relax_cells, [PLAIN], quality="draft", **CPU),
     "cell_stress": partial(cell_stress, PLAIN, MATERIAL, **CPU),
@@ -58,12 +58,12 @@ CALLS: dict[str, Callable[[], Any]] = {
     "yarn_forces": partial(yarn_forces, PLAIN, MATERIAL, **CPU),
     "doubled_linking": partial(doubled_linking, PLAIN, **CPU),
     "linking_certificate": partial(linking_certificate, PLAIN, **CPU),
-    "relax_mesh": relax_refused_mesh,
+    "relax_mesh": refused_mesh,
 }
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_a_function_that_launches_kernels_waits_for_its_turn(name: str) -> None:
+def test_what_launches_kernels_waits_for_its_turn(name: str) -> None:
     thread = threading.Thread(target=CALLS[name])
     with alone():
         thread.start()
@@ -74,7 +74,7 @@ def test_a_function_that_launches_kernels_waits_for_its_turn(name: str) -> None:
     assert not thread.is_alive() and not device._queue
 
 
-def test_a_thread_may_launch_kernels_during_its_own_turn() -> None:
+def test_it_may_be_called_during_a_turn() -> None:
     with alone():
         assert cell_stress(PLAIN, MATERIAL, **CPU) == cell_stress(PLAIN, MATERIAL, **CPU)
     assert not device._queue
@@ -86,12 +86,12 @@ def test_a_call_that_fails_ends_its_turn() -> None:
     assert not device._queue
 
 
-def test_decorated_functions_keep_their_names_and_arguments() -> None:
+def test_functions_that_take_turns_keep_their_names_and_arguments() -> None:
     assert relax_yarns.__name__ == "relax_yarns" and "Relax yarns to a state of rest" in str(relax_yarns.__doc__)
     assert list(inspect.signature(doubled_linking).parameters) == ["yarns", "device"]
 
 
-def test_concurrent_relaxations_give_the_same_bits_as_single_ones() -> None:
+def test_relaxations_side_by_side_end_in_the_bits_that_each_ends_in_by_itself() -> None:
     cells = [woven(name) for name in ("plain", "twill-2x1", "basket-2x2")]
     found: list[YarnSet | None] = [None] * len(cells)
 

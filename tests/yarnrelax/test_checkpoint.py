@@ -106,10 +106,10 @@ def test_a_resumed_relaxation_ends_in_the_same_bits(tmp_path, solver, precision)
     options = {"material": YarnMaterial.named("leaf"), "terms": [Gravity()]}
     relaxed(replace(quality, max_iterations=60), checkpoint=Checkpoints(tmp_path, 20), **options)
     newest = tmp_path / "checkpoint.smc"
-    uninterrupted = relaxed(quality, **options)
+    whole = relaxed(quality, **options)
     for path, iteration in ((newest, 60), (previous_of(newest), 40)):
         assert read_checkpoint(path).header["iteration"] == iteration
-        assert same(relaxed(quality, resume=path, **options), uninterrupted)
+        assert same(relaxed(quality, resume=path, **options), whole)
 
 
 def floor_below(yarns: YarnSet) -> Mesh:
