@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The corpus of Leaf et al. 2018, table 3, as periodic cells: relaxed, timed and drawn.
+"""The corpus of Leaf et al. 2018 (L), table 3, as periodic cells: relaxation, times and pictures.
 
     python benchmarks/corpus.py relax FOLDER [--device cuda:0]    # the tables, FOLDER/NAME.h5 and a .json each
     python benchmarks/corpus.py leaf FOLDER [NAME ...]            # the test (5), at the start and relaxed
@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 from leaf_convergence import LARGEST_PART, first_converged
-from solvers import NotingSimulation
+from solvers import GradientRecordingSimulation
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
@@ -57,31 +57,31 @@ LEAF: dict[str, tuple[float, float, int]] = {
     "satin-2x3": (0.25, 0.48, 238), "satin-3x2": (0.23, 0.44, 238), "twill-2x1": (0.19, 0.44, 130),
     "twill-3x2": (0.12, 0.51, 238), "twill-4x1": (0.38, 0.45, 238),
 }  # fmt: skip
-"""Seconds to converge, milliseconds a step and control points of L's table 3."""
+"""Seconds until convergence, milliseconds per step, and number of control points in L's table 3."""
 SMALL = ["plain", "slip-stitch-rib", "seersucker", "left-diagonal"]
-"""Patterns that are put to L's test in time steps, if no others are named."""
+"""Patterns for L's test with time steps if the command line names none."""
 MOST_STEPS, STEPS_AT_REST = 3000, 200
-"""Time steps from the start, and from rest."""
+"""Numbers of time steps from the generated cell and from the relaxed cell."""
 SIZE, JPEG_QUALITY = 420, 84
 """Pixels of the longer side of a picture."""
 STITCHES_SEEN, CROSSINGS_SEEN = 20, 12
-"""About how many stitches, or crossings, a picture is wide."""
+"""Approximate width of a picture in stitches, or in crossings of a weave."""
 
 
 def cell(name: str, quality: str) -> YarnSet:
-    """The repeat as it is drawn."""
+    """The cell of a pattern as generated."""
     return draw_swatch(resolve_pattern(name), SwatchOptions(), quality_named(quality))[1]
 
 
 def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> None:
-    """Relax the corpus one by one and together; write what comes out and print the tables."""
+    """Relax the corpus one by one and in one batch; write the results and print the tables."""
     folder.mkdir(parents=True, exist_ok=True)
     others = [name for name in weave_names() if name not in LEAF]
     cells = {name: cell(name, quality) for name in [*LEAF, *others]}
     leaf = sm.YarnMaterial.named("leaf")
     gradients = together([cells[name] for name in LEAF], leaf, quality, device, runs=2 if alone else 1)
-    print("\n| pattern | points | iterations | s | us an iteration | ns a point | residual | nearest [r] "
-          "| gradient at rest | to a tenth | L: points | s | ms a step |")  # fmt: skip
+    print("\n| pattern | points | iterations | s | us per iteration | ns per point | residual | nearest [r] "
+          "| gradient at rest | to a tenth | L: points | s | ms per step |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|---|---|---|---|---|")
     total = 0.0
     for name, yarns in cells.items():
@@ -104,33 +104,35 @@ def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> Non
 def together(
     cells: list[YarnSet], material: sm.YarnMaterial, name: str, device: str | None, *, runs: int
 ) -> list[str]:
-    """Relax all in one batch, to rest and to the first line of L's test.
+    """Relax all cells in one batch, once to rest and once to the first condition of L's test.
 
-    Of each comes back the gradient at rest, over the first, and the iterations to a tenth of it.
+    Returns:
+        For each cell, two columns of the table: the gradient at rest over the first gradient, and the number of
+        iterations until the gradient is a tenth of the first.
     """
     quality = quality_named(name)
     materials = [material] * len(cells)
     for _ in range(runs):
         batch = relax_cells(cells, materials=materials, quality=quality, device=device)
-    told = batch.report
-    print(f"in one batch: {told['seconds']:.2f} s, {told['converged']} at rest, {told['launched']} iterations of the "
-          f"slowest, {sum(len(yarns.points) for yarns in cells)} control points, {told['device']}")  # fmt: skip
+    report = batch.report
+    print(f"in one batch: {report['seconds']:.2f} s, {report['converged']} at rest, {report['launched']} iterations of "
+          f"the slowest, {sum(len(yarns.points) for yarns in cells)} control points, {report['device']}")  # fmt: skip
     tenths = [cell.report["tenth_iterations"] for cell in batch.cells]
     longest = max(tenth or cell.report["iterations"] for tenth, cell in zip(tenths, batch.cells, strict=True))
     rough = replace(quality, max_iterations=-(-longest // ASSESSMENT_INTERVAL) * ASSESSMENT_INTERVAL)
     seconds = relax_cells(cells, materials=materials, quality=rough, device=device).report["seconds"]
-    print(f"to a tenth of the first gradient (L's eq 5, first line): {seconds:.2f} s, {longest} iterations of the "
+    print(f"to a tenth of the first gradient (L's eq 5, first condition): {seconds:.2f} s, {longest} iterations of the "
           "slowest")  # fmt: skip
     parts = [cell.report["gradient"] for cell in batch.cells]
     return [f"{part:.1e} | {tenth}" for part, tenth in zip(parts, tenths, strict=True)]
 
 
-def stepped(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.ndarray:
-    """Norms of the gradient in so many time steps."""
+def gradient_norms(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.ndarray:
+    """Norms of the gradient in the given number of time steps."""
     moving = replace(quality_named(quality), solver="dynamics")
-    simulation = NotingSimulation.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
-    assert isinstance(simulation, NotingSimulation)
-    norms, loop = simulation.note_norms(), RelaxationLoop(simulation, tolerance=0.0)
+    simulation = GradientRecordingSimulation.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
+    assert isinstance(simulation, GradientRecordingSimulation)
+    norms, loop = simulation.record_norms(), RelaxationLoop(simulation, tolerance=0.0)
     found = []
     for _ in range(0, steps, ASSESSMENT_INTERVAL):
         loop.iterate(ASSESSMENT_INTERVAL)
@@ -139,21 +141,21 @@ def stepped(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.
 
 
 def leaf_test(folder: Path, names: list[str], quality: str, device: str | None) -> None:
-    """L's test in time steps, from the drawn cell and from the rest that was found before."""
-    print("| pattern | first line holds after | whole test after | gradient at rest | changes a step by |")
+    """L's test with time steps, from the generated cell and from the relaxed cell that ``relax`` wrote."""
+    print("| pattern | first condition after | whole test after | gradient at rest | change per step |")
     print("|---|---|---|---|---|")
     for name in names:
-        drawn_on = stepped(cell(name, quality), quality, device, MOST_STEPS)
-        rested_on = stepped(sm.read_yarns(folder / f"{name}.h5"), quality, device, STEPS_AT_REST)
-        first = np.flatnonzero(drawn_on <= LARGEST_PART * drawn_on[0])
-        change = np.abs(np.diff(rested_on) / rested_on[:-1])
-        print(f"| {name} | {first[0] if len(first) else 'none'} | {first_converged(drawn_on)} | "
-              f"{rested_on[0] / drawn_on[0]:.1e} | {np.median(change):.1e} |", flush=True)  # fmt: skip
+        norms_from_start = gradient_norms(cell(name, quality), quality, device, MOST_STEPS)
+        norms_at_rest = gradient_norms(sm.read_yarns(folder / f"{name}.h5"), quality, device, STEPS_AT_REST)
+        first = np.flatnonzero(norms_from_start <= LARGEST_PART * norms_from_start[0])
+        change = np.abs(np.diff(norms_at_rest) / norms_at_rest[:-1])
+        print(f"| {name} | {first[0] if len(first) else 'none'} | {first_converged(norms_from_start)} | "
+              f"{norms_at_rest[0] / norms_from_start[0]:.1e} | {np.median(change):.1e} |", flush=True)  # fmt: skip
 
 
 def draw(folder: Path, name: str) -> None:
-    """The picture of some tiles from the front."""
-    from PIL import Image  # here, so that cells can be relaxed where nothing can be drawn
+    """Write a picture of some tiles, seen from the front."""
+    from PIL import Image  # imported here, so that cells can be relaxed on machines without a renderer
 
     from stitchmesh.render.swatch_picture import render_swatch
 
@@ -168,15 +170,17 @@ def draw(folder: Path, name: str) -> None:
 
 
 def main() -> None:
-    """Relax or draw."""
-    told = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    told.add_argument("step", choices=("relax", "leaf", "draw"))
-    told.add_argument("folder", type=Path)
-    told.add_argument("names", nargs="*", help="to draw; the whole corpus and all other weaves if none")
-    told.add_argument("--quality", default="standard")
-    told.add_argument("--device")
-    told.add_argument("--once", action="store_true", help="do not run each twice to leave out the compiler")
-    given = told.parse_args()
+    """Run the step given on the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("step", choices=("relax", "leaf", "draw"))
+    parser.add_argument("folder", type=Path)
+    parser.add_argument(
+        "names", nargs="*", help="patterns; default: the corpus and all other weaves (draw), four small patterns (leaf)"
+    )
+    parser.add_argument("--quality", default="standard")
+    parser.add_argument("--device")
+    parser.add_argument("--once", action="store_true", help="relax each cell only once; times then include compilation")
+    given = parser.parse_args()
     began = time.perf_counter()
     if given.step == "relax":
         relax(given.folder, given.quality, given.device, alone=not given.once)
@@ -185,7 +189,7 @@ def main() -> None:
     else:
         for name in given.names or [*LEAF, *(name for name in weave_names() if name not in LEAF)]:
             draw(given.folder, name)
-    print(f"{time.perf_counter() - began:.0f} s in all")
+    print(f"{time.perf_counter() - began:.0f} s in total")
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 
 
 def scene(arguments: argparse.Namespace) -> YarnSet:
-    """The yarns that the command line asks for."""
+    """The yarns given on the command line."""
     if arguments.yarns is not None:
         return read_yarns(arguments.yarns)
     rows, stitches = arguments.tube
@@ -46,12 +46,12 @@ def scene(arguments: argparse.Namespace) -> YarnSet:
 
 
 def relax(arguments: argparse.Namespace) -> None:
-    """One leg: relax from the newest checkpoint on, say when it has begun, and save where it ended."""
-    logging.disable()  # each leg would say the same
+    """Run one part: relax from the newest checkpoint, print each assessment, and save the result."""
+    logging.disable()  # each part would log the same messages
     quality = quality_named(arguments.quality)
     if arguments.iterations is not None:
         quality = replace(quality, max_iterations=arguments.iterations, tolerance=0.0)
-    folder, checkpoint = Path(arguments.leg), None
+    folder, checkpoint = Path(arguments.part), None
     if arguments.every:
         checkpoint = Checkpoints(folder, arguments.every)
     resume = checkpoint.path if checkpoint is not None and checkpoint.path.exists() else None
@@ -61,41 +61,45 @@ def relax(arguments: argparse.Namespace) -> None:
     (folder / "report.json").write_text(json.dumps(result.report))
 
 
-def leg(folder: Path, every: int, life: float = np.inf) -> bool:
-    """Run a leg and kill it when its life is over; whether that was needed."""
-    command = [sys.executable, __file__, *sys.argv[1:], "--leg", str(folder), "--every", str(every)]
+def run_part(folder: Path, every: int, lifetime: float = np.inf) -> bool:
+    """Run one part and kill it ``lifetime`` seconds after its first assessment.
+
+    Returns:
+        Whether the part was killed; False if it ended before.
+    """
+    command = [sys.executable, __file__, *sys.argv[1:], "--part", str(folder), "--every", str(every)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         process.stdout.readline()
-        if np.isfinite(life):
-            time.sleep(life)
+        if np.isfinite(lifetime):
+            time.sleep(lifetime)
             process.send_signal(signal.SIGKILL)
         process.communicate()
     if process.returncode not in (0, -signal.SIGKILL):
-        raise SystemExit(f"a leg ended with status {process.returncode}")
+        raise SystemExit(f"a part ended with status {process.returncode}")
     return process.returncode == -signal.SIGKILL
 
 
-def ended(folder: Path) -> tuple[np.ndarray, dict[str, Any]]:
-    """Control points and report of a leg that came to its end."""
+def read_result(folder: Path) -> tuple[np.ndarray, dict[str, Any]]:
+    """Control points and report of a part that was not killed."""
     return np.load(folder / "points.npy"), json.loads((folder / "report.json").read_text())
 
 
-def whole(name: str, scratch: Path, every: int) -> tuple[np.ndarray, dict[str, Any]]:
-    """An undisturbed relaxation, the second one: the first compiles."""
+def uninterrupted(name: str, scratch: Path, every: int) -> tuple[np.ndarray, dict[str, Any]]:
+    """Run an uninterrupted relaxation twice, print and return the second; the first compiles the kernels."""
     folder = scratch / name
     for _ in range(2):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
-        leg(folder, every)
-        points, report = ended(folder)
+        run_part(folder, every)
+        points, report = read_result(folder)
     print(f"{name}: {report['iterations']} iterations in {report['seconds']:.2f} s, "
           f"residual {report['residual']:.3g}, {report['device']}")  # fmt: skip
     return points, report
 
 
-def reached(folder: Path) -> str:
-    """What the newest checkpoint says, and what it weighs."""
+def describe_checkpoint(folder: Path) -> str:
+    """Iteration and file size of the newest checkpoint, or the error that reading it raised."""
     path = folder / "checkpoint.smc"
     try:
         return f"iteration {read_checkpoint(path).header['iteration']}, {path.stat().st_size / 1e6:.1f} MB"
@@ -106,35 +110,35 @@ def reached(folder: Path) -> str:
 def main() -> None:
     """Kill, resume, compare."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("yarns", nargs="?", help="file of yarns; a tube of plain knit where not given")
+    parser.add_argument("yarns", nargs="?", help="yarn file; default: a tube of plain knit")
     parser.add_argument("--tube", nargs=2, type=int, default=(20, 60), metavar=("ROWS", "STITCHES"))
     parser.add_argument("--quality", default="draft")
-    parser.add_argument("--iterations", type=int, help="do so many, instead of the quality's limit and tolerance")
+    parser.add_argument("--iterations", type=int, help="number of iterations, in place of the quality's tolerance")
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--every", type=int, default=20, help="iterations between checkpoints")
     parser.add_argument("--kills", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--leg", help=argparse.SUPPRESS)
+    parser.add_argument("--part", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.leg is not None:
+    if arguments.part is not None:
         relax(arguments)
         return
     yarns = scene(arguments)
     print(f"{len(yarns.points)} control points, checkpoints every {arguments.every} iterations")
     with tempfile.TemporaryDirectory() as name:
         scratch = Path(name)
-        expected, report = whole("without checkpoints", scratch, 0)
-        whole("with checkpoints", scratch, arguments.every)
+        expected, report = uninterrupted("without checkpoints", scratch, 0)
+        uninterrupted("with checkpoints", scratch, arguments.every)
         folder, kills = scratch / "killed", 0
         folder.mkdir()
-        lives = np.random.default_rng(arguments.seed).uniform(0.0, report["seconds"] / 6, arguments.kills)
-        for life in lives:
-            kills += leg(folder, arguments.every, float(life))
-            print(f"killed {life:.2f} s after its first assessment: {reached(folder)}")
-        leg(folder, arguments.every)
-        points, last = ended(folder)
+        lifetimes = np.random.default_rng(arguments.seed).uniform(0.0, report["seconds"] / 6, arguments.kills)
+        for lifetime in lifetimes:
+            kills += run_part(folder, arguments.every, float(lifetime))
+            print(f"killed {lifetime:.2f} s after its first assessment: {describe_checkpoint(folder)}")
+        run_part(folder, arguments.every)
+        points, last = read_result(folder)
     same = np.array_equal(points, expected) and last["energies"] == report["energies"]
-    print(f"{kills} kills: {'the same bits' if same else 'OTHER BITS'}")
+    print(f"{kills} kills: {'the same bits' if same else 'DIFFERENT BITS'}")
 
 
 if __name__ == "__main__":

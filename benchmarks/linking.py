@@ -25,7 +25,7 @@ from stitchmesh.yarnrelax.linking.projection import project_yarns
 
 
 def copies(yarns: sm.YarnSet, count: int) -> sm.YarnSet:
-    """The yarns many times over, in rows beside one another."""
+    """``count`` copies of the yarns, side by side in rows."""
     size = 1.05 * np.ptp(yarns.points, axis=0)
     across = int(np.ceil(np.sqrt(count)))
     places = [size * [k % across, k // across, 0] for k in range(count)]
@@ -50,7 +50,7 @@ def open_rows(rows: int, stitches: int, points_per_stitch: int = 12) -> sm.YarnS
 
 
 def measure(name: str, yarns: sm.YarnSet, device: str, runs: int) -> None:
-    """Print the shortest run, on the clock and of the processor, and what it found."""
+    """Print the wall-clock time and the processor time of the shortest run, and the numbers of crossings and links."""
     best = (np.inf, np.inf, np.inf, np.inf)
     for _ in range(runs):
         clock, processor = time.perf_counter(), time.process_time()
@@ -58,24 +58,24 @@ def measure(name: str, yarns: sm.YarnSet, device: str, runs: int) -> None:
         whole, used = time.perf_counter() - clock, time.process_time() - processor
         clock = time.perf_counter()
         projection = project_yarns(yarns, device_named(device))
-        drawn = time.perf_counter()
+        projected = time.perf_counter()
         crossings = len(edge_crossings(projection))
-        best = min(best, (whole, used, drawn - clock, time.perf_counter() - drawn))
-    whole, used, drawing, finding = best
+        best = min(best, (whole, used, projected - clock, time.perf_counter() - projected))
+    whole, used, projecting, finding = best
     print(f"{name}: {len(yarns.points)} control points, {yarns.yarn_count} yarns, "
           f"{projection.edge_yarn.shape[0]} edges")
     print(f"  {crossings} crossings, {len(linking.doubled)} linked pairs, device {device}")
-    print(f"  {whole:.3f} s ({used:.3f} s processor): draw {drawing:.3f}, crossings {finding:.3f}, "
-          f"rest {whole - drawing - finding:.3f}")  # fmt: skip
+    print(f"  {whole:.3f} s ({used:.3f} s processor): projection {projecting:.3f}, crossings {finding:.3f}, "
+          f"rest {whole - projecting - finding:.3f}")  # fmt: skip
 
 
 def main() -> None:
     """Measure three scenes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("garment", type=Path, help="file of yarns, glove.bcc say")
+    parser.add_argument("garment", type=Path, help="yarn file, for example glove.bcc")
     parser.add_argument("--device", default="cpu")
-    parser.add_argument("--copies", type=int, default=21, help="of the garment in the second scene")
-    parser.add_argument("--rows", type=int, default=10_000, help="open yarns of 120 control points in the third")
+    parser.add_argument("--copies", type=int, default=21, help="copies of the garment in the second scene")
+    parser.add_argument("--rows", type=int, default=10_000, help="open yarns of 120 control points in the third scene")
     parser.add_argument("--runs", type=int, default=3)
     given = parser.parse_args()
     garment = sm.read_yarns(given.garment)

@@ -4,13 +4,13 @@
 
     python benchmarks/same_bits.py make out/before --glove glove.bcc     # at the commit before the change
     python benchmarks/same_bits.py make out/after --glove glove.bcc      # at the commit after it
-    python benchmarks/same_bits.py compare out/before out/after          # prints what differs, and by how much
+    python benchmarks/same_bits.py compare out/before out/after          # prints the arrays that differ
 
-`make` runs whole commands on the CPU: the sweater of `make knit`; a hat in rope cables, knitted in a spiral; six
-swatches, two of them in cells that relax and one woven; a glove that is relaxed in two parts with a checkpoint between
-them; and a hat that is edited and relaxed again. `compare` compares every array of every HDF5 file that the commands
-wrote. The linear algebra runs on one thread and with one set of instructions, so that the processor cannot change the
-results between the two runs.
+`make` runs whole commands on the CPU: the sweater of `make knit`; a hat with rope cables, knitted in a spiral; six
+swatches, of which two have a relaxed cell and one is woven; a glove that is relaxed in two parts with a checkpoint
+between them; and a hat that is edited and relaxed again. `compare` compares every array of every HDF5 file that the
+commands wrote. The linear algebra runs on one thread and with one set of instructions, so that the processor cannot
+change the results between the two runs.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SWATCHES = {
     "honeycomb": ["slip-stitch-honeycomb"],
     "twill-3x2": ["twill-3x2"],
 }
-"""Swatch commands by name; all at draft quality."""
+"""Arguments of the swatch commands by name; all run at draft quality."""
 EDIT = {"edit": "change_stitch", "arguments": {"faces": [700, 702, 704], "stitch": "p"}}
 """The edit of the README."""
 
@@ -78,7 +78,7 @@ def relax_glove_in_two_parts(folder: Path, glove: Path, draft: list[str]) -> Non
 
 
 def edit_and_relax_again(folder: Path, draft: list[str]) -> None:
-    """Purl three stitches of a hat."""
+    """Knit a hat, change three of its stitches to purl, and relax it again."""
     log, hat = folder / "log.jsonl", folder / "hat"
     log.write_text(json.dumps(EDIT) + "\n")
     run("knit", HAT, "--stitch-width", "0.8", "--no-picture", *draft, "-o", str(hat))
@@ -120,7 +120,7 @@ def differs(one: np.ndarray | None, two: np.ndarray | None) -> str:
     if one.tobytes() == two.tobytes() or (one.dtype.hasobject and np.array_equal(one, two)):
         return ""
     if not np.issubdtype(one.dtype, np.number):
-        return "other values"
+        return "different values"
     return f"largest difference {np.abs(one.astype(float) - two.astype(float)).max():.3g}"
 
 
@@ -133,7 +133,7 @@ def digest(found: dict[str, np.ndarray]) -> str:
 
 
 def main() -> None:
-    """Make results, or compare two folders of them."""
+    """Make results, or compare two folders of results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     making = commands.add_parser("make")

@@ -41,7 +41,7 @@ YARN_SUFFIXES = (".bcc", ".h5")
 def scene(
     path: str, unit: str, stitch_width: float, quality: Quality, device: str | None
 ) -> tuple[YarnSet, StitchMesh | None]:
-    """Yarns from a file, or knitted from a mesh, with the fabric whose shape they keep."""
+    """Yarns from a file, or yarns generated from a mesh together with the fabric whose shape they keep."""
     if Path(path).suffix in YARN_SUFFIXES:
         return sm.read_yarns(path), None
     mesh = sm.read_mesh(path, unit=unit)
@@ -50,7 +50,7 @@ def scene(
 
 
 def show(name: str, quality: Quality, result: Relaxation, certificate: float, levels: list[float]) -> None:
-    """One line of the table, and when the energy fell to some levels."""
+    """Print one line of the table, and the iteration at which the energy reached each of the given levels."""
     report = result.report
     at_rest = "at rest" if report["converged"] else "NOT at rest"
     print(f"{name:<28}{quality.solver:<13}{report['iterations']:>7}{report['seconds']:>9.2f}{certificate:>9.2f}"
@@ -62,31 +62,31 @@ def show(name: str, quality: Quality, result: Relaxation, certificate: float, le
         print(f"{'':<28}energy {level:.6g}: {found}")
 
 
-class NotingSimulation(YarnSimulation):
-    """A simulation that notes the norm of the gradient of each iteration."""
+class GradientRecordingSimulation(YarnSimulation):
+    """A simulation that records the norm of the gradient at each iteration."""
 
     norms: GradientNorms | None = None
 
-    def note_norms(self) -> GradientNorms:
-        """Note norms from now on."""
+    def record_norms(self) -> GradientNorms:
+        """Record norms from now on."""
         self.norms = GradientNorms(self.model, 2 * ASSESSMENT_INTERVAL)
         self.discard_launches()
         return self.norms
 
     def iteration_launches(self) -> list[Any]:
-        """The launches of one iteration, and those that note the norm."""
-        noting = [] if self.norms is None else self.norms.launches(self.state, self.model.prepare)
-        return [*super().iteration_launches(), *noting]
+        """The launches of one iteration and those that record the norm."""
+        recording = [] if self.norms is None else self.norms.launches(self.state, self.model.prepare)
+        return [*super().iteration_launches(), *recording]
 
 
 def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality, device: str | None) -> int | None:
-    """Iterations of ``dynamics`` until L's convergence test (5) holds; None where it does not within the limit."""
+    """Iterations of ``dynamics`` until L's convergence test (eq 5) holds; None if it never holds within the limit."""
     material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     terms = [] if fabric is None else [KeepShape(fabric)]
     constraints = [] if fabric is None else [KeepBorders(fabric)]
-    simulation = NotingSimulation.start(yarns, material, quality, device_named(device), terms, constraints)
-    assert isinstance(simulation, NotingSimulation)
-    norms, loop = simulation.note_norms(), RelaxationLoop(simulation, tolerance=0.0)
+    simulation = GradientRecordingSimulation.start(yarns, material, quality, device_named(device), terms, constraints)
+    assert isinstance(simulation, GradientRecordingSimulation)
+    norms, loop = simulation.record_norms(), RelaxationLoop(simulation, tolerance=0.0)
     seen = np.zeros(0)
     for _ in range(0, quality.max_iterations, ASSESSMENT_INTERVAL):
         loop.iterate(ASSESSMENT_INTERVAL)
@@ -98,7 +98,7 @@ def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality,
 
 
 def measure(path: str, arguments: argparse.Namespace) -> None:
-    """All solvers on one scene."""
+    """Run the chosen solvers on one scene and print their lines."""
     base = quality_named(arguments.quality)
     base = replace(
         base,
@@ -130,8 +130,8 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float)
     parser.add_argument("--max-iterations", type=int)
     parser.add_argument("--solver", nargs="+", default=["quasistatic", "dynamics"])
-    parser.add_argument("--leaf", action="store_true", help="say when L's convergence test (5) holds, too")
-    parser.add_argument("--level", type=float, nargs="*", default=[], help="energies [erg]: when were they reached?")
+    parser.add_argument("--leaf", action="store_true", help="also print when L's convergence test (5) holds")
+    parser.add_argument("--level", type=float, nargs="*", default=[], help="print when these energies [erg] occur")
     parser.add_argument("--device")
     arguments = parser.parse_args()
     print(f"{'scene':<28}{'solver':<13}{'iter.':>7}{'seconds':>9}{'certif.':>9}{'residual':>10}{'energy erg':>14}")

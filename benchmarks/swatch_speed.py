@@ -44,28 +44,28 @@ MATERIAL = YarnMaterial.named("leaf")
 FREE = RelaxCell(shear=False)
 PATTERNS = ("stockinette", "rib1x1", "plain", "cartridge-belt-rib", "king-charles-brocade")
 SMALL = 200
-"""Control points of the largest small pattern."""
-SMALL_BAR, VARIANT_BAR, FRAME_BAR = 15e-6, 20.0, {"cuda": 0.1, "cpu": 1.0}
-"""What is to be reached: seconds of an iteration of a small pattern, throughput of variants together over one after
-another, and seconds to the first frame after a chart edit."""
+"""Largest number of control points of a small pattern."""
+SMALL_TARGET, VARIANT_TARGET, FRAME_TARGET = 15e-6, 20.0, {"cuda": 0.1, "cpu": 1.0}
+"""Targets: seconds per iteration of a small pattern, throughput of a batch of variants over that of single
+relaxations, and seconds until the first frame after a chart edit."""
 ENDLESS = 10**9
-"""Iterations that no measurement comes to the end of; also a budget that no control point uses up [units]."""
+"""More iterations than any measurement runs; also a budget that no control point uses up [units]."""
 WARM, ROUNDS = 2, 5
-"""Assessments before a run is timed, and while it is."""
+"""Numbers of assessment intervals before the timing starts, and during the timing."""
 LOADED = 100_000
-"""Control points beyond which kernels have been loaded by a smaller size, so that one run will do."""
+"""Control points above which one run suffices, because a smaller size has already loaded the kernels."""
 LEAST_SECONDS = 0.2
-"""Shortest measurement of launches that repeat."""
+"""Shortest duration of a measurement of repeated launches."""
 REPEATS = 3
-"""Measurements of which the shortest counts."""
+"""Number of measurements, of which the shortest is reported."""
 ALONE = 20
-"""Variants that are relaxed one after another."""
+"""Number of variants that are also relaxed one after another."""
 GAMMAS, RADII, BENDING = np.linspace(0.9, 1.3, 10), np.linspace(0.8, 1.2, 10), np.geomspace(0.5, 50.0, 10)
-"""The grid of variants: gamma, factor of the yarn's radius, and k_bend [erg cm]."""
+"""The grid of variants: gamma, factor on the yarn radius, and k_bend [erg cm]."""
 EDITS = 5
-"""Times that a chart is changed and changed back."""
+"""Number of times that a chart is changed and changed back."""
 PERIOD, MEDIUM, LARGE = 0, 4_500, 21_000
-"""About how many control points the weaves are tiled to; one period is as it is."""
+"""Approximate numbers of control points to which the weaves are tiled; ``PERIOD`` is one period without tiling."""
 COLUMNS = ((PERIOD, "CPU"), (MEDIUM, "CPU"), (PERIOD, "GPU"), (MEDIUM, "GPU"), (LARGE, "GPU"))
 TABLE_5 = {
     "plain": ((88, 1.38), (4288, 33.29), (88, 0.42), (4544, 2.11), (21744, 14.54)),
@@ -77,43 +77,43 @@ TABLE_5 = {
     "satin-3x2": ((238, 2.85), (4288, 31.50), (238, 0.44), (4544, 1.47), (21744, 10.40)),
     "satin-2x3": ((238, 2.79), (4288, 31.59), (238, 0.48), (4544, 1.42), (21744, 8.39)),
 }
-"""Control points and milliseconds a step of weaves in L's table 5, in these columns."""
+"""Control points and milliseconds per step of weaves in L's table 5, in the order of ``COLUMNS``."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """What an iteration takes."""
+    """Time of an iteration."""
 
     points: int
     alone: float
-    """Seconds of its launches."""
+    """Seconds of the launches of an iteration."""
     in_run: float
-    """Seconds of one of many, with all that comes between them."""
+    """Seconds per iteration of a relaxation, including contact searches and assessments."""
 
 
 def row(*cells: object) -> None:
-    """A line of a table."""
+    """Print a line of a table."""
     print("| " + " | ".join(str(cell) for cell in cells) + " |", flush=True)
 
 
 def head(*names: str) -> None:
-    """The first lines of a table."""
+    """Print the header of a table."""
     row(*names)
     print("|" + "---|" * len(names))
 
 
 def cell_of(name: str) -> YarnSet:
-    """One period as it is drawn."""
+    """One period of a pattern as generated."""
     return draw_swatch(resolve_pattern(name), SwatchOptions(), QUALITY)[1]
 
 
 def mean_ratio(pairs: Sequence[tuple[float, float]]) -> float:
-    """Geometric mean of firsts over seconds."""
+    """Geometric mean of the ratios first / second of pairs."""
     return math.exp(float(np.mean([math.log(first / second) for first, second in pairs])))
 
 
 def advance(loop: RelaxationLoop, rounds: int) -> None:
-    """Iterations and assessments as in a relaxation."""
+    """Run ``rounds`` assessment intervals as in a relaxation: iterations, an assessment, acceptance of the state."""
     simulation, every = loop.simulation, np.ones(loop.simulation.model.cell_count, dtype=bool)
     for _ in range(rounds):
         loop.iterate(ASSESSMENT_INTERVAL)
@@ -122,8 +122,8 @@ def advance(loop: RelaxationLoop, rounds: int) -> None:
     wp.synchronize_device(simulation.model.device)
 
 
-def stand_still(simulation: YarnSimulation) -> None:
-    """Let iterations repeat for as long as it takes, none of which moves anything."""
+def forbid_motion(simulation: YarnSimulation) -> None:
+    """Prepare a simulation for repeated iterations of the same work, which move no control point."""
     simulation.step_fraction = 0.0
     simulation.discard_launches()
     simulation.state.budget.fill_(ENDLESS)
@@ -131,7 +131,7 @@ def stand_still(simulation: YarnSimulation) -> None:
 
 
 def launch_seconds(simulation: YarnSimulation) -> float:
-    """Seconds of the launches of one iteration, the shortest measurement of some."""
+    """Seconds of the launches of one iteration: the shortest of ``REPEATS`` measurements."""
     count, taken = 1, list[float]()
     while len(taken) < REPEATS:
         wp.synchronize_device(simulation.model.device)
@@ -148,7 +148,7 @@ def launch_seconds(simulation: YarnSimulation) -> float:
 
 
 def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> Timing:
-    """Time the iterations of yarns from where they are drawn; the second of two runs."""
+    """Time the iterations of yarns from their generated state, in the second of two runs."""
     for _ in range(2 if len(yarns.points) <= LOADED else 1):
         simulation = YarnSimulation.start(yarns, MATERIAL, QUALITY, device, cell=cell)
         loop = RelaxationLoop(simulation, tolerance=0.0)
@@ -156,35 +156,35 @@ def timing(yarns: YarnSet, device: wp.Device, cell: RelaxCell | None = None) -> 
         began = time.perf_counter()
         advance(loop, ROUNDS)
         in_run = (time.perf_counter() - began) / (ROUNDS * ASSESSMENT_INTERVAL)
-    stand_still(simulation)
+    forbid_motion(simulation)
     return Timing(len(yarns.points), launch_seconds(simulation), in_run)
 
 
 def iteration(device: wp.Device, given: argparse.Namespace) -> None:
-    """One iteration of small patterns, periods held and free."""
-    head("pattern", "points", "held us", "in a run us", "free us", "in a run us", "L: points", "us")
+    """Time one iteration of small patterns, with fixed and with free periods."""
+    head("pattern", "points", "fixed periods us", "in a run us", "free periods us", "in a run us", "L: points", "us")
     small, plain = [], 0.0
     for name in PATTERNS:
         yarns = cell_of(name)
-        held, free = timing(yarns, device), timing(yarns, device, FREE)
-        if held.points <= SMALL:
-            small += [held.alone, free.alone]
+        fixed, free = timing(yarns, device), timing(yarns, device, FREE)
+        if fixed.points <= SMALL:
+            small += [fixed.alone, free.alone]
         if name == "plain":
-            plain = held.alone
-        numbers = [f"{1e6 * seconds:.1f}" for seconds in (held.alone, held.in_run, free.alone, free.in_run)]
+            plain = fixed.alone
+        numbers = [f"{1e6 * seconds:.1f}" for seconds in (fixed.alone, fixed.in_run, free.alone, free.in_run)]
         theirs = (LEAF[name][2], f"{1e3 * LEAF[name][1]:.0f}") if name in LEAF else ("", "")
-        row(name, held.points, *numbers, *theirs)
+        row(name, fixed.points, *numbers, *theirs)
     leaf = 1e-3 * LEAF["plain"][1]
-    met = "met" if max(small) <= SMALL_BAR else "not met"
-    print(f"\nAn iteration of a small pattern takes {1e6 * min(small):.1f} to {1e6 * max(small):.1f} us (bar "
-          f"{1e6 * SMALL_BAR:.0f}: {met}); of the plain weave, periods held, {1e6 * plain:.1f} us, {leaf / plain:.1f} "
-          f"times as fast as L's {1e6 * leaf:.0f}.")  # fmt: skip
+    met = "met" if max(small) <= SMALL_TARGET else "not met"
+    print(f"\nAn iteration of a small pattern takes {1e6 * min(small):.1f} to {1e6 * max(small):.1f} us (target "
+          f"{1e6 * SMALL_TARGET:.0f}: {met}). An iteration of the plain weave with fixed periods takes "
+          f"{1e6 * plain:.1f} us, {leaf / plain:.1f} times as fast as L's {1e6 * leaf:.0f} us.")  # fmt: skip
 
 
 def variants_of_grid(count: int) -> list[tuple[YarnSet, YarnMaterial]]:
-    """Variants of stockinette as it is drawn, evenly chosen from the grid.
+    """Variants of the generated stockinette cell, evenly chosen from the grid.
 
-    By the similarity of L's eq 4 yarn of gamma times the radius stands for a fabric that is gamma times as tight.
+    By the similarity of L's eq 4, a yarn of gamma times the radius represents a fabric that is gamma times as tight.
     """
     yarns = cell_of("stockinette")
     grid = list(itertools.product(GAMMAS.tolist(), RADII.tolist(), BENDING.tolist()))
@@ -195,21 +195,23 @@ def variants_of_grid(count: int) -> list[tuple[YarnSet, YarnMaterial]]:
 
 
 def evenly(length: int, count: int) -> list[int]:
-    """Places of so many in a sequence, evenly spaced."""
+    """Evenly spaced indices of at most ``count`` entries of a sequence."""
     return np.linspace(0, length - 1, min(count, length)).round().astype(int).tolist()
 
 
-def mean_seconds(of: Sequence[tuple[YarnSet, YarnMaterial]], relax: Callable[[YarnSet, YarnMaterial], object]) -> float:
-    """Mean time of relaxing some one after another, kernels compiled by the first of them."""
-    relax(*of[0])
+def mean_seconds(
+    chosen: Sequence[tuple[YarnSet, YarnMaterial]], relax: Callable[[YarnSet, YarnMaterial], object]
+) -> float:
+    """Mean time of relaxing the chosen variants one after another; an extra first call compiles the kernels."""
+    relax(*chosen[0])
     began = time.perf_counter()
-    for yarns, material in of:
+    for yarns, material in chosen:
         relax(yarns, material)
-    return (time.perf_counter() - began) / len(of)
+    return (time.perf_counter() - began) / len(chosen)
 
 
 def variants(device: wp.Device, given: argparse.Namespace) -> None:
-    """A grid of variants together, against some of them one after another."""
+    """Relax a grid of variants in one batch, and some of them one after another."""
     every, name = variants_of_grid(given.variants), str(device)
     cells, materials = zip(*every, strict=True)
     for _ in range(2):
@@ -220,27 +222,28 @@ def variants(device: wp.Device, given: argparse.Namespace) -> None:
         yarns, material=material, quality=QUALITY, device=name, cell=FREE))  # fmt: skip
     batch_of_one = mean_seconds(some, lambda yarns, material: relax_cells(
         [yarns], materials=[material], free=[FREE], quality=QUALITY, device=name))  # fmt: skip
-    head("how", "measured", "ms each", "s for all", "times as fast together")
-    row("together", len(cells), f"{1e3 * together:.3f}", f"{together * len(cells):.2f}", "")
-    for label, seconds in (("one after another", alone), ("likewise, no linking certificate", batch_of_one)):
+    head("method", "measured", "ms each", "s for all", "speed-up of the batch")
+    row("one batch", len(cells), f"{1e3 * together:.3f}", f"{together * len(cells):.2f}", "")
+    single = (("one after another", alone), ("one after another, no linking certificate", batch_of_one))
+    for label, seconds in single:
         times = f"{seconds / together:.1f}"
         row(label, len(some), f"{1e3 * seconds:.3f}", f"{seconds * len(cells):.2f}", times)
-    met = "met" if alone / together >= VARIANT_BAR else "not met"
-    told = batch.report
-    print(f"\n{len(cells)} variants of stockinette together take {told['seconds']:.2f} s ({told['converged']} at rest, "
-          f"{told['launched']} iterations of the longest): {alone / together:.1f} times the throughput of one after "
-          f"another (bar {VARIANT_BAR:.0f}: {met}).")  # fmt: skip
+    met = "met" if alone / together >= VARIANT_TARGET else "not met"
+    report = batch.report
+    print(f"\n{len(cells)} variants of stockinette in one batch take {report['seconds']:.2f} s ({report['converged']} "
+          f"at rest, {report['launched']} iterations of the slowest): {alone / together:.1f} times the throughput of "
+          f"relaxing them one after another (target {VARIANT_TARGET:.0f}: {met}).")  # fmt: skip
 
 
 def tiled_to(yarns: YarnSet, points: int) -> YarnSet:
-    """Tiles of a cell, as nearly square as it goes, of about so many control points; they repeat in their turn."""
+    """Periodic tiling of a cell to about ``points`` control points, with about as many columns as rows."""
     count = points / len(yarns.points)
     columns = max(round(math.sqrt(count)), 1)
     return tile_yarns(yarns, columns, max(round(count / columns), 1), periodic=True)
 
 
 def weaves(device: wp.Device, given: argparse.Namespace) -> None:
-    """L's table 5: each weave as one period and tiled."""
+    """Time the weaves of L's table 5, each as one period and tiled."""
     own, cpu, gpu = ("points", "ms", "in a run ms"), ("L CPU: points", "ms"), ("L GPU: points", "ms")
     head("weave", *(*own, *cpu, *gpu) * 2, *own, *gpu)
     ratios: dict[tuple[int, str], list[tuple[float, float]]] = {column: [] for column in COLUMNS}
@@ -259,19 +262,19 @@ def weaves(device: wp.Device, given: argparse.Namespace) -> None:
         f"{mean_ratio(pairs):.1f} ({f'about {size} points' if size else 'one period'}, L on a {processor})"
         for (size, processor), pairs in ratios.items()
     )
-    print(f"\nPer control point an iteration is so many times as fast as L's, mean of the weaves: {times}.")
+    print(f"\nSpeed-up over L per control point and iteration, mean of the weaves: {times}.")
 
 
 def sides(points: int, most: int) -> list[int]:
-    """Tiles along a side of squares that double, from one tile to about ``most`` control points."""
+    """Numbers of tiles along the side of a square, doubling from one tile to about ``most`` control points."""
     last = max(round(math.sqrt(most / points)), 1)
     return [*(2**k for k in range(last.bit_length()) if 2**k < last), last]
 
 
 def sizes(device: wp.Device, given: argparse.Namespace) -> None:
-    """L's fig. 13: time against the size of a plain weave."""
+    """L's fig. 13: time per iteration against the size of a plain weave."""
     yarns = cell_of("plain")
-    head("tiles", "points", "ms", "us a point", "in a run ms", "us a point")
+    head("tiles", "points", "ms", "us per point", "in a run ms", "us per point")
     best, found = math.inf, None
     for side in sides(len(yarns.points), given.most):
         found = timing(tile_yarns(yarns, side, side, periodic=True), device)
@@ -286,33 +289,34 @@ def sizes(device: wp.Device, given: argparse.Namespace) -> None:
     on_gpu = (pair for (_, processor), pair in zip(COLUMNS, TABLE_5["plain"], strict=True) if processor == "GPU")
     theirs = ", ".join(f"{1e3 * ms / points:.2f} us at {points}" for points, ms in on_gpu)
     last = 1e6 * found.alone / found.points
-    print(f"\nAn iteration takes {last:.4f} us a point at {found.points} control points, {1e6 * best:.4f} at the best "
-          f"size (L on a GPU: {theirs}, and 0.07 us in a sweater of 250k).")  # fmt: skip
+    print(f"\nAn iteration takes {last:.4f} us per point at {found.points} control points, and {1e6 * best:.4f} us per "
+          f"point at the best size (L on a GPU: {theirs}, and 0.07 us in a sweater of 250k points).")  # fmt: skip
 
 
 def frame(device: wp.Device, given: argparse.Namespace) -> None:
-    """The first frames of a live swatch after its chart was changed."""
+    """Time the first frames of a live swatch after a change of its chart."""
     taken: dict[str, list[tuple[float, float, float]]] = {}
     with sm.SwatchSession(
         "stockinette", material=MATERIAL, quality=QUALITY, device=str(device), relax_cell=True
     ) as session:
         width = session.wait_until_rest(LONGEST).size[0]
         edits = {name: edit for name, edit in changes_of("stockinette", width).items() if "pattern" in edit}
-        for _ in range(1 + EDITS):  # the first of them loads kernels
+        for _ in range(1 + EDITS):  # the first round loads kernels
             for name, edit in edits.items():
                 taken.setdefault(name, []).append(seconds_of_edit(session, edit))
-    head("change", "as drawn ms", f"after {ASSESSMENT_INTERVAL} iterations ms", "at rest ms")
+    head("change", "as generated ms", f"after {ASSESSMENT_INTERVAL} iterations ms", "at rest ms")
     medians = {name: np.median(times[1:], axis=0) for name, times in taken.items()}
     for name, times in medians.items():
         row(name, *(f"{1e3 * seconds:.1f}" for seconds in times))
-    slowest, bar = max(times[1] for times in medians.values()), FRAME_BAR["cuda" if device.is_cuda else "cpu"]
-    met = "met" if slowest <= bar else "not met"
-    print(f"\nA chart edit shows as drawn after {1e3 * max(times[0] for times in medians.values()):.1f} ms, and as it "
-          f"relaxes after {1e3 * slowest:.1f} ms (bar {1e3 * bar:.0f}: {met}); medians of {EDITS}.")  # fmt: skip
+    slowest, target = max(times[1] for times in medians.values()), FRAME_TARGET["cuda" if device.is_cuda else "cpu"]
+    met = "met" if slowest <= target else "not met"
+    first = max(times[0] for times in medians.values())
+    print(f"\nAfter a chart edit, the generated yarns are shown after {1e3 * first:.1f} ms, the first relaxed frame "
+          f"after {1e3 * slowest:.1f} ms (target {1e3 * target:.0f}: {met}); medians of {EDITS} edits.")  # fmt: skip
 
 
 def seconds_of_edit(session: sm.SwatchSession, edit: dict[str, object]) -> tuple[float, float, float]:
-    """Time from a change to its first frame, to the first one that iterations have been at, and to rest."""
+    """Seconds from a change until its first frame, until the first frame after iterations, and until rest."""
     number = session.frame.number
     session.set(**edit)
     first = seen = session.wait_for_frame(LONGEST, after=number)
@@ -328,9 +332,9 @@ SECTIONS = {"iteration": iteration, "variants": variants, "weaves": weaves, "siz
 
 
 def main() -> None:
-    """Measure the sections that were asked for."""
+    """Measure the sections given on the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)}; all by default")
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"one of {', '.join(SECTIONS)}; default: all")
     parser.add_argument("--device")
     parser.add_argument("--most", type=int, default=5_000_000, help="control points of the largest plain weave")
     parser.add_argument("--variants", type=int, default=1000, help=argparse.SUPPRESS)

@@ -23,11 +23,11 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 BANDWIDTH = {"cuda": 4.8e12, "cpu": 1.0e10}
-"""Memory traffic a second: that of an H200, and of one core of a server."""
+"""Memory bandwidth [bytes/s] of an H200 GPU, and of one core of a server."""
 
 
 def seconds(device: wp.Device, action: Callable[[], object], repeats: int) -> float:
-    """Shortest time of an action out of three runs of many."""
+    """Shortest mean time [s] of an action in three runs of ``repeats`` repetitions each."""
     best = np.inf
     action()
     for _ in range(3):
@@ -41,22 +41,22 @@ def seconds(device: wp.Device, action: Callable[[], object], repeats: int) -> fl
 
 
 def repeated(device: wp.Device, launches: Sequence[wp.Launch], times: int) -> Callable[[], object]:
-    """An action that runs launches several times; a captured graph on a GPU."""
+    """An action that runs all launches several times; on a GPU it launches a captured graph."""
 
-    def all_of_them() -> None:
+    def run_all() -> None:
         for _ in range(times):
             for launch in launches:
                 launch.launch()
 
     if not device.is_cuda:
-        return all_of_them
+        return run_all
     with wp.ScopedCapture(device=device) as capture:
-        all_of_them()
+        run_all()
     return lambda: wp.capture_launch(capture.graph)
 
 
 def traffic(simulation: YarnSimulation) -> dict[str, float]:
-    """Bytes that each kernel must read and write at least, every array once."""
+    """Bytes that each kernel must at least read and write, if it accesses each array once."""
     model, candidates = simulation.model, simulation.candidates
     real = 4 if model.scalar is wp.float32 else 8
     n, s, p = model.point_count, model.segment_count, model.sample_count
@@ -75,7 +75,7 @@ def traffic(simulation: YarnSimulation) -> dict[str, float]:
 
 
 def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> None:
-    """Print one size."""
+    """Measure and print the times for one number of control points."""
     per_stitch = quality.control_points_per_stitch
     rows = max(int(np.sqrt(points / per_stitch)), 2)
     yarns = stockinette_tube(rows, max(round(points / per_stitch / rows), 6), per_stitch)
@@ -84,7 +84,7 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     loop = RelaxationLoop(simulation, tolerance=0.0)
     loop.iterate(settle)
     residual = simulation.assess().residual
-    settled = wp.clone(simulation.state.points)
+    relaxed_points = wp.clone(simulation.state.points)
     n = simulation.model.point_count
     touching = float(simulation.candidates.count.numpy().sum()) / 2
     samples = simulation.model.sample_count
@@ -94,18 +94,18 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     repeats = 50 if device.is_cuda else 2
     bound = traffic(simulation)
     bandwidth = BANDWIDTH["cuda" if device.is_cuda else "cpu"]
-    print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9} {'of it':>6}")
+    print(f"{'kernel':20} {'us':>9} {'ns/point':>9} {'bound us':>9} {'share':>6}")
     launches = simulation.iterations.launches
     for launch in launches:
         name = launch.kernel.key.split("__")[-1]
         took = seconds(device, repeated(device, [launch], times), repeats) / times
         limit = f"{bound[name] / bandwidth * 1e6:9.2f} {bound[name] / bandwidth / took:6.0%}" if name in bound else ""
         print(f"{name:20} {took * 1e6:9.2f} {took / n * 1e9:9.2f} {limit}")
-        wp.copy(simulation.state.points, settled)
+        wp.copy(simulation.state.points, relaxed_points)
     all_forces = seconds(device, repeated(device, launches[:3], times), repeats) / times
     print(f"{'all forces':20} {all_forces * 1e6:9.2f} {all_forces / n * 1e9:9.2f}")
     whole = seconds(device, repeated(device, launches, times), repeats) / times
-    wp.copy(simulation.state.points, settled)
+    wp.copy(simulation.state.points, relaxed_points)
     print(f"{'one iteration':20} {whole * 1e6:9.2f} {whole / n * 1e9:9.2f}")
     for name, action in (("assessment", simulation.assess), ("new lists", loop.search_contacts)):
         took = seconds(device, action, 3)
@@ -113,7 +113,7 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
 
 
 def main() -> None:
-    """Measure the sizes that were asked for."""
+    """Measure the sizes given on the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--device", default=None)
     parser.add_argument("--points", type=int, nargs="+", default=[3000, 60_000])

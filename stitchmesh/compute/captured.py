@@ -11,7 +11,7 @@ from typing import Any
 import warp as wp
 
 Launcher = Callable[..., Any]
-"""``Model.launch``, which runs a kernel at once, or ``Model.prepare``, which returns a launch for later."""
+"""``Model.launch``, which runs a kernel immediately, or ``Model.prepare``, which returns a launch for later."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from stitchmesh.compute.kernel import kernel
 
 FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
-"""Threads of a reduction."""
+"""Bounds of the number of threads of a reduction."""
 TILE = 256
 """Values that a block of threads sums together."""
 VALUES_PER_STRAND = 32
-"""Values of a strand above which there are more strands."""
+"""Mean number of values per strand above which the number of strands increases."""
 
 
 def strands_for(count: int) -> int:

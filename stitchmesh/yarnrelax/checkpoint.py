@@ -52,7 +52,7 @@ class Checkpoints:
     """
 
     folder: FilePath
-    """Folder of ``checkpoint.smc`` and of the one before it, ``checkpoint.previous.smc``; made where missing."""
+    """Folder of ``checkpoint.smc`` and of the previous one, ``checkpoint.previous.smc``; created if it is missing."""
     every: int
     """Iterations between two checkpoints, rounded up to whole assessment intervals."""
 
@@ -85,7 +85,7 @@ class CheckpointState:
     step_scale: float
     """Scale of steps."""
     energy_fall: float
-    """Part of itself by which the energy fell over the last assessment interval."""
+    """Relative decrease of the energy over the last assessment interval."""
     arrays: Mapping[str, Any]
     """``YarnSimulation.arrays`` by name: copies on the device, or as read from a file."""
 

@@ -145,19 +145,19 @@ class Assessment:
 
     @property
     def remedy(self) -> str:
-        """What helps yarns that are not at rest: a higher precision where the force is noise, else more iterations."""
+        """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
         if self.residual <= ABOVE_NOISE * self.rounding:
             return f"rounding of coordinates alone leaves {self.rounding:.2g}: set precision to float64"
         return "raise max_iterations"
 
     @property
     def finite(self) -> bool:
-        """Whether all of it is finite."""
+        """Whether the residual and all energies are finite."""
         return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
 
 
 LARGEST_ENERGY_FALL = 0.1
-"""Largest relative fall of the energy between two assessments of yarns at rest, over the tolerance."""
+"""Largest relative decrease of the energy between two assessments of yarns at rest, over the tolerance."""
 
 
 def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the caller of a relaxation receives while it runs: history, progress, states and checkpoints."""
+"""Output of a running relaxation to its caller: history, progress, states and checkpoints."""
 
 from __future__ import annotations
 

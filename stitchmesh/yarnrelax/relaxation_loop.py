@@ -31,7 +31,7 @@ SMALLEST_STEP_SCALE = 5e-5
 RECOVERY = 1.2
 """Growth of the scale of steps after each accepted assessment."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
-"""What helps where an energy is too steep to be relaxed."""
+"""Advice for an energy that is too steep to be relaxed."""
 
 
 class RelaxationLoop:
@@ -55,7 +55,7 @@ class RelaxationLoop:
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
         self.errors: dict[int, str] = dict(simulation.too_close)
-        """What is wrong with cells that cannot go on."""
+        """Error messages of the cells that cannot continue."""
 
     def start(self) -> None:
         """Assess the yarns as they were given.
@@ -73,7 +73,7 @@ class RelaxationLoop:
         """Iterate until all cells are at rest, or have done ``iterations``; ``note`` is called after each assessment.
 
         Raises:
-            SolverError: the only piece cannot go on.
+            SolverError: the only piece cannot continue.
         """
         if not self.last:
             self.start()
@@ -86,7 +86,7 @@ class RelaxationLoop:
         """Iterate some cells, or all, for one assessment interval; accept the new states, or step back.
 
         Raises:
-            SolverError: the only piece cannot go on.
+            SolverError: the only piece cannot continue.
         """
         chosen = np.ones(len(self.last), dtype=bool) if cells is None else cells
         self.iterate(int(ASSESSMENT_INTERVAL), chosen)
@@ -151,7 +151,7 @@ class RelaxationLoop:
         self.search_contacts()
 
     def renew_terms(self) -> bool:
-        """Renew the lagged quantities of terms, such as the normal forces of friction; whether there are any."""
+        """Renew the lagged quantities of terms, such as the normal forces of friction; return whether there are any."""
         if not any(term.lags for term in self.simulation.terms):
             return False
         self.search_contacts()
@@ -167,7 +167,7 @@ class RelaxationLoop:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Whether each cell cannot go on, shape (C,)."""
+        """Whether each cell cannot continue, shape (C,)."""
         return np.isin(np.arange(len(self.last)), list(self.errors))
 
     def _fitting_margin(self) -> float:
@@ -184,18 +184,18 @@ class RelaxationLoop:
         return now.finite and now.energy + kinetic_energy <= last.energy + self.kinetic_energy + allowed
 
     def _note(self, cell: int, now: Assessment) -> None:
-        """Note the accepted assessment of a cell."""
+        """Record the accepted assessment of a cell."""
         self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
         self.last[cell] = now
 
     def _fail(self, errors: dict[int, str]) -> None:
-        """Note the cells that cannot go on; raise if no other cell could."""
+        """Record the cells that cannot continue; raise the error if there is only one cell."""
         self.errors |= errors
         if self.errors and self.simulation.model.cell_count == 1:
             raise SolverError(self.errors[0])
 
 
 def _wait_is_over(progress: Progress, wanted: NDArray[np.int64], since_search: int) -> bool:
-    """Whether cells wait for new candidate lists, and no other cell would still profit from the old ones."""
+    """Whether cells wait for new candidate lists, and no other cell can still use the old lists."""
     moving = (progress.done < wanted) & ~progress.waiting
     return bool(progress.waiting.any()) and (since_search >= PATIENCE or not moving.any())

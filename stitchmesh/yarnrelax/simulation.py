@@ -42,7 +42,7 @@ from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInput
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
 GRAPH_ITERATIONS = {"cpu": 1, "cuda": 5}
-"""Iterations of a graph: those between two looks at the progress; a look costs a GPU as much as an iteration."""
+"""Iterations of a graph. The host reads the progress after each graph, which costs a GPU as much as an iteration."""
 
 
 @kernel
@@ -122,7 +122,7 @@ class YarnSimulation:
         self.search = ContactSearch(model, self.state, self.candidates, reallocated=self.discard_launches)
         self.discard_launches()
         self.too_close = self.search_contacts()
-        """What was wrong at the start with cells whose yarns are too close."""
+        """For each cell whose yarns are too close at the start, the message that names the place."""
         for term in self.terms:
             term.renew(self.state, self.candidates)
 
@@ -165,7 +165,7 @@ class YarnSimulation:
         return launches + self.solver.launches(self.inputs, launcher)
 
     def iterate(self) -> int:
-        """Launch some iterations; how many."""
+        """Launch some iterations; return their number."""
         self.iterations.launch()
         return self.graph_iterations
 
@@ -208,7 +208,7 @@ class YarnSimulation:
         return self.assess_cells()[0]
 
     def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
-        """Residual and energies of each cell now; the effect of rounding is measured only in ``cells``, or in all."""
+        """Residual and energies of each cell; the effect of rounding is measured in ``cells``, by default in all."""
         return self.assessor.assess(cells)
 
     def accept(self, cells: NDArray[np.bool_]) -> None:
@@ -237,7 +237,7 @@ class YarnSimulation:
         return own | carried
 
     def resume(self, arrays: Mapping[str, NDArray[Any]], margin: float) -> None:
-        """Continue from ``arrays`` of a simulation that was started alike, with lists of the same margin [units]."""
+        """Continue from the ``arrays`` of a simulation with the same input, with lists of the same margin [units]."""
         self.state.points.assign(arrays["listed_points"])
         self.search_contacts(margin)
         own = {name: array for name, array in self.arrays().items() if "." not in name or name.startswith("solver.")}

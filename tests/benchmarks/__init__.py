@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of what benchmarks compute."""
+"""Tests of the quantities that the benchmarks compute."""

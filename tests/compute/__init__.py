@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of what kernels are made of."""
+"""Tests of the device layer: launches, kernels and reductions."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums, minima and maxima on the device equal those of NumPy, whatever the length, and always have the same bits."""
+"""Sums, minima and maxima on the device equal those of NumPy for every length. Repeated sums have the same bits."""
 
 from __future__ import annotations
 
@@ -48,27 +48,28 @@ def random(count: int, kind: type = np.float64) -> np.ndarray:
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 def test_sums_and_extremes_equal_those_of_the_host(count: int, kind: type) -> None:
     values = random(count, kind)
-    # sums are taken in float64: rounding of as many summands as a strand and the strands have, a generous thousand
+    # Sums are taken in float64. The bound allows the rounding of a thousand summands; a strand has fewer summands
+    # than that, and so has the sum over strands.
     bound = 1e3 * np.finfo(np.float64).eps * np.abs(values).astype(np.float64).sum()
     assert ordered_sum(array(values)) == pytest.approx(math.fsum(values), abs=bound)
     assert maximum(array(values)) == values.max()
     assert minimum(array(values)) == values.min()
 
 
-def test_integers_have_a_largest_one() -> None:
+def test_minimum_and_maximum_accept_integers() -> None:
     values = np.array([3, -7, 12, 5], dtype=np.int32)
     assert (minimum(array(values)), maximum(array(values))) == (-7.0, 12.0)
 
 
 @pytest.mark.parametrize("place", [0, 300, 999])
-def test_a_value_that_is_not_a_number_is_never_lost(place: int) -> None:
+def test_a_nan_is_never_lost(place: int) -> None:
     values = random(1000)
     values[place] = np.nan
     for reduced in (ordered_sum, maximum, minimum):
         assert math.isnan(reduced(array(values)))
 
 
-def test_an_infinite_value_is_the_largest_and_the_smallest() -> None:
+def test_infinite_values_are_found_as_extremes() -> None:
     values = random(1000)
     values[500] = np.inf
     assert maximum(array(values)) == np.inf
@@ -80,7 +81,7 @@ def test_the_same_values_give_the_same_bits() -> None:
     assert len({ordered_sum(values) for _ in range(5)}) == 1
 
 
-def test_several_sums_at_once_equal_single_ones() -> None:
+def test_several_sums_read_together_equal_single_sums() -> None:
     parts = {"many": random(20_000), "few": random(3), "one": random(1)}
     sums = Sums(3, 20_000, 1, wp.get_device("cpu"))
     for name, values in parts.items():
@@ -88,11 +89,11 @@ def test_several_sums_at_once_equal_single_ones() -> None:
     found = sums.read()
     assert list(found) == list(parts)
     for name, values in parts.items():
-        # two orders of a float64 sum
+        # float64 rounding: the two sums add in different orders
         assert found[name][0] == pytest.approx(math.fsum(values), abs=1e-13 * np.abs(values).sum())
 
 
-def test_sums_and_minima_over_ranges_are_those_of_each() -> None:
+def test_sums_and_minima_over_ranges_equal_those_of_each_range() -> None:
     values, start = random(20_000), [0, 3, 4, 12_345, 20_000]
     sums = Sums(2, 20_000, 4, wp.get_device("cpu"))
     sums.add("plain", array(values), ranges(*start), launch)
@@ -100,23 +101,23 @@ def test_sums_and_minima_over_ranges_are_those_of_each() -> None:
     found, smallest = sums.read(), minima_over(array(values), ranges(*start), 20_000)
     for k, (first, last) in enumerate(pairwise(start)):
         part = values[first:last]
-        # two orders of a float64 sum
+        # float64 rounding: the two sums add in different orders
         assert found["plain"][k] == pytest.approx(math.fsum(part), abs=1e-13 * np.abs(part).sum())
         assert found["squared"][k] == pytest.approx(math.fsum(part**2), rel=1e-13)
         assert smallest[k] == part.min()
 
 
-def test_the_number_of_strands_depends_on_the_length_alone_and_suits_tiles() -> None:
+def test_the_number_of_strands_depends_only_on_the_length_and_is_a_multiple_of_the_tile() -> None:
     counts = [strands_for(length) for length in range(1, 3 * MOST_STRANDS * VALUES_PER_STRAND, 9973)]
     assert counts == sorted(counts)
     assert {count % TILE for count in counts} == {0}
     assert (counts[0], counts[-1]) == (FEWEST_STRANDS, MOST_STRANDS)
 
 
-def test_rows_of_strands_are_totalled_in_blocks() -> None:
+def test_blocks_add_up_the_rows_of_strands() -> None:
     parts = random(3 * 1024).reshape(3, 1024)
     totals = wp.zeros(3, dtype=wp.float64, device="cpu")
 
     wp.launch_tiled(row_totals, dim=3, inputs=[array(parts)], outputs=[totals], block_dim=TILE, device="cpu")
-    # rounding of a thousand summands of order one, whose sum is of order thirty
+    # float64 rounding of a thousand summands of order one; their sum is of order thirty
     np.testing.assert_allclose(totals.numpy(), parts.sum(axis=1), atol=1e-12)

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Bending and stretching against the elastica: what a yarn does under dead loads.
+"""Bending and stretching under dead loads, compared with Euler's elastica.
 
-A yarn with k_bend bends as a rod with flexural rigidity EI = 2 k_bend (reference: Euler's elastica, solved to six
-digits by shooting). The yarn is in balance where its forces and the loads cancel; that state is found here by a
-quasi-Newton method that starts from the exact curvature of the energy at the straight yarn, so nothing of the
-relaxer is used but its energies and forces. Loads act on points of the curve through the spline basis. A cantilever
-of length L is half of a yarn of length 2 L that is loaded alike on both sides and held up in its middle.
+A yarn with k_bend bends as a rod with flexural rigidity EI = 2 k_bend. The reference values are the elastica, solved to
+six digits by shooting. The yarn is in equilibrium where its forces balance the loads. These tests find the equilibrium
+with their own quasi-Newton method, which starts from the Hessian of the energy at the straight yarn; of the relaxer,
+they use only the energies and the forces. Loads act on points of the curve through the spline basis. Each half of a
+yarn of length 2 L is a cantilever of length L: the loads on both halves are equal, and the middle is supported.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ Response = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """Energy [erg] and forces [dyn] at control points in the plane, shape (N, 2)."""
 
 STIFF_LENGTH = 1e3
-"""k_len against k_bend = 1 and segments of 1: strains P / (2 k_len) under loads of a few EI / L^2 are 1e-4."""
+"""k_len for k_bend = 1 and segments of length 1: the strains P / (2 k_len) under loads of a few EI / L^2 are 1e-4."""
 CHAIN_LENGTH = 3e4
-"""The same for a chain of weight 24."""
+"""k_len for a chain of weight 24, with similar strains."""
 RADIUS = 0.5
-"""As segments of 1 touch nothing, it matters only to the number of contact samples: thinner yarns get more."""
+"""The yarns touch nothing, so the radius affects only the number of contact samples: a thinner yarn gets more."""
 HALF = 8
-"""Segments of a cantilever; cubic splines bend as the elastica to (1 / HALF)^2 of its change in curvature."""
+"""Segments of a cantilever. The error of cubic splines is (1 / HALF)^2 of the elastica's change in curvature."""
 
 
 def straight_yarn(segments: int) -> YarnSet:
@@ -50,32 +50,32 @@ def material(k_bend: float, k_len: float = STIFF_LENGTH) -> YarnMaterial:
 
 
 def response(yarns: YarnSet, matter: YarnMaterial) -> Response:
-    """What a yarn that touches nothing answers, from one model on the device."""
+    """A function that returns energy and forces of a yarn without contacts; it reuses one model on the device."""
     model = put_model(
         yarns, matter, quadrature_points=5, contact_samples=1, scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )  # fmt: skip
-    state, nothing = make_state(model), make_candidates(model, 0.1)
-    unheld = model.empty(model.point_count)
+    state, no_candidates = make_state(model), make_candidates(model, 0.1)
+    point_stiffness = model.empty(model.point_count)
 
     def respond(plane: np.ndarray) -> tuple[float, np.ndarray]:
         state.points.assign(model.to_device(np.column_stack([plane, np.zeros(len(plane))])))
-        evaluation.force_launches(model, state, nothing, (), unheld, model.launch)
-        energy = sum(by_term.energies(model, state, nothing, ()).values())
+        evaluation.force_launches(model, state, no_candidates, (), point_stiffness, model.launch)
+        energy = sum(by_term.energies(model, state, no_candidates, ()).values())
         return energy, state.force.numpy()[:, :2] / model.unit
 
     return respond
 
 
-def at(yarns: YarnSet, segment: int, parameter: float) -> np.ndarray:
-    """Weights of the control points at a point of the curve, shape (N,)."""
+def weights_at(yarns: YarnSet, segment: int, parameter: float) -> np.ndarray:
+    """Spline weights of the control points for one point of the curve, shape (N,)."""
     weights = np.zeros(len(yarns.points))
     weights[yarns.segment_points[segment]] = basis(parameter)[0]
     return weights
 
 
-def spread_evenly(yarns: YarnSet) -> np.ndarray:
-    """Weights of a load of one per unit of length along the yarn, by Gauss quadrature, shape (N,)."""
+def uniform_load(yarns: YarnSet) -> np.ndarray:
+    """Control-point weights of a load of 1 per unit of rest length, by Gauss quadrature, shape (N,)."""
     nodes, shares = np.polynomial.legendre.leggauss(4)
     weights = np.zeros(len(yarns.points))
     for segment, length in zip(yarns.segment_points, yarns.rest_length, strict=True):
@@ -83,8 +83,8 @@ def spread_evenly(yarns: YarnSet) -> np.ndarray:
     return weights
 
 
-def balanced(yarns: YarnSet, k_bend: float, load: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
-    """Control points (x, y) at which the yarn carries a dead load [dyn], shape (N, 2)."""
+def equilibrium(yarns: YarnSet, k_bend: float, load: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
+    """Control points (x, y) at which the forces of the yarn balance a dead load [dyn], shape (N, 2)."""
     respond, count = response(yarns, material(k_bend)), len(yarns.points)
 
     def energy_and_gradient(flat: np.ndarray) -> tuple[float, np.ndarray]:
@@ -95,7 +95,7 @@ def balanced(yarns: YarnSet, k_bend: float, load: np.ndarray, start: np.ndarray 
     inverse = positive_inverse(hessian(lambda flat: energy_and_gradient(flat)[1], flat))
     options = {"hess_inv0": inverse, "gtol": 1e-5, "maxiter": 400}
     found = minimize(energy_and_gradient, flat, jac=True, method="BFGS", options=options)
-    assert np.abs(found.jac).max() < 1e-3 * max(np.abs(load).max(), 1e-6), "the yarn is not in balance"
+    assert np.abs(found.jac).max() < 1e-3 * max(np.abs(load).max(), 1e-6), "the yarn is not in equilibrium"
     return found.x.reshape(count, 2)
 
 
@@ -107,80 +107,82 @@ def hessian(gradient: Callable[[np.ndarray], np.ndarray], flat: np.ndarray) -> n
 
 
 def positive_inverse(matrix: np.ndarray) -> np.ndarray:
-    """Inverse with all eigenvalues made positive, for the start of a quasi-Newton method."""
+    """Inverse with all eigenvalues made positive; the initial inverse Hessian of a quasi-Newton method."""
     values, vectors = np.linalg.eigh(matrix)
     inverse = (vectors / np.maximum(np.abs(values), 1e-3)) @ vectors.T
     return (inverse + inverse.T) / 2
 
 
 def drop(yarns: YarnSet, points: np.ndarray) -> float:
-    """How far the ends of a doubled cantilever hang below its middle, over the length of one half."""
-    end = (at(yarns, 0, 0.0) + at(yarns, len(yarns.rest_length) - 1, 1.0)) / 2
-    return float((at(yarns, HALF, 0.0) - end) @ points[:, 1] / HALF)
+    """Mean height of the ends below the middle of a double cantilever, divided by the length of one half."""
+    end = (weights_at(yarns, 0, 0.0) + weights_at(yarns, len(yarns.rest_length) - 1, 1.0)) / 2
+    return float((weights_at(yarns, HALF, 0.0) - end) @ points[:, 1] / HALF)
 
 
 @pytest.mark.parametrize(("group", "expected"), [(1.0, 0.301721), (2.0, 0.493457), (5.0, 0.713792)])
 def test_end_loaded_cantilever(group: float, expected: float) -> None:
-    """P L^2 / EI = 1, 2, 5: drop / L of the elastica."""
+    """The drop over L of the elastica for P L^2 / EI = 1, 2, 5."""
     yarns = straight_yarn(2 * HALF)
     force = group * 2.0 / HALF**2
     last = len(yarns.rest_length) - 1
     load = np.zeros((len(yarns.points), 2))
-    load[:, 1] = force * (2 * at(yarns, HALF, 0.0) - at(yarns, 0, 0.0) - at(yarns, last, 1.0))
-    assert drop(yarns, balanced(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
+    load[:, 1] = force * (2 * weights_at(yarns, HALF, 0.0) - weights_at(yarns, 0, 0.0) - weights_at(yarns, last, 1.0))
+    assert drop(yarns, equilibrium(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize(("group", "expected"), [(1.0, 0.123471), (4.0, 0.425159), (8.0, 0.640631)])
 def test_heavy_cantilever(group: float, expected: float) -> None:
-    """w L^3 / EI = 1, 4, 8: drop / L of the heavy elastica."""
+    """The drop over L of the heavy elastica for w L^3 / EI = 1, 4, 8."""
     yarns = straight_yarn(2 * HALF)
     weight = group * 2.0 / HALF**3
     load = np.zeros((len(yarns.points), 2))
-    load[:, 1] = weight * (yarns.rest_length.sum() * at(yarns, HALF, 0.0) - spread_evenly(yarns))
-    assert drop(yarns, balanced(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
+    load[:, 1] = weight * (yarns.rest_length.sum() * weights_at(yarns, HALF, 0.0) - uniform_load(yarns))
+    assert drop(yarns, equilibrium(yarns, 1.0, load)) == pytest.approx(expected, rel=0.01)
 
 
 def test_euler_load_of_a_free_column() -> None:
-    """A column pressed at both pinned ends has a flat direction at P = pi^2 EI / L^2 and not before.
+    """A column compressed between two hinged ends becomes unstable at P = pi^2 EI / L^2 and not at smaller loads.
 
-    In the frame of the column the press is a dead load along it, whose potential has no second derivative; the rod
-    is first compressed until it carries P, and bends when the smallest curvature of its energy vanishes.
+    The compressive force is a dead load along the column; the second derivatives of its potential are zero. The test
+    compresses the straight rod until it carries P. The rod buckles where the smallest eigenvalue of the Hessian of its
+    energy vanishes.
     """
     segments = 2 * HALF
     yarns = straight_yarn(segments)
     critical = np.pi**2 * 2.0 / segments**2
-    signs = [smallest_curvature(yarns, share * critical) for share in (0.99, 1.01)]
-    assert signs[0] > 0.0 > signs[1]
+    below, above = (smallest_eigenvalue(yarns, share * critical) for share in (0.99, 1.01))
+    assert below > 0.0 > above
 
 
-def smallest_curvature(yarns: YarnSet, press: float) -> float:
-    """Smallest eigenvalue of the energy across a compressed column whose ends stay on the line.
+def smallest_eigenvalue(yarns: YarnSet, compression: float) -> float:
+    """Smallest eigenvalue of the Hessian for displacements across a compressed column whose ends stay on its axis.
 
-    E_len = k_len (1 - lambda)^2 a segment of length 1, so a press P shortens each by P / (2 k_len).
+    E_len = k_len (1 - lambda)^2 for a segment of length 1, so a compressive force P shortens each by P / (2 k_len).
     """
     count, respond = len(yarns.points), response(yarns, material(1.0))
-    line = yarns.points * (1.0 - press / (2 * STIFF_LENGTH))
+    line = yarns.points * (1.0 - compression / (2 * STIFF_LENGTH))
 
     def across(height: np.ndarray) -> np.ndarray:
         return -respond(np.column_stack([line[:, 0], height]))[1][:, 1]
 
     curvature = hessian(across, np.zeros(count))
-    held = np.stack([at(yarns, 0, 0.0), at(yarns, len(yarns.rest_length) - 1, 1.0)])
+    held = np.stack([weights_at(yarns, 0, 0.0), weights_at(yarns, len(yarns.rest_length) - 1, 1.0)])
     free = np.linalg.svd(held)[2][2:].T
     return float(np.linalg.eigvalsh(free.T @ curvature @ free)[0])
 
 
 @pytest.mark.parametrize(("slack", "expected"), [(1.1, 0.200301), (1.5, 0.502633)])
 def test_catenary(slack: float, expected: float) -> None:
-    """A yarn that hardly bends hangs as a chain: sag / span for L / span = 1.1 and 1.5.
+    """A yarn with very small bending stiffness hangs as a chain: sag / span for L / span = 1.1 and 1.5.
 
-    k_bend is small enough that the stiff ends, sqrt(EI / H) long, are below a hundredth of the span.
+    k_bend is so small that the boundary layers at the ends, of length sqrt(EI / H), are shorter than a hundredth of the
+    span.
     """
     yarns = straight_yarn(24)
     length, last = 24.0, len(yarns.rest_length) - 1
     span = length / slack
     weight, tether = 1.0, 3e4
-    ends = [(at(yarns, 0, 0.0), -span / 2), (at(yarns, last, 1.0), span / 2)]
+    ends = [(weights_at(yarns, 0, 0.0), -span / 2), (weights_at(yarns, last, 1.0), span / 2)]
     x = yarns.points[:, 0] / slack
     start = np.stack([x, 4 * expected * span * ((x / span) ** 2 - 0.25)], axis=1)
     respond = response(yarns, material(1e-3, CHAIN_LENGTH))
@@ -197,10 +199,10 @@ def test_catenary(slack: float, expected: float) -> None:
             gradient += tether * np.outer(weights, off)
         return energy, gradient.ravel()
 
-    heavy = spread_evenly(yarns)
+    heavy = uniform_load(yarns)
     inverse = positive_inverse(hessian(lambda flat: energy_and_gradient(flat)[1], start.ravel()))
     options = {"hess_inv0": inverse, "gtol": 1e-3, "maxiter": 600}
     found = minimize(energy_and_gradient, start.ravel(), jac=True, method="BFGS", options=options)
     hung = found.x.reshape(-1, 2)
-    sag = (ends[0][0] @ hung)[1] - (at(yarns, 12, 0.0) @ hung)[1]
+    sag = (ends[0][0] @ hung)[1] - (weights_at(yarns, 12, 0.0) @ hung)[1]
     assert sag / span == pytest.approx(expected, rel=0.01)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Friction between yarns: an energy between renewals, Coulomb's law in contacts, and the capstan.
+"""Friction between yarns: its energy between two renewals of the anchors, Coulomb's law in contacts, and the capstan.
 
-References: Coulomb's law F = mu N with the push of two crossing yarns integrated from L eq 9; Euler's and Eytelwein's
-capstan T1 / T2 = e^(mu phi).
+References: Coulomb's law F = mu N, where N is the contact force of two crossing yarns integrated from L eq 9; the
+capstan equation of Euler and Eytelwein, T1 / T2 = e^(mu phi).
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ from stitchmesh.yarnrelax.model.upload import put_model
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
 BALANCE = 3e-3
-"""Largest force left on a control point of the capstan's yarn over the weight that it carries."""
-PLACE = np.arange(-1.2, 1.25, 0.1)
+"""Largest net force on a control point of the capstan's yarn at equilibrium, divided by the weight that hangs on it."""
+ARC_LENGTHS = np.arange(-1.2, 1.25, 0.1)
+"""Positions of control points along a line [cm]."""
 
 
 @dataclass
-class SolverInputs:
-    """Yarns with friction whose control points are set by hand; lengths in units, forces in erg per unit."""
+class FrictionScene:
+    """Yarns with friction whose control points are set directly; lengths in units, forces in erg per unit."""
 
     model: Model
     state: State
@@ -47,7 +48,7 @@ class SolverInputs:
     friction: Term
 
     @classmethod
-    def of(cls, yarns: YarnSet, friction: Friction, material: YarnMaterial = MATERIAL, **choices) -> SolverInputs:
+    def of(cls, yarns: YarnSet, friction: Friction, material: YarnMaterial = MATERIAL, **choices) -> FrictionScene:
         model = put_model(
             yarns,
             material,
@@ -64,7 +65,7 @@ class SolverInputs:
     def start(self) -> np.ndarray:
         return self.model.to_device(self.model.yarns.points)
 
-    def put(self, points: np.ndarray) -> None:
+    def set_points(self, points: np.ndarray) -> None:
         wp.copy(self.state.points, self.model.upload(points, 3))
         place_contact_samples(self.model, self.state, self.model.launch)
 
@@ -72,16 +73,16 @@ class SolverInputs:
         ContactSearch(self.model, self.state, self.candidates).run()
 
     def begin_step(self, points: np.ndarray) -> None:
-        self.put(points)
+        self.set_points(points)
         self.list_candidates()
         self.friction.renew(self.state, self.candidates)
 
     def energy(self, points: np.ndarray) -> float:
-        self.put(points)
+        self.set_points(points)
         return self.friction.energy(self.state, self.candidates)
 
     def sample_forces(self, points: np.ndarray) -> np.ndarray:
-        self.put(points)
+        self.set_points(points)
         self.state.sample_force.zero_()
         self.friction.forces(self.state, self.candidates, self.model.launch)
         return self.state.sample_force.numpy().astype(np.float64)[:, :3]
@@ -95,17 +96,18 @@ class SolverInputs:
 
     def force_launches(self, points: np.ndarray) -> np.ndarray:
         wp.copy(self.state.points, self.model.upload(points, 3))
-        unheld = self.model.empty(self.model.point_count)
-        evaluation.force_launches(self.model, self.state, self.candidates, [self.friction], unheld, self.model.launch)
+        point_stiffness = self.model.empty(self.model.point_count)
+        terms = [self.friction]
+        evaluation.force_launches(self.model, self.state, self.candidates, terms, point_stiffness, self.model.launch)
         return self.state.force.numpy().astype(np.float64)
 
 
 def line(direction: tuple[float, float, float], through: tuple[float, float, float]) -> np.ndarray:
-    return np.asarray(through) + PLACE[:, None] * np.asarray(direction)
+    return np.asarray(through) + ARC_LENGTHS[:, None] * np.asarray(direction)
 
 
 def crossing(angle: float, delta: float = 0.9) -> YarnSet:
-    """Two straight yarns that cross at a distance of delta diameters."""
+    """Two straight yarns that cross; their axes are delta diameters apart."""
     turn = np.radians(angle)
     curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
               line((np.cos(turn), np.sin(turn), 0.0), (0.03, 0.02, delta * 2 * RADIUS))]  # fmt: skip
@@ -113,14 +115,14 @@ def crossing(angle: float, delta: float = 0.9) -> YarnSet:
 
 
 def heap() -> YarnSet:
-    """Three yarns of two radii, two of them side by side and one across both."""
+    """Three yarns with two different radii: two are side by side, and the third crosses both."""
     curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), line((1.0, 0.0, 0.0), (0.02, 0.23, 0.0)),
               line((0.8, 0.6, 0.0), (0.0, 0.1, 0.21))]  # fmt: skip
     return YarnSet.from_curves(curves, closed=[False] * 3, radius=[RADIUS, RADIUS, 0.1])
 
 
 def repeated() -> YarnSet:
-    """A yarn that touches only an image of the other: the cell is 1 cm along y, they lie 0.8 cm apart."""
+    """Two yarns of which one touches only an image of the other: the period along y is 1 cm, their distance 0.8 cm."""
     curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), line((1.0, 0.0, 0.0), (0.02, 0.8, 0.0))]
     yarns = YarnSet.from_curves(curves, closed=[False] * 2, radius=RADIUS)
     return replace(yarns, lattice=Lattice([[9.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), lattice_step=np.zeros((2, 2)))
@@ -134,29 +136,29 @@ def slip(yarns: YarnSet, size: float) -> np.ndarray:
 @pytest.mark.parametrize("size", [0.003, 0.1])
 @pytest.mark.parametrize("yarns", [heap(), repeated()], ids=["heap", "lattice"])
 def test_force_is_minus_the_gradient(yarns: YarnSet, size: float, mu: float | tuple[float, float]) -> None:
-    """In sticking contacts (slip of 0.003 radii), and in sliding ones; the slip length is 0.05."""
-    scene = SolverInputs.of(yarns, Friction(mu))
+    """The slip of 0.003 radii makes sticking contacts, that of 0.1 sliding contacts; the slip length is 0.05 radii."""
+    scene = FrictionScene.of(yarns, Friction(mu))
     points = scene.start + slip(yarns, size)
     direction = np.random.default_rng(3).normal(size=points.shape)
     force = scene.friction_forces(points)
     assert np.abs(force).max() > 0.0
-    step = 1e-6  # truncation 1e-12 over the slip of 1e-3 squared, rounding 1e-10
+    step = 1e-6  # truncation error: 1e-12 over the squared slip of 1e-3; rounding error 1e-10
     slope = (scene.energy(points + step * direction) - scene.energy(points - step * direction)) / (2 * step)
     assert slope == pytest.approx(-(force * direction).sum(), rel=1e-5)
 
 
-def test_action_is_reaction() -> None:
-    scene = SolverInputs.of(heap(), Friction((0.5, 0.2)))
+def test_friction_forces_sum_to_zero() -> None:
+    scene = FrictionScene.of(heap(), Friction((0.5, 0.2)))
     force = scene.sample_forces(scene.start + slip(heap(), 0.1))
-    # float64 rounding of a hundred summands
+    # float64 rounding of a hundred terms
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).sum())
 
 
-def test_yarns_that_did_not_slip_feel_nothing() -> None:
-    """Also where they were shifted and are pressed hard; friction never pushes yarns apart."""
-    scene = SolverInputs.of(heap(), Friction(0.3))
+def test_yarns_that_did_not_slip_have_no_friction() -> None:
+    """This also holds for yarns in strong contact that were translated together; friction never separates yarns."""
+    scene = FrictionScene.of(heap(), Friction(0.3))
     shifted = scene.start + np.array([0.3, -0.2, 0.1])
-    # coordinates of 10 units are rounded to 1e-15, over a slip length of 0.05
+    # coordinates of 10 units are rounded to 1e-15; friction divides them by the slip length of 0.05
     assert np.abs(scene.friction_forces(shifted)).max() < 1e-11
     assert scene.energy(shifted) < 1e-12
 
@@ -164,82 +166,82 @@ def test_yarns_that_did_not_slip_feel_nothing() -> None:
 @pytest.mark.parametrize("angle", [90.0, 40.0])
 @pytest.mark.parametrize("delta", [0.95, 0.8])
 def test_a_sliding_contact_obeys_coulombs_law(angle: float, delta: float) -> None:
-    """F = mu N against the slip, N = 4 pi r k (1 - delta^2)^2 / delta / sin(angle)."""
+    """The force is mu N against the slip, with N = 4 pi r k (1 - delta^2)^2 / delta / sin(angle)."""
     yarns = crossing(angle, delta)
-    scene = SolverInputs.of(yarns, Friction(0.3), contact_samples=11)
-    points, half = scene.start, len(PLACE)
-    way = np.array([0.6, 0.8, 0.0])
-    points[half:] += 0.1 * way
+    scene = FrictionScene.of(yarns, Friction(0.3), contact_samples=11)
+    points, half = scene.start, len(ARC_LENGTHS)
+    direction = np.array([0.6, 0.8, 0.0])
+    points[half:] += 0.1 * direction
     force = scene.friction_forces(points)[half:].sum(axis=0) / scene.model.unit
-    press = 4 * np.pi * RADIUS * MATERIAL.k_contact * (1 - delta**2) ** 2 / delta / np.sin(np.radians(angle))
-    # the midpoint rule meets N itself to one per cent (test_yarn_closed_forms)
-    np.testing.assert_allclose(force, -0.3 * press * way, atol=0.01 * 0.3 * press)
+    normal_force = 4 * np.pi * RADIUS * MATERIAL.k_contact * (1 - delta**2) ** 2 / delta / np.sin(np.radians(angle))
+    # the midpoint rule computes N with an error of one per cent (test_yarn_closed_forms)
+    np.testing.assert_allclose(force, -0.3 * normal_force * direction, atol=0.01 * 0.3 * normal_force)
 
 
-@pytest.mark.parametrize(("way", "expected"), [((1.0, 0.0, 0.0), 0.5), ((0.0, 0.0, 1.0), 0.2)])
-def test_parallel_yarns_slide_along_and_across_by_their_own_coefficients(
-    way: tuple[float, float, float], expected: float
+@pytest.mark.parametrize(("direction", "expected"), [((1.0, 0.0, 0.0), 0.5), ((0.0, 0.0, 1.0), 0.2)])
+def test_parallel_yarns_have_their_own_coefficients_along_and_across(
+    direction: tuple[float, float, float], expected: float
 ) -> None:
     curves = [line((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), line((1.0, 0.0, 0.0), (0.0, 0.22, 0.0))]
     yarns = YarnSet.from_curves(curves, closed=[False] * 2, radius=RADIUS)
-    one, two = (SolverInputs.of(yarns, Friction(mu)) for mu in (1.0, (0.5, 0.2)))
-    points, half = one.start, len(PLACE)
-    points[half:] += 0.2 * np.asarray(way)
-    full, found = (scene.friction_forces(points)[half:].sum(axis=0) @ way for scene in (one, two))
-    # both slide in full, so the forces differ by the coefficient alone; what is left is rounding
+    one, two = (FrictionScene.of(yarns, Friction(mu)) for mu in (1.0, (0.5, 0.2)))
+    points, half = one.start, len(ARC_LENGTHS)
+    points[half:] += 0.2 * np.asarray(direction)
+    full, found = (scene.friction_forces(points)[half:].sum(axis=0) @ direction for scene in (one, two))
+    # Both contacts slide fully, so the forces differ only by the coefficient; the tolerance is rounding.
     assert found / full == pytest.approx(expected, rel=1e-9)
 
 
 def test_new_candidate_lists_change_no_force() -> None:
-    scene = SolverInputs.of(heap(), Friction(0.3))
+    scene = FrictionScene.of(heap(), Friction(0.3))
     points = scene.start + slip(heap(), 0.05)
     before = scene.friction_forces(points)
     scene.candidates.margin = 1.0
     scene.list_candidates()
-    # the pairs that press are friction's own, listed at the renewal
+    # friction keeps its own list of touching pairs, made at the renewal
     assert np.array_equal(scene.friction_forces(points), before)
 
 
-def test_choice_of_copy_does_not_matter() -> None:
-    """A yarn moved by a period touches the other itself instead of its image."""
+def test_the_choice_of_the_periodic_image_does_not_matter() -> None:
+    """A yarn that is moved by one period touches the other yarn itself instead of its image."""
     here = repeated()
     points = here.points.copy()
-    points[len(PLACE) :] -= [0.0, 1.0, 0.0]
+    points[len(ARC_LENGTHS) :] -= [0.0, 1.0, 0.0]
     moved = replace(here, points=points)
     offset = slip(here, 0.1)
-    one, two = SolverInputs.of(here, Friction(0.3)), SolverInputs.of(moved, Friction(0.3))
+    one, two = FrictionScene.of(here, Friction(0.3)), FrictionScene.of(moved, Friction(0.3))
     expected = one.friction_forces(one.start + offset)
-    # rounding of coordinates of 8 units over a slip of 0.1
+    # rounding of coordinates of 8 units, divided by a slip of 0.1
     np.testing.assert_allclose(
         two.friction_forces(two.start + offset), expected, atol=1e-11 * np.abs(expected).max()
     )
 
 
 def test_single_precision_agrees_with_double() -> None:
-    single, double = (SolverInputs.of(heap(), Friction((0.5, 0.2)), precision=p) for p in ("float32", "float64"))
+    single, double = (FrictionScene.of(heap(), Friction((0.5, 0.2)), precision=p) for p in ("float32", "float64"))
     offset = slip(heap(), 0.1)
     expected = double.friction_forces(double.start + offset)
-    # coordinates of 10 units are known to 1e-6, distances to the contact's edge are a tenth: 1e-5
+    # float32 rounds coordinates of 10 units to 1e-6; the overlap is a tenth of a unit, so its relative error is 1e-5
     np.testing.assert_allclose(
         single.friction_forces(single.start + offset), expected, atol=1e-4 * np.abs(expected).max()
     )
 
 
-def test_a_renewal_keeps_the_friction_of_a_held_slip() -> None:
-    """Anchors follow a slide up to the slip length: full friction stays full, and so does a part of it."""
+def test_a_renewal_keeps_the_friction_of_a_slip_that_is_held() -> None:
+    """Anchors follow a slide up to the slip length, so a renewal keeps both full friction and partial friction."""
     for share in (0.4, 30.0):
-        scene = SolverInputs.of(crossing(90.0), Friction(0.3))
-        points, half = scene.start, len(PLACE)
+        scene = FrictionScene.of(crossing(90.0), Friction(0.3))
+        points, half = scene.start, len(ARC_LENGTHS)
         points[half:, 0] += share * 0.05
         before = scene.friction_forces(points)[half:].sum(axis=0)
         scene.begin_step(points)
         after = scene.friction_forces(points)[half:].sum(axis=0)
-        # the slide takes other samples into the contact: N changes by the midpoint rule's one per cent
+        # After the slide other samples are in contact: N changes by the error of the midpoint rule, one per cent.
         np.testing.assert_allclose(after, before, atol=0.02 * np.abs(before).max())
 
 
 @pytest.mark.parametrize("mu", [-0.1, float("nan"), (0.3, -1.0)])
-def test_impossible_coefficients_are_refused(mu: float | tuple[float, float]) -> None:
+def test_invalid_coefficients_are_refused(mu: float | tuple[float, float]) -> None:
     with pytest.raises(ParameterError, match="friction: got coefficients"):
         Friction(mu)
 
@@ -250,12 +252,12 @@ def test_a_slip_length_of_zero_is_refused() -> None:
 
 
 class Capstan:
-    """A yarn around a fixed cylinder, a weight of 1 dyn on its first point, its last three points held.
+    """A yarn around a fixed cylinder: a weight of 1 dyn acts on its first point, its last three points are held.
 
-    The cylinder is a thick straight yarn. A full turn climbs by three yarn radii, which lengthens it by a thousandth.
-    Each pull takes the held end one step farther and ends in balance, found by Newton's method with a matrix of
-    difference quotients; a control point feels none that is more than three away along the yarn, so seven displaced at
-    once give seven columns.
+    The cylinder is a thick straight yarn. The yarn climbs by three yarn radii per turn, which lengthens it by 0.1 %.
+    Each call of ``pull`` moves the held end and finds the new equilibrium by Newton's method with a stiffness matrix of
+    difference quotients. The force on a control point depends only on control points at most three away along the
+    yarn; every seventh point can therefore be displaced at the same time.
     """
 
     REACH = 3
@@ -274,9 +276,10 @@ class Capstan:
         height = np.arange(-0.8, climb + 0.8, 0.15)
         axis = np.stack([0 * height, 0 * height, height], axis=1)
         yarns = YarnSet.from_curves([curve, axis], closed=[False, False], radius=[self.RADIUS, self.CYLINDER])
-        # tensions of 1 to 7 dyn stretch by 2 per mille at most, press 0.03 radii deep, and bend against 1e-3 erg cm
+        # For tensions of 1 to 7 dyn, the strain is at most 0.2 %, the contacts overlap by 0.03 radii, and the bending
+        # stiffness of 1e-3 erg cm is negligible.
         material = YarnMaterial(200.0, 0.0, 1e-3, 150.0, 0.0, 0.0, 0.0, 1.0)
-        self.scene = SolverInputs.of(yarns, Friction(mu, slip_length=0.02), material, contact_samples=3)
+        self.scene = FrictionScene.of(yarns, Friction(mu, slip_length=0.02), material, contact_samples=3)
         self.free = len(curve) - 3
         self.held = slice(self.free, len(curve))
         self.points = self.scene.start
@@ -284,7 +287,7 @@ class Capstan:
         self.load[0] = [0.0, -self.scene.model.unit, 0.0]
 
     def pull(self, distance: float) -> float:
-        """Tension of the held end [dyn] when it was pulled farther [cm]."""
+        """Tension [dyn] of the held end after it was pulled by ``distance`` [cm]."""
         self.points[self.held] += self.outwards * distance / self.scene.model.unit
         for _ in range(60):
             force = self.net_force(self.points)
@@ -293,7 +296,7 @@ class Capstan:
                 break
             step = self.newton_step(force)
             self.points[: self.free] += step * min(1.0, 0.05 / np.linalg.norm(step, axis=1).max())
-        assert rest < BALANCE, "the yarn is not in balance"
+        assert rest < BALANCE, "the yarn is not in equilibrium"
         self.scene.begin_step(self.points)
         return float(-force[self.held].sum(axis=0) @ self.outwards / self.scene.model.unit)
 
@@ -324,7 +327,10 @@ class Capstan:
     ("angle", "expected"), [(np.pi / 2, 1.602), (np.pi, 2.566), (2 * np.pi, 6.586)], ids=["quarter", "half", "full"]
 )
 def test_capstan(angle: float, expected: float) -> None:
-    """e^(0.3 phi); seven pulls let the normal forces follow the tension, whose error falls like 1.9^n / n!."""
+    """T1 / T2 = e^(0.3 phi). The normal forces follow the tension from pull to pull.
+
+    The error after n pulls is of the order 1.9^n / n!, so seven pulls suffice.
+    """
     capstan = Capstan(angle, 0.3)
     tensions = [capstan.pull(distance) for distance in [0.0] + 7 * [0.03]]
     assert tensions[-1] == pytest.approx(expected, rel=0.05)
@@ -333,11 +339,11 @@ def test_capstan(angle: float, expected: float) -> None:
 def test_capstan_without_friction() -> None:
     capstan = Capstan(np.pi, 0.0)
     tensions = [capstan.pull(distance) for distance in (0.0, 0.03)]
-    assert tensions[-1] == pytest.approx(1.0, rel=0.01)  # BALANCE over a few points
+    assert tensions[-1] == pytest.approx(1.0, rel=0.01)  # a few control points contribute BALANCE each
 
 
-def test_a_held_capstan_does_not_creep() -> None:
-    """Twenty renewals at rest leave the tension: the anchors keep the slip that makes the friction."""
+def test_the_tension_of_a_held_capstan_does_not_decrease() -> None:
+    """Twenty renewals at rest do not change the tension: the anchors keep the slip that causes the friction."""
     capstan = Capstan(np.pi / 2, 0.3)
     pulled = [capstan.pull(distance) for distance in (0.0, 0.03, 0.03)][-1]
     held = [capstan.pull(0.0) for _ in range(20)][-1]

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Gravity through the relaxer: weights, the heavy cantilever and the catenary (reference: physics of rods and chains).
+"""Gravity in the relaxer: weights, the heavy cantilever and the catenary (reference: mechanics of rods and chains).
 
-A yarn bends as a rod of flexural rigidity EI = 2 k_bend. A cantilever of length L is half of a yarn of length 2 L that
-is pinned in its middle: by symmetry it stays level there, and the pin takes no moment.
+A yarn bends as a rod of flexural rigidity EI = 2 k_bend. Each half of a yarn of length 2 L that is pinned in its middle
+is a cantilever of length L: by symmetry the yarn stays horizontal at the pin, and the pin carries no moment.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from stitchmesh.yarnrelax.model.upload import put_model
 
 FALL = -STANDARD[1]
 HALF = 16
-"""Segments of a cantilever. A pin spreads its push as the spline does, over two segments, which costs 1.5 / HALF^2."""
+"""Segments of a cantilever. The spline spreads the force of a pin over two segments: relative error 1.5 / HALF^2."""
 EXACT = Quality("float64", 5, 4, 12, 0.2, 1e-4, 20_000)
-"""Five Gauss points integrate the energies of these curves to 1e-6; the residual leaves 1e-3 of the drop."""
+"""Five Gauss points integrate the energies of these curves to 1e-6. The residual changes the drop by at most 1e-3."""
 
 
 def material(*, k_bend: float, k_len: float, weight: float) -> YarnMaterial:
-    """A yarn that weighs so many dyn per cm and has no contact."""
+    """A yarn with a given weight [dyn/cm] and without contact energy."""
     return YarnMaterial(k_len, 0.0, k_bend, 0.0, 0.0, 0.0, 0.0, weight / FALL)
 
 
@@ -64,7 +64,10 @@ def on_device(yarns: YarnSet, precision: str = "float64") -> Model:
 def gravity_of(
     yarns: YarnSet, choice: Gravity, precision: str = "float64", moved: np.ndarray | None = None
 ) -> tuple[float, np.ndarray]:
-    """Energy [erg] and forces on the control points [dyn] of gravity alone, with the yarns as given or moved."""
+    """Energy [erg] and forces on the control points [dyn] of gravity alone.
+
+    The control points are those of ``yarns``, or ``moved`` if it is given.
+    """
     model = on_device(yarns, precision)
     state, candidates, term = make_state(model, external=True), make_candidates(model, 1e-4), choice.on(model)
     if moved is not None:
@@ -80,7 +83,8 @@ def test_force_is_minus_the_gradient() -> None:
     force = gravity_of(yarns, choice)[1]
     direction = np.random.default_rng(3).normal(size=yarns.points.shape)
     ends = [gravity_of(yarns, choice, moved=yarns.points + side * direction)[0] for side in (0.5, -0.5)]
-    # linear in the points, so that only rounding is left: 1e-16 of energies over differences of about their size
+    # The energy is linear in the points, so the only error is rounding: 1e-16 of energies whose difference is of
+    # about their own size.
     assert ends[0] - ends[1] == pytest.approx(-(force * direction).sum(), rel=1e-13)
 
 
@@ -89,16 +93,16 @@ def test_the_forces_sum_to_the_weight(precision: str, accuracy: float) -> None:
     yarns = wavy_yarns()
     force = gravity_of(yarns, Gravity(), precision)[1]
     weight = YarnMaterial.named("leaf").mass_per_length * yarns.rest_length.sum() * FALL
-    # accuracy: rounding of the masses and of a dozen sums
+    # accuracy: rounding of the masses and of a sum of a dozen terms
     np.testing.assert_allclose(force.sum(axis=0), [0.0, -weight, 0.0], rtol=accuracy)
 
 
-def test_an_inner_control_point_carries_its_segment() -> None:
+def test_an_inner_control_point_has_the_mass_of_one_segment() -> None:
     mass = point_masses(on_device(straight_yarn(9)))
     assert mass[3:-3] == pytest.approx(YarnMaterial.named("leaf").mass_per_length, rel=1e-14)  # m l with l = 1
 
 
-def test_a_cell_weighs_as_much_as_its_yarn() -> None:
+def test_a_periodic_cell_weighs_as_much_as_its_yarn() -> None:
     lattice = Lattice(np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]))
     loop = straight_yarn(4)
     cell = YarnSet(
@@ -111,9 +115,9 @@ def test_a_cell_weighs_as_much_as_its_yarn() -> None:
 
 @pytest.mark.parametrize(("group", "expected"), [(1.0, 0.123471), (8.0, 0.640631)])
 def test_heavy_cantilever(group: float, expected: float) -> None:
-    """w L^3 / EI = 1 and 8: drop / L of the heavy elastica."""
+    """The drop over L of the heavy elastica for w L^3 / EI = 1 and 8."""
     yarns = straight_yarn(2 * HALF)
-    # stretch strains w L / (2 k_len) are below 2e-3
+    # the strains w L / (2 k_len) are below 2e-3
     matter = material(k_bend=1.0, k_len=25.0, weight=group * 2.0 / HALF**3)
     middle = len(yarns.points) // 2
     result = relax_yarns(
@@ -125,23 +129,24 @@ def test_heavy_cantilever(group: float, expected: float) -> None:
     assert drop / HALF == pytest.approx(expected, rel=0.01)
 
 
-def hanging_chain(slack: float) -> float:
+def sag_of_catenary(slack: float) -> float:
     """Sag / span of a catenary y = a cosh(x / a) whose length is ``slack`` times its span."""
-    half = brentq(lambda u: np.sinh(u) / u - slack, 1e-3, 10.0)  # half the span over a
+    half = brentq(lambda u: np.sinh(u) / u - slack, 1e-3, 10.0)  # half of the span, divided by a
     return float((np.cosh(half) - 1.0) / (2.0 * half))
 
 
-def test_the_reference_chain_is_the_catenary() -> None:
-    # tabulated to six digits
-    assert hanging_chain(1.1) == pytest.approx(0.200301, abs=1e-6)
-    assert hanging_chain(1.5) == pytest.approx(0.502633, abs=1e-6)
+def test_the_reference_formula_gives_the_tabulated_catenary() -> None:
+    # reference values to six digits
+    assert sag_of_catenary(1.1) == pytest.approx(0.200301, abs=1e-6)
+    assert sag_of_catenary(1.5) == pytest.approx(0.502633, abs=1e-6)
 
 
 @pytest.mark.parametrize("slack", [1.1, 1.5])
 def test_catenary(slack: float) -> None:
-    """A yarn that hardly bends hangs as a chain between the ends of its curve, which the pins hold up to a hair.
+    """A yarn with very small bending stiffness hangs as a chain between the ends of its curve.
 
-    k_bend is small enough that the stiff ends, sqrt(EI / H) long, are below a hundredth of the span.
+    The pins hold the ends of the curve only approximately, so length and span are measured at rest. k_bend is so small
+    that the boundary layers at the ends, of length sqrt(EI / H), are shorter than a hundredth of the span.
     """
     yarns = straight_yarn(24, 1.0 / slack)
     matter = material(k_bend=1e-3, k_len=3e3, weight=0.1)  # strains w L / (2 k_len) of 4e-4
@@ -153,16 +158,16 @@ def test_catenary(slack: float) -> None:
     length = segment_lengths(result.yarns.points, result.yarns.segment_points).sum()
     sag = (curve[0, 1] + curve[-1, 1]) / 2 - curve[24, 1]
     assert length / span == pytest.approx(slack, rel=0.02)
-    assert sag / span == pytest.approx(hanging_chain(length / span), rel=0.01)
+    assert sag / span == pytest.approx(sag_of_catenary(length / span), rel=0.01)
 
 
 @pytest.mark.parametrize("acceleration", [(0.0, -981.0), (0.0, np.nan, 0.0), 981.0])
-def test_an_acceleration_is_three_finite_numbers(acceleration: object) -> None:
+def test_an_acceleration_must_be_three_finite_numbers(acceleration: object) -> None:
     with pytest.raises(ParameterError, match="acceleration"):
         Gravity(acceleration)  # type: ignore[arg-type]
 
 
-def test_a_yarn_without_mass_has_no_weight() -> None:
+def test_gravity_refuses_a_yarn_without_mass() -> None:
     yarns = straight_yarn(4)
     with pytest.raises(ParameterError, match="mass_per_length"):
         relax_yarns(yarns, material=material(k_bend=1.0, k_len=1.0, weight=0.0), device="cpu", terms=[Gravity()])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Motion in time: free fall, terminal speed, momentum, energy, and the tones of a string and of a ring."""
+"""Dynamics: free fall, terminal speed, conservation of momentum and energy, vibration of a string and of a ring."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def started(
     return simulation, simulation.solver
 
 
-def places(simulation: YarnSimulation) -> NDArray[np.float64]:
+def positions(simulation: YarnSimulation) -> NDArray[np.float64]:
     return simulation.model.from_device(simulation.state.points)
 
 
@@ -56,7 +56,7 @@ def straight_yarn(segments: int, spacing: float = 1.0, radius: float = 0.3) -> Y
 
 
 def crossing_yarns() -> YarnSet:
-    """Two straight yarns a diameter apart, and one a little closer."""
+    """Two straight yarns whose axes are one diameter apart, and a third yarn that is a little closer to the second."""
     along = np.stack([np.linspace(-1.0, 1.0, 12), np.zeros(12), np.zeros(12)], axis=1)
     across = along[:, [1, 0, 2]] + [0.1, 0.0, 0.25]
     above = along @ [[0.8, 0.6, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] + [0.0, 0.1, 0.48]
@@ -64,26 +64,29 @@ def crossing_yarns() -> YarnSet:
 
 
 @pytest.mark.parametrize("step_scale", [1.0, 0.5])
-def test_a_yarn_falls_freely(step_scale: float) -> None:
+def test_a_yarn_in_free_fall(step_scale: float) -> None:
     simulation, solver = started(straight_yarn(5), undamped(), [Gravity()])
     solver.restart(np.array([step_scale]))
     iterate(simulation, 100)
     time, step = solver.time, step_scale * 4e-4
     assert time == pytest.approx(100 * step, rel=1e-12)  # nothing is stiff enough to shorten the step
-    # a hundred roundings of float64
+    # float64 rounding of a hundred steps
     np.testing.assert_allclose(velocities(simulation, solver)[:, 1], -FALL * time, rtol=1e-13)
-    drop = -places(simulation)[:, 1]
-    # the sum of n steps of growing speed is g t^2 / 2 and half a step more: semi-implicit Euler, order 1
+    drop = -positions(simulation)[:, 1]
+    # Semi-implicit Euler is of first order: the sum of n steps of increasing speed is g t^2 / 2 + g t dt / 2.
     np.testing.assert_allclose(drop, FALL * time**2 / 2 + FALL * time * step / 2, rtol=1e-12)
 
 
-def test_terminal_speed_tells_the_factor_of_global_damping() -> None:
-    """Minus the derivative of k_global v.v is twice k_global v: a segment of mass m l falls at m l g / (2 k_global)."""
+def test_terminal_speed_shows_the_factor_of_global_damping() -> None:
+    """The damping force is minus the derivative of k_global v.v, which is -2 k_global v.
+
+    A segment of mass m l therefore falls at the speed m l g / (2 k_global).
+    """
     material = replace(YarnMaterial.named("leaf"), k_dt=0.0, k_dn=0.0)
     simulation, solver = started(straight_yarn(5), material, [Gravity()])
     iterate(simulation, 400)
     rate = 2 * material.k_global / material.mass_per_length
-    assert rate * solver.time > 40  # the approach is exponential, e^-40
+    assert rate * solver.time > 40  # the speed approaches its limit exponentially; e^-40 is left
     terminal = material.mass_per_length * FALL / (2 * material.k_global)
     np.testing.assert_allclose(velocities(simulation, solver)[:, 1], -terminal, rtol=1e-10)
 
@@ -92,14 +95,14 @@ def test_momentum_is_conserved_without_global_damping() -> None:
     yarns = crossing_yarns()
     simulation, solver = started(yarns, replace(YarnMaterial.named("leaf"), k_global=0.0))
     start = np.zeros((len(yarns.points), 3))
-    start[:12, 2], start[24:, 0] = 8.0, -12.0  # the first moves up against the second, the third slides over it
+    start[:12, 2], start[24:, 0] = 8.0, -12.0  # the first hits the second from below, the third slides over it
     solver.velocity.assign(start / simulation.model.unit)
     mass = solver.mass.numpy() / simulation.model.unit**2
     before = mass @ start
     iterate(simulation, 200)
     after = velocities(simulation, solver)
-    assert np.abs(after[12:24]).max() > 1.0  # they have met
-    # 200 roundings of float64
+    assert np.abs(after[12:24]).max() > 1.0  # the yarns have touched
+    # float64 rounding of 200 steps
     np.testing.assert_allclose(mass @ after, before, rtol=0, atol=1e-13 * np.abs(before).max())
 
 
@@ -109,10 +112,11 @@ def test_angular_momentum_is_conserved_without_damping() -> None:
     start = np.random.default_rng(2).normal(scale=5.0, size=yarns.points.shape)
     solver.velocity.assign(start / simulation.model.unit)
     mass = solver.mass.numpy()[:, None]
-    before = np.cross(places(simulation), mass * start).sum(axis=0)
+    before = np.cross(positions(simulation), mass * start).sum(axis=0)
     iterate(simulation, 200)
-    after = np.cross(places(simulation), mass * velocities(simulation, solver)).sum(axis=0)
-    # forces have no torque, and a semi-implicit Euler step adds none, x' x v' = x x v'; rounding is left
+    after = np.cross(positions(simulation), mass * velocities(simulation, solver)).sum(axis=0)
+    # Internal forces have no torque, and a semi-implicit Euler step conserves angular momentum: x' x v' = x x v'. Only
+    # rounding is left.
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-12 * np.abs(before).max())
 
 
@@ -120,7 +124,8 @@ def test_damped_yarns_never_gain_energy() -> None:
     yarns = crossing_yarns()
     simulation, solver = started(yarns, YarnMaterial.named("leaf"))
     solver.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
-    # the fastest modes turn by 0.16 a step, so that the integrator's swing, 0.08 of their energy, is below their loss
+    # The phase of the fastest modes advances by 0.16 rad per step. The integrator makes their energy oscillate by 0.08
+    # of it, which is less than the loss by damping.
     solver.set_step_scale(np.array([0.1]))
     energies = []
     for _ in range(100):
@@ -130,7 +135,7 @@ def test_damped_yarns_never_gain_energy() -> None:
     assert energies[-1] < 0.2 * energies[0]
 
 
-def test_energy_is_kept_without_damping() -> None:
+def test_energy_is_conserved_without_damping() -> None:
     yarns = crossing_yarns()
     simulation, solver = started(yarns, undamped())
     solver.velocity.assign(np.random.default_rng(2).normal(scale=100.0, size=yarns.points.shape))
@@ -139,26 +144,27 @@ def test_energy_is_kept_without_damping() -> None:
     for _ in range(60):
         energies.append(simulation.assess().energy + solver.kinetic_energy())
         iterate(simulation, 20)
-    # semi-implicit Euler swings about the true energy by w dt / 2 of it: at most 0.08 here, and does not drift
+    # The energy of semi-implicit Euler oscillates about the true energy by the fraction w dt / 2, at most 0.08 here,
+    # and does not drift.
     assert np.mean(energies[-10:]) == pytest.approx(energies[0], rel=0.04)
 
 
-def half_period_of(simulation: YarnSimulation, solver: Dynamics, reading: Callable[[], float]) -> float:
-    """Mean time [s] between the moments at which a swing passes its middle: half a period."""
-    moments: list[float] = []
-    last_time, last = solver.time, reading()
-    while len(moments) < 3:
+def half_period_of(simulation: YarnSimulation, solver: Dynamics, displacement: Callable[[], float]) -> float:
+    """Mean time [s] between the zero crossings of a vibration: half a period."""
+    crossing_times: list[float] = []
+    last_time, last = solver.time, displacement()
+    while len(crossing_times) < 3:
         iterate(simulation, 5)
-        time, now = solver.time, reading()
+        time, now = solver.time, displacement()
         if (now > 0.0) != (last > 0.0):
-            moments.append(last_time + (time - last_time) * last / (last - now))
+            crossing_times.append(last_time + (time - last_time) * last / (last - now))
         last_time, last = time, now
         assert solver.time < 1.0
-    return float(np.diff(moments).mean())
+    return float(np.diff(crossing_times).mean())
 
 
-def test_a_plucked_string_swings_at_its_pitch() -> None:
-    """Half a period is L / c, c^2 = tension / mass per length."""
+def test_a_plucked_string_vibrates_at_its_frequency() -> None:
+    """Half a period is L / c with c^2 = tension / mass per length."""
     segments, stretch = 60, 1.05
     yarns = straight_yarn(segments, stretch)
     material = undamped(k_bend=0.0, k_contact=0.0, k_length=0.0, k_len=1000.0, mass_per_length=1e-4)
@@ -170,15 +176,15 @@ def test_a_plucked_string_swings_at_its_pitch() -> None:
     pluck[3:-3, 1] = 0.1 * np.sin(np.pi * (yarns.points[3:-3, 0] - stretch) / length)
     simulation.state.points.assign(simulation.model.to_device(pluck))
     simulation.search_contacts()
-    half_period = half_period_of(simulation, solver, lambda: float(places(simulation)[middle, 1]))
+    half_period = half_period_of(simulation, solver, lambda: float(positions(simulation)[middle, 1]))
     tension = 2 * material.k_len * (stretch - 1)  # derivative of k_len (1 - |y'|)^2 for segments of rest length 1
-    pitch = np.sqrt(tension * stretch / material.mass_per_length)
-    # the pins hold the slope too, so that part of a segment of 60 does not swing at either end
-    assert half_period == pytest.approx(length / pitch, rel=0.03)
+    wave_speed = np.sqrt(tension * stretch / material.mass_per_length)
+    # The pins also fix the slope, so that a part of one of the 60 segments does not vibrate at each end.
+    assert half_period == pytest.approx(length / wave_speed, rel=0.03)
 
 
-def test_a_ring_rings() -> None:
-    """In its plane, n waves: w^2 = EI / (m R^4) n^2 (n^2 - 1)^2 / (n^2 + 1), with EI = 2 k_bend (Hoppe 1871)."""
+def test_a_ring_vibrates_at_its_frequency() -> None:
+    """In-plane vibration with n waves: w^2 = EI / (m R^4) n^2 (n^2 - 1)^2 / (n^2 + 1), EI = 2 k_bend (Hoppe 1871)."""
     segments, waves = 48, 2
     material = undamped(k_bend=1.0, k_contact=0.0, k_length=0.0, k_len=200.0, mass_per_length=1e-4)
     angle = 2 * np.pi * np.arange(segments) / segments
@@ -186,16 +192,16 @@ def test_a_ring_rings() -> None:
     around = np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1)
     yarns = YarnSet.from_curves([outward], closed=[True], radius=0.05)
     simulation, solver = started(yarns, material)
-    # without extension: the way around is minus the integral of the way out
-    swing = np.cos(waves * angle)[:, None] * outward - np.sin(waves * angle)[:, None] / waves * around
-    simulation.state.points.assign(simulation.model.to_device(yarns.points + 0.01 * swing))
+    # inextensible mode: the tangential displacement is minus the integral of the radial displacement
+    mode = np.cos(waves * angle)[:, None] * outward - np.sin(waves * angle)[:, None] / waves * around
+    simulation.state.points.assign(simulation.model.to_device(yarns.points + 0.01 * mode))
     simulation.search_contacts()
 
-    def reading() -> float:
-        return float(((places(simulation) - yarns.points) * swing).sum())
+    def displacement() -> float:
+        return float(((positions(simulation) - yarns.points) * mode).sum())
 
-    half_period = half_period_of(simulation, solver, reading)
+    half_period = half_period_of(simulation, solver, displacement)
     stiffness = 2 * material.k_bend / material.mass_per_length
-    tone = np.sqrt(stiffness * waves**2 * (waves**2 - 1) ** 2 / (waves**2 + 1))
-    # lumped masses and the spline are of second order in a wave's segments: (n h)^2 / 6 with h = 2 pi / 48
-    assert half_period == pytest.approx(np.pi / tone, rel=0.012)
+    frequency = np.sqrt(stiffness * waves**2 * (waves**2 - 1) ** 2 / (waves**2 + 1))
+    # Lumped masses and the spline have an error of second order in the segments per wave: (n h)^2 / 6, h = 2 pi / 48.
+    assert half_period == pytest.approx(np.pi / frequency, rel=0.012)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarn that is curved at rest: its energy, the gradient of that, and the arcs on which it rests."""
+"""Yarn with natural curvature: its bending energy, the gradient of this energy, and the arc that it relaxes to."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COARSE = {"quadrature_points": 3, "contact_samples": 3}
 
 
 def ring(radius: float, points: int, curvature: float) -> YarnSet:
-    """A ring whose curve, not its control points, has that radius, within (2 pi / points)^4."""
+    """A ring whose curve (not its control polygon) has the given radius, with an error of (2 pi / points)^4."""
     angle = np.arange(points) / points * 2 * np.pi
     outside = radius * 3 / (2 + np.cos(2 * np.pi / points))
     circle = outside * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
@@ -30,7 +30,10 @@ def ring(radius: float, points: int, curvature: float) -> YarnSet:
 
 
 def shaken() -> YarnSet:
-    """An open and a closed yarn, bent at random, of natural curvatures smaller, larger and of both signs."""
+    """An open and a closed yarn with random bends.
+
+    Their natural curvatures have both signs and are smaller or larger than the curvatures of the curves.
+    """
     rng = np.random.default_rng(5)
     line = np.stack([np.arange(14.0), np.zeros(14), np.zeros(14)], axis=1) * 0.3
     curves = [line, line[:9] + np.array([0.0, 5.0, 0.0])]
@@ -54,71 +57,76 @@ def bend_energy(yarns: YarnSet) -> float:
 def test_the_force_is_minus_the_gradient() -> None:
     yarns = shaken()
     size = np.abs(yarns.natural_curvature[1:-1]).mean() / curvatures(yarns).mean()
-    assert 0.25 < size < 4.0  # so that points are next to straight and well bent
+    assert 0.25 < size < 4.0  # both pieces of the energy occur: nearly straight, and bent
     force, step = yarn_forces(yarns, BENDING, **COARSE), 1e-6
     direction = np.random.default_rng(3).normal(size=yarns.points.shape)
     ends = [bend_energy(replace(yarns, points=yarns.points + side * step * direction)) for side in (1, -1)]
-    # central differences: truncation 1e-12 and rounding 1e-10 relative to second derivatives of order one
+    # central differences: the truncation error is 1e-12 and the rounding error 1e-10 for second derivatives of order 1
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-(force * direction).sum(), rel=1e-6)
 
 
 @pytest.mark.parametrize("natural", [0.2, 0.5, 1.0, 1.9])
-def test_a_ring_holds_the_square_of_what_it_lacks(natural: float) -> None:
-    """E = 2 pi R k_bend (1 / R - k)^2, and k and -k are the same bend."""
+def test_the_energy_of_a_ring_is_the_square_of_the_difference_of_curvatures(natural: float) -> None:
+    """E = 2 pi R k_bend (1 / R - k)^2. The sign of k does not matter."""
     radius = 2.0
     expected = 2 * np.pi * radius * K_BEND * (1 / radius - natural) ** 2
-    # the spline departs from the circle by (2 pi / 60)^2 / 12 = 0.1 % in curvature, at most 2 % of what a ring lacks
+    # The curvature of the spline differs from the circle's by (2 pi / 60)^2 / 12 = 0.1 %, which is at most 2 % of the
+    # difference of curvatures.
     for side in (1, -1):
         energy = bend_energy(ring(radius, 60, side * natural))
         assert energy == pytest.approx(expected, rel=0.02, abs=1e-5 * K_BEND)
 
 
-def test_a_ring_of_its_natural_curvature_feels_nothing() -> None:
+def test_a_ring_with_its_natural_curvature_has_no_force() -> None:
     straight, curved = (yarn_forces(ring(2.0, 60, natural), BENDING) for natural in (0.0, 0.5))
-    assert np.abs(curved).max() < 0.005 * np.abs(straight).max()  # 0.1 % of its curvature is the spline's
+    assert np.abs(curved).max() < 0.005 * np.abs(straight).max()  # 0.1 % of the curvature is the spline's error
 
 
 @pytest.mark.parametrize("part", [0.05, 0.2, 0.249])
-def test_next_to_straight_the_energy_is_the_parabola(part: float) -> None:
-    """(1 - q) k^2 - (1 / q - 1) kappa^2 with q = 1/4, in rings of a part of their natural curvature."""
+def test_nearly_straight_yarn_has_the_energy_of_the_parabola(part: float) -> None:
+    """The energy density is (1 - q) k^2 - (1 / q - 1) kappa^2 with q = 1/4.
+
+    The rings have the curvature ``part`` times their natural curvature, below q.
+    """
     radius = 2.0
     natural = 1 / (part * radius)
     expected = 2 * np.pi * radius * K_BEND * (0.75 * natural**2 - 3 / radius**2)
-    assert bend_energy(ring(radius, 60, natural)) == pytest.approx(expected, rel=0.002)  # 0.1 % in curvature
+    assert bend_energy(ring(radius, 60, natural)) == pytest.approx(expected, rel=0.002)  # spline error 0.1 %
 
 
-def test_energy_and_force_meet_at_a_quarter() -> None:
-    """On both sides of it, a part in a million apart, they are alike."""
+def test_energy_and_force_are_continuous_at_a_quarter() -> None:
+    """Energies and forces at natural curvatures 1e-6 below and above the switch at q = 1/4 agree."""
     near = [ring(2.0, 60, 2.0 * (1 + side * 1e-6)) for side in (-1, 1)]
     bends = [yarn_forces(yarns, BENDING) for yarns in near]
-    # where one curvature is a quarter, what is next to straight in one is not in the other
+    # The two pieces of the energy meet at this curvature: one ring is computed with one piece, the other ring with the
+    # other piece.
     assert bend_energy(near[0]) == pytest.approx(bend_energy(near[1]), rel=1e-5)
     np.testing.assert_allclose(bends[0], bends[1], atol=1e-4 * np.abs(bends[0]).max())
 
 
-def test_an_open_yarn_rests_on_an_arc_of_its_curvature() -> None:
+def test_an_open_yarn_relaxes_to_an_arc_with_its_natural_curvature() -> None:
     count, natural = 20, 0.6
-    angle = 0.12 * np.arange(count)  # half as curved: from next to straight it would bend to either side here and there
+    angle = 0.12 * np.arange(count)  # half the natural curvature: a straighter yarn could bend to both sides
     arc = np.stack([np.sin(angle), 1 - np.cos(angle), 0 * angle], axis=1) * (0.4 / 0.12)
     yarns = YarnSet.from_curves([arc], closed=[False], radius=0.05)
     yarns = replace(yarns, natural_curvature=np.full(count, natural))
     quality = replace(PRESETS["reference"], tolerance=1e-6)
     rest = relax_yarns(yarns, material=LEAF, quality=quality, device="cpu")
     assert rest.report["converged"]
-    # a spline of segments of 0.4 cm departs from the circle by (0.6 * 0.4)^2 / 12 = 0.5 % in curvature
+    # the curvature of a spline with segments of 0.4 cm differs from the circle's by (0.6 * 0.4)^2 / 12 = 0.5 %
     np.testing.assert_allclose(curvatures(rest.yarns), natural, rtol=0.01)
     np.testing.assert_allclose(rest.yarns.strain, 0.0, atol=1e-4)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_sides_do_not_matter(precision: str) -> None:
+def test_the_sign_of_the_natural_curvature_does_not_matter(precision: str) -> None:
     yarns = shaken()
     other = replace(yarns, natural_curvature=-yarns.natural_curvature)
-    forces = [yarn_forces(of, LEAF, precision=precision) for of in (yarns, other)]
+    forces = [yarn_forces(each, LEAF, precision=precision) for each in (yarns, other)]
     np.testing.assert_array_equal(*forces)
 
 
-def test_straight_yarn_is_of_no_natural_curvature_to_the_bit() -> None:
+def test_zero_natural_curvature_gives_the_bits_of_yarn_without_it() -> None:
     yarns = shaken()
     bare = YarnSet.from_curves(
         [yarns.points[:14], yarns.points[14:]], closed=yarns.closed.tolist(), radius=0.05,
@@ -131,11 +139,12 @@ def test_straight_yarn_is_of_no_natural_curvature_to_the_bit() -> None:
 def test_single_precision_agrees_with_double() -> None:
     yarns = shaken()
     double, single = yarn_forces(yarns, BENDING), yarn_forces(yarns, BENDING, precision="float32")
-    # coordinates of 5 cm are known to 3e-7 cm, second differences of 0.1 cm to 1e-5, a difference of curvatures to 1e-4
+    # Float32 rounds coordinates of 5 cm to 3e-7 cm. The relative error is 1e-5 for second differences of 0.1 cm and
+    # 1e-4 for a difference of curvatures.
     np.testing.assert_allclose(single, double, atol=1e-4 * np.abs(double).max())
 
 
-def test_what_is_not_one_number_for_each_control_point_is_refused() -> None:
+def test_bad_natural_curvatures_are_refused() -> None:
     yarns = shaken()
     with pytest.raises(YarnError, match=r"natural_curvature: got shape \(3,\); expected \(23,\)"):
         replace(yarns, natural_curvature=np.ones(3))

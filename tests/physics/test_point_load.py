@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A pull through the relaxer: its energy, its force, and how far it stretches a yarn."""
+"""Point loads in the relaxer: energy, force, and the strain that a load causes in a yarn."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
 
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000)
-"""Three Gauss points integrate a uniform stretch without error."""
+"""Three Gauss points integrate the energy of a uniform stretch exactly."""
 SPACING = 0.5
 
 
@@ -39,8 +39,8 @@ def wavy_yarns() -> YarnSet:
     )
 
 
-def pull_of(yarns: YarnSet, choice: PointLoad, precision: str, points: np.ndarray) -> tuple[float, np.ndarray]:
-    """Energy [erg] and forces on the control points [dyn] of a pull alone, with the yarns at ``points``."""
+def load_of(yarns: YarnSet, choice: PointLoad, precision: str, points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Energy [erg] and forces on the control points [dyn] of a point load alone, with control points at ``points``."""
     model = put_model(
         yarns, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=2, scalar=scalar_named(precision),
         device=device_named("cpu"),
@@ -55,26 +55,30 @@ def pull_of(yarns: YarnSet, choice: PointLoad, precision: str, points: np.ndarra
 
 def test_force_is_minus_the_gradient() -> None:
     yarns, choice = wavy_yarns(), PointLoad((100.0, -9.0, 30.0), [2, 11, 4])
-    force = pull_of(yarns, choice, "float64", yarns.points)[1]
+    force = load_of(yarns, choice, "float64", yarns.points)[1]
     direction = np.random.default_rng(3).normal(size=yarns.points.shape)
-    ends = [pull_of(yarns, choice, "float64", yarns.points + side * direction)[0] for side in (0.5, -0.5)]
-    # linear in the points, so that only rounding is left: 1e-16 of energies over differences of about their size
+    ends = [load_of(yarns, choice, "float64", yarns.points + side * direction)[0] for side in (0.5, -0.5)]
+    # The energy is linear in the points, so the only error is rounding: 1e-16 of energies whose difference is of
+    # about their own size.
     assert ends[0] - ends[1] == pytest.approx(-(force * direction).sum(), rel=1e-13)
 
 
 @pytest.mark.parametrize(("precision", "accuracy"), [("float64", 1e-15), ("float32", 1e-7)])
-def test_the_named_points_share_the_force_evenly(precision: str, accuracy: float) -> None:
+def test_the_force_is_divided_equally_among_the_points(precision: str, accuracy: float) -> None:
     yarns = wavy_yarns()
-    force = pull_of(yarns, PointLoad((6.0, 0.0, -3.0), [2, 11, 4]), precision, yarns.points)[1]
+    force = load_of(yarns, PointLoad((6.0, 0.0, -3.0), [2, 11, 4]), precision, yarns.points)[1]
     expected = np.zeros_like(force)
     expected[[2, 4, 11]] = [2.0, 0.0, -1.0]
-    # accuracy: rounding of the share
+    # accuracy: rounding of the division
     np.testing.assert_allclose(force, expected, rtol=accuracy, atol=accuracy)
 
 
 @pytest.mark.parametrize("tension", [100.0, 1000.0])
-def test_a_yarn_stretches_as_its_stiffness_says(tension: float) -> None:
-    """E = (k_len + k_length) (lambda - 1)^2 a segment of rest length l: F = 2 (k_len + k_length) (lambda - 1) / l."""
+def test_the_strain_of_a_yarn_under_tension(tension: float) -> None:
+    """The tension is dE / d(lambda l) = 2 (k_len + k_length) (lambda - 1) / l.
+
+    E = (k_len + k_length) (lambda - 1)^2 is the energy of a segment of rest length l.
+    """
     yarns = straight_yarn()
     material = YarnMaterial(2000.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     held, pulled = np.arange(4), len(yarns.points) - np.arange(1, 5)
@@ -84,24 +88,24 @@ def test_a_yarn_stretches_as_its_stiffness_says(tension: float) -> None:
     )  # fmt: skip
     assert result.report["converged"]
     strain = tension * SPACING / (2.0 * (material.k_len + material.k_length))
-    # a spline is stretched unevenly beside control points that are held; ten segments on that has died away
+    # Near the held control points, the strain of the spline is not uniform; ten segments away it is.
     np.testing.assert_allclose(result.yarns.strain[10:-10], strain, rtol=1e-3)
 
 
 @pytest.mark.parametrize("force", [(0.0, 1.0), (0.0, np.nan, 0.0), 3.0])
-def test_a_force_is_three_finite_numbers(force: object) -> None:
+def test_a_force_must_be_three_finite_numbers(force: object) -> None:
     with pytest.raises(ParameterError, match=r"point load: got force .* expected three finite numbers"):
         PointLoad(force)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
-    ("pull", "message"),
+    ("load", "message"),
     [
         (PointLoad((1.0, 0.0, 0.0), [0, 33]), "point load: got control point 33; expected 0 to 32"),
         (PointLoad((1.0, 0.0, 0.0), faces=[2]), "point load: got stitch face 2; no control point came from it"),
         (PointLoad((1.0, 0.0, 0.0)), "point load: got neither control points nor stitch faces"),
     ],
 )
-def test_bad_point_loads_are_refused(pull: PointLoad, message: str) -> None:
+def test_bad_point_loads_are_refused(load: PointLoad, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
-        relax_yarns(straight_yarn(), device="cpu", terms=[pull])
+        relax_yarns(straight_yarn(), device="cpu", terms=[load])

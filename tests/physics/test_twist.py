@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Twist of yarns: its energy, its force, writhe, and Michell's ring.
+"""Twist of yarns: its energy, its force, writhe, and Michell's instability of a ring.
 
-References: a straight rod, GJ theta^2 / (2 L); Fuller's and Calugareanu's theorem, twist + writhe = link, with the
-writhe of a polygon by the double sum of Klenin and Langowski 2000; a helix, whose tangent goes around a circle of
-latitude; Michell 1889 and Zajac 1962, a ring of a straight rod leaves its plane at a twist of 2 pi sqrt(3) EI / GJ.
+References: the energy GJ theta^2 / (2 L) of a straight rod; the theorem of Calugareanu and Fuller, twist + writhe =
+link, with the writhe of a polygon by the double sum of Klenin and Langowski 2000; a helix, whose tangent runs around a
+circle of latitude of the unit sphere; Michell 1889 and Zajac 1962: a ring that is bent from a straight rod leaves its
+plane at a twist of 2 pi sqrt(3) EI / GJ.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ MATERIAL = YarnMaterial(2000.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.006)
 
 
 @dataclass
-class SolverInputs:
-    """Yarns with twist whose control points are set by hand; lengths in units, forces in erg per unit."""
+class TwistScene:
+    """Yarns with twist whose control points are set directly; lengths in units, forces in erg per unit."""
 
     model: Model
     state: State
@@ -44,7 +45,7 @@ class SolverInputs:
     twist: Term
 
     @classmethod
-    def of(cls, yarns: YarnSet, twist: Twist, precision: str = "float64") -> SolverInputs:
+    def of(cls, yarns: YarnSet, twist: Twist, precision: str = "float64") -> TwistScene:
         model = put_model(
             yarns,
             MATERIAL,
@@ -59,24 +60,25 @@ class SolverInputs:
     def start(self) -> np.ndarray:
         return self.model.to_device(self.model.yarns.points)
 
-    def put(self, points: np.ndarray) -> None:
+    def set_points(self, points: np.ndarray) -> None:
         wp.copy(self.state.points, self.model.upload(points, 3))
 
     def energy(self, points: np.ndarray) -> float:
-        self.put(points)
+        self.set_points(points)
         return self.twist.energy(self.state, self.candidates)
 
     def twist_forces(self, points: np.ndarray) -> np.ndarray:
-        self.put(points)
+        self.set_points(points)
         self.state.leg_force.zero_()
         self.twist.forces(self.state, self.candidates, self.model.launch)
         evaluation.gather_launch(self.model, self.state, self.model.empty(self.model.point_count), self.model.launch)
         return self.state.force.numpy().astype(np.float64)
 
     def force_launches(self, points: np.ndarray) -> np.ndarray:
-        self.put(points)
-        unheld = self.model.empty(self.model.point_count)
-        evaluation.force_launches(self.model, self.state, self.candidates, [self.twist], unheld, self.model.launch)
+        self.set_points(points)
+        point_stiffness = self.model.empty(self.model.point_count)
+        terms = [self.twist]
+        evaluation.force_launches(self.model, self.state, self.candidates, terms, point_stiffness, self.model.launch)
         return self.state.force.numpy().astype(np.float64)
 
 
@@ -86,7 +88,7 @@ def ring(count: int, radius: float = 1.0) -> np.ndarray:
 
 
 def helix(turns: float, rise: float, count: int) -> np.ndarray:
-    """Points of a right-handed helix of radius 1 that rises by ``rise`` for each radian."""
+    """Points of a right-handed helix of radius 1 that rises by ``rise`` per radian."""
     angle = np.linspace(0.0, 2 * np.pi * turns, count)
     return np.stack([np.cos(angle), np.sin(angle), rise * angle], axis=1)
 
@@ -96,13 +98,13 @@ def shaken(points: np.ndarray, size: float = 0.05) -> np.ndarray:
 
 
 def tangle() -> YarnSet:
-    """A closed and an open yarn; the closed one is long enough for two strands."""
+    """A closed and an open yarn; the closed yarn is long enough to be processed in two strands."""
     curves = [shaken(ring(40)), shaken(helix(1.5, 0.3, 12))]
     return YarnSet.from_curves(curves, closed=[True, False], radius=RADIUS)
 
 
-def passing() -> YarnSet:
-    """A wavy yarn that runs through a lattice, two periods up while it goes around once."""
+def yarn_through_lattice() -> YarnSet:
+    """A wavy yarn that runs through a lattice; it closes after two periods along z."""
     place = np.arange(24) / 24
     curve = np.stack([np.cos(4 * np.pi * place), np.sin(4 * np.pi * place), 3.0 * place], axis=1)
     yarns = YarnSet.from_curves([shaken(curve)], closed=[True], radius=RADIUS)
@@ -111,45 +113,45 @@ def passing() -> YarnSet:
     return replace(yarns, rest_length=yarns.lengths)
 
 
-@pytest.mark.parametrize("yarns", [tangle(), passing()], ids=["garment", "lattice"])
+@pytest.mark.parametrize("yarns", [tangle(), yarn_through_lattice()], ids=["garment", "lattice"])
 def test_force_is_minus_the_gradient(yarns: YarnSet) -> None:
-    scene = SolverInputs.of(yarns, Twist(0.2, 5.0))
+    scene = TwistScene.of(yarns, Twist(0.2, 5.0))
     points = scene.start + 0.2 * np.random.default_rng(4).normal(size=yarns.points.shape)
     direction = np.random.default_rng(3).normal(size=points.shape)
     force = scene.twist_forces(points)
-    step = 1e-6  # truncation 1e-12, rounding of an energy of order one 1e-10
+    step = 1e-6  # truncation error 1e-12; rounding error 1e-10 for an energy of order one
     slope = (scene.energy(points + step * direction) - scene.energy(points - step * direction)) / (2 * step)
     assert slope == pytest.approx(-(force * direction).sum(), rel=1e-6)
 
 
-def test_a_straight_yarn_holds_the_energy_of_a_rod_and_feels_no_force() -> None:
-    """GJ theta^2 / (2 L) with GJ = 2 k_twist, for three yarns of which one is not twisted."""
+def test_a_straight_yarn_has_the_energy_of_a_rod_and_no_force() -> None:
+    """The energy is GJ theta^2 / (2 L) with GJ = 2 k_twist. One of the three yarns is not twisted."""
     lines = [np.stack([0.2 * np.arange(n), np.full(n, 1.0 * n), np.zeros(n)], axis=1) for n in (11, 40, 200)]
     yarns = YarnSet.from_curves(lines, closed=[False] * 3, radius=RADIUS)
     angles = [3.0, 0.0, -40.0]
-    scene = SolverInputs.of(yarns, Twist(0.2, angles))
+    scene = TwistScene.of(yarns, Twist(0.2, angles))
     expected = sum(0.2 * angle**2 / (0.2 * (n - 3)) for angle, n in zip(angles, (11, 40, 200), strict=True))
     assert scene.energy(scene.start) == pytest.approx(expected, rel=1e-12)  # rounding
-    assert np.abs(scene.twist_forces(scene.start)).max() < 1e-12  # 40 rad of 0.2 erg cm, rounded
+    assert np.abs(scene.twist_forces(scene.start)).max() < 1e-12  # rounding of 40 rad times 0.2 erg cm
 
 
 def test_forces_and_torques_sum_to_zero() -> None:
-    """On a closed yarn; the clamps of an open one carry a torque."""
+    """This holds for a closed yarn; the clamps of an open yarn carry a torque."""
     yarns = YarnSet.from_curves([shaken(ring(40))], closed=[True], radius=RADIUS)
-    scene = SolverInputs.of(yarns, Twist(0.2, 5.0))
+    scene = TwistScene.of(yarns, Twist(0.2, 5.0))
     force = scene.twist_forces(scene.start)
     size = np.abs(force).sum() * np.abs(scene.start).max()
-    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * size)  # rounding of 40 summands
+    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * size)  # rounding of 40 terms
     np.testing.assert_allclose(np.cross(scene.start, force).sum(axis=0), 0.0, atol=1e-12 * size)
 
 
 def knots(points: np.ndarray) -> np.ndarray:
-    """Knots of a closed yarn."""
+    """Points of the curve of a closed yarn at its spline knots."""
     return (points + 4 * np.roll(points, -1, axis=0) + np.roll(points, -2, axis=0)) / 6
 
 
 def writhe(corners: np.ndarray) -> float:
-    """Writhe of a closed polygon: signed solid angles of its pairs of edges over 2 pi (Klenin and Langowski, 1a)."""
+    """Writhe of a closed polygon: sum over pairs of edges of signed solid angles / 2 pi (Klenin and Langowski, 1a)."""
     ends = np.roll(corners, -1, axis=0)
     i, j = np.triu_indices(len(corners), 2)
     i, j = (k[(i > 0) | (j < len(corners) - 1)] for k in (i, j))
@@ -159,18 +161,19 @@ def writhe(corners: np.ndarray) -> float:
     size = np.linalg.norm(normals, axis=2, keepdims=True)
     normals = normals / np.where(size > 0.0, size, 1.0)
     angles = np.arcsin(np.clip((normals * np.roll(normals, -1, axis=0)).sum(axis=2), -1.0, 1.0)).sum(axis=0)
-    way = np.sign((np.cross(ends[j] - corners[j], ends[i] - corners[i]) * r13).sum(axis=1))
-    return float(angles @ way / (2 * np.pi))
+    sign = np.sign((np.cross(ends[j] - corners[j], ends[i] - corners[i]) * r13).sum(axis=1))
+    return float(angles @ sign / (2 * np.pi))
 
 
-def test_twist_takes_what_writhe_gives() -> None:
-    """A ring that winds three times about its own circle, ever farther: theta = imposed - 2 pi writhe.
+def test_twist_changes_by_minus_the_writhe() -> None:
+    """A ring deforms into a curve that winds three times around a torus: theta = imposed angle - 2 pi writhe.
 
-    Exact for the polygon of knots; the curve stays on a torus, so that nothing crosses and the writhe does not jump.
+    The relation is exact for the polygon of knots. The curve stays on a torus, so that it never crosses itself and the
+    writhe does not jump.
     """
     around = np.arange(70) / 70 * 2 * np.pi
     yarns = YarnSet.from_curves([ring(70)], closed=[True], radius=RADIUS)
-    scene = SolverInputs.of(yarns, Twist(0.2, 1.0))
+    scene = TwistScene.of(yarns, Twist(0.2, 1.0))
     for width in np.linspace(0.0, 0.6, 7):
         curve = ring(70) * (1 + width * np.cos(3 * around))[:, None]
         curve[:, 2] = width * np.sin(3 * around)
@@ -180,15 +183,16 @@ def test_twist_takes_what_writhe_gives() -> None:
     assert abs(writhe(knots(curve))) > 1.0
 
 
-def test_twist_is_followed_through_many_turns() -> None:
-    """A coil that is drawn out: an open helix of n turns has psi = 2 pi n cos(pitch angle), so theta is its change.
+def test_twist_is_tracked_over_many_turns() -> None:
+    """A helix is pulled out: theta is the change of psi = 2 pi n cos(alpha).
 
-    Its tangent goes n times around a circle of latitude; the clamps hold the ends as they were in the coil, and turn
-    psi by less than a turn in all as the end tangents rise.
+    n is the number of turns and alpha the angle between the tangent and the axis of the helix: the tangent runs n times
+    around a circle of latitude of the unit sphere. The clamps keep the orientations that the ends had in the initial
+    helix; as the end tangents rise, the clamps add less than one turn to psi in total.
     """
     turns, rises = 8.0, np.linspace(0.05, 6.0, 200)
     yarns = YarnSet.from_curves([helix(turns, rises[0], 400)], closed=[False], radius=RADIUS)
-    scene = SolverInputs.of(yarns, Twist(0.2))
+    scene = TwistScene.of(yarns, Twist(0.2))
     energies = [scene.energy(scene.model.to_device(helix(turns, rise, 400))) for rise in rises]
     angle = np.sqrt(energies[-1] * yarns.rest_length.sum() / 0.2)
     sines = [rise / np.hypot(1.0, rise) for rise in (rises[0], rises[-1])]
@@ -196,32 +200,32 @@ def test_twist_is_followed_through_many_turns() -> None:
 
 
 def test_single_precision_agrees_with_double() -> None:
-    single, double = (SolverInputs.of(tangle(), Twist(0.2, 5.0), precision) for precision in ("float32", "float64"))
+    single, double = (TwistScene.of(tangle(), Twist(0.2, 5.0), precision) for precision in ("float32", "float64"))
     points = double.start + 0.2 * np.random.default_rng(4).normal(size=double.start.shape)
     expected = double.twist_forces(points)
-    # coordinates of 20 units are known to 2e-6, chords of 3 units and their turns to 1e-6
+    # float32 rounds coordinates of 20 units to 2e-6; chords of 3 units and the angles between them are known to 1e-6
     np.testing.assert_allclose(single.twist_forces(points), expected, atol=1e-5 * np.abs(expected).max())
     assert single.energy(points) == pytest.approx(double.energy(points), rel=1e-5)
 
 
-def ring_in_balance(twist: Twist, count: int = 60) -> SolverInputs:
-    """A ring so large that stretch holds what bending pushes outwards."""
+def ring_in_equilibrium(twist: Twist, count: int = 60) -> TwistScene:
+    """A ring whose radius is such that its tension balances the outward force of bending."""
     yarns = YarnSet.from_curves([ring(count)], closed=[True], radius=1e-3)
-    scene = SolverInputs.of(yarns, twist)
+    scene = TwistScene.of(yarns, twist)
 
-    def outwards(scale: float) -> float:
+    def outward_force(scale: float) -> float:
         return float((scene.force_launches(scale * scene.start) * scene.start).sum())
 
-    scale = brentq(outwards, 0.99, 1.05, xtol=1e-14)
+    scale = brentq(outward_force, 0.99, 1.05, xtol=1e-14)
     points = scale * yarns.points
-    scene.put(scene.model.to_device(points))
+    scene.set_points(scene.model.to_device(points))
     return scene
 
 
-def second_variation(scene: SolverInputs) -> np.ndarray:
-    """Eigenvalues of the matrix of second derivatives of all energies, ascending [erg / unit^2]."""
+def second_variation(scene: TwistScene) -> np.ndarray:
+    """Eigenvalues of the Hessian of the total energy, ascending [erg / unit^2]."""
     points = scene.state.points.numpy().astype(np.float64)
-    step = 1e-4  # of units that are a thousandth of the ring
+    step = 1e-4  # in units of a thousandth of the ring's radius
     columns = []
     for k in range(points.size):
         moved = np.zeros(points.size)
@@ -235,23 +239,27 @@ def second_variation(scene: SolverInputs) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("share", "unstable"), [(0.9, 0), (0.97, 0), (1.03, 2), (1.1, 2)])
-def test_michells_ring(share: float, unstable: int) -> None:
-    """A ring leaves its plane when its twist is 2 pi sqrt(3) EI / GJ, two ways at once: a saddle can be turned."""
+def test_michells_instability_of_a_twisted_ring(share: float, unstable: int) -> None:
+    """A ring becomes unstable at a twist of 2 pi sqrt(3) EI / GJ.
+
+    Two modes become unstable together, because the buckled shape can be rotated about the axis of the ring.
+    """
     k_twist = 0.2
     critical = 2 * np.pi * np.sqrt(3.0) * MATERIAL.k_bend / k_twist
-    values = second_variation(ring_in_balance(Twist(k_twist, share * critical)))
-    # six rigid motions are free to the rounding of differences, 1e-9 of the next bends; 60 points are one per cent off
+    values = second_variation(ring_in_equilibrium(Twist(k_twist, share * critical)))
+    # The eigenvalues of the six rigid motions are zero except for the rounding of differences, 1e-9 of the next
+    # bending modes. With 60 points the critical twist has an error of one per cent.
     assert (values < -1e-6 * values[12]).sum() == unstable
 
 
 @pytest.mark.parametrize("k_twist", [0.0, -1.0, float("inf")])
-def test_impossible_stiffness_is_refused(k_twist: float) -> None:
+def test_an_invalid_stiffness_is_refused(k_twist: float) -> None:
     with pytest.raises(ParameterError, match="twist: got k_twist"):
         Twist(k_twist)
 
 
-def test_angles_that_do_not_fit_are_refused() -> None:
+def test_invalid_imposed_angles_are_refused() -> None:
     with pytest.raises(ParameterError, match="one, or 2"):
-        SolverInputs.of(tangle(), Twist(0.2, [1.0, 2.0, 3.0]))
+        TwistScene.of(tangle(), Twist(0.2, [1.0, 2.0, 3.0]))
     with pytest.raises(ParameterError, match="an imposed angle is not finite"):
         Twist(0.2, float("nan"))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Plain knit from a formula: rows of (t + 1.5 sin 2t, 4 cos t, cos 2t), 4.5 apart, yarn radius 0.78 (Crane 2023)."""
+"""Stockinette by a formula (Crane 2023): rows (t + 1.5 sin 2t, 4 cos t, cos 2t), 4.5 apart, with yarn radius 0.78."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def loop_curve(stitches: int, points_per_stitch: int) -> NDArray[np.float64]:
 
 
 def control_points(curve: NDArray[np.float64], wraps: bool) -> NDArray[np.float64]:
-    """B-spline control points whose curve passes the given points to fourth order: p - p''/6."""
+    """B-spline control points p - p''/6; their curve passes through the points p with an error of fourth order."""
     padded = np.concatenate([curve[-1:], curve, curve[:1]]) if wraps else np.pad(curve, ((1, 1), (0, 0)), mode="edge")
     return curve - np.diff(padded, 2, axis=0) / 6
 
 
 def flat_patch(rows: int, stitches: int, points_per_stitch: int = 12, radius: float = 0.125) -> YarnSet:
-    """A swatch of open rows; its control points know their stitch face, numbered row by row."""
+    """A swatch of open rows; stitch faces are numbered row by row."""
     scale = radius / FORMULA_RADIUS
     row = control_points(loop_curve(stitches, points_per_stitch), wraps=False)
     curves = [scale * (row + np.array([0.0, ROW_HEIGHT * index, 0.0])) for index in range(rows)]
@@ -68,7 +68,7 @@ def hopf_link(shrink: float, radius: float = 0.125) -> YarnSet:
 
 
 def periodic_patch(rows: int, stitches: int, points_per_stitch: int = 12, radius: float = 0.125) -> YarnSet:
-    """A cell of an endless swatch: each row goes on in its own image; the least cell is one stitch."""
+    """A cell of an infinite swatch: each row continues in its own periodic image. The smallest cell is one stitch."""
     scale = radius / FORMULA_RADIUS
     width = np.array([stitches * STITCH_WIDTH, 0.0, 0.0])
     row = loop_curve(stitches, points_per_stitch)
@@ -83,7 +83,10 @@ def periodic_patch(rows: int, stitches: int, points_per_stitch: int = 12, radius
 
 
 def woven_cell(radius: float = 0.125) -> YarnSet:
-    """A cell of plain weave: two wefts along x, two warps along y, crossing three radii apart, a little too close."""
+    """A cell of plain weave: two wefts along x and two warps along y, with crossings every three radii.
+
+    At the crossings, the yarns overlap a little.
+    """
     spacing = 3.0 * radius
     along = np.arange(8) / 8 * 2 * spacing
     curves = []
@@ -109,7 +112,7 @@ def periodic_set(
     face: NDArray[np.int64],
     part: NDArray[np.int64],
 ) -> YarnSet:
-    """Yarns that go on in their images, as long at rest as they lie."""
+    """Yarns that continue in their periodic images; their rest lengths are their lengths."""
     count = len(start) - 1
     yarns = YarnSet(
         points=points,
@@ -133,7 +136,7 @@ def with_faces(yarns: YarnSet, points_per_stitch: int) -> YarnSet:
 
 
 def fabric_of(rows: int, stitches: int, radius: float = 0.125, *, closed: bool) -> StitchMesh:
-    """The stitch mesh of a patch or of a tube, faces numbered as the yarns' control points say."""
+    """The stitch mesh of ``flat_patch`` or of ``tube``, with the face numbers that the control points refer to."""
     scale = radius / FORMULA_RADIUS
     columns = stitches if closed else stitches + 1
     across, up = np.meshgrid(np.arange(columns), np.arange(rows + 1))

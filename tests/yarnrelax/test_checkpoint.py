@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Resumed relaxations: the same bits after any stop, and a refusal where a checkpoint does not fit."""
+"""Resumed relaxations end in the same bits after any interruption. Checkpoints that do not match are refused."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ from tests.yarnrelax.stockinette import fabric_of, tube
 
 ROWS, STITCHES = 4, 6
 QUALITY = replace(PRESETS["draft"], tolerance=1e-6, max_iterations=300)
-"""Long enough for new candidate lists, other margins and a full memory of the solver."""
+"""Long enough for new candidate lists, changed margins and a full L-BFGS memory."""
 KILLS, LEAST_REACHED, LONG = 10, 100, replace(QUALITY, max_iterations=500)
-"""Kills of a relaxation long enough for all of them, and what it has reached by then at least."""
+"""Number of kills, the least iteration reached after them, and the quality of a relaxation long enough for all."""
 
 
 def relaxed(quality: Quality = QUALITY, **options: Any) -> Relaxation:
@@ -50,7 +50,7 @@ def relaxed(quality: Quality = QUALITY, **options: Any) -> Relaxation:
 
 
 def same(first: Relaxation, second: Relaxation) -> bool:
-    """Whether all but the seconds agree to the last bit."""
+    """Whether two results agree to the last bit, except for the seconds."""
     reports = [{**result.report, "seconds": 0.0} for result in (first, second)]
     histories = [[{**entry, "seconds": 0.0} for entry in result.history] for result in (first, second)]
     points = np.array_equal(first.yarns.points, second.yarns.points)
@@ -58,39 +58,44 @@ def same(first: Relaxation, second: Relaxation) -> bool:
 
 
 def kill_ten_times() -> dict[str, int | bool]:
-    """Kill a relaxation and its continuations at ten random moments; whether the end is that of an undisturbed run."""
+    """Kill a relaxation and its continuations at ten random times.
+
+    Returns:
+        The number of kills, the iteration reached after them, and whether the final result equals that of an
+        uninterrupted relaxation.
+    """
     fabric = fabric_of(ROWS, STITCHES, closed=True)
     with tempfile.TemporaryDirectory() as folder:
         checkpoint = Checkpoints(folder, every=20)
 
-        def go_on(iterations: int = LONG.max_iterations) -> Relaxation:
+        def continue_relaxation(iterations: int = LONG.max_iterations) -> Relaxation:
             resume = checkpoint.path if checkpoint.path.exists() else None
             quality = replace(LONG, max_iterations=iterations)
             return relaxed(quality, keep_shape=fabric, checkpoint=checkpoint, resume=resume)
 
-        undisturbed = relaxed(LONG, keep_shape=fabric)  # first, so that no kernel is compiled while calls are counted
-        # launches are prepared first, and again while lists still grow; what follows takes as many calls each time
-        first = [count_calls("_run_to_rest", functools.partial(go_on, reached)) for reached in (20, 40, 60)]
-        each = (count_calls("_run_to_rest", go_on) - first[2]) * 20 // (LONG.max_iterations - 80)
+        uninterrupted = relaxed(LONG, keep_shape=fabric)  # runs first, so that no kernel is compiled during counting
+        # The first intervals make additional calls that prepare launches; afterwards each interval makes equally many.
+        first = [count_calls("_run_to_rest", functools.partial(continue_relaxation, count)) for count in (20, 40, 60)]
+        each = (count_calls("_run_to_rest", continue_relaxation) - first[2]) * 20 // (LONG.max_iterations - 80)
         shutil.rmtree(folder)
-        # a leg does 1 to 2.3 checkpoints' work beyond that and loses what is less than a whole one
+        # Each part lasts 1 to 2.3 intervals longer than the preparation; the work since its last checkpoint is lost.
         start = np.array([*first[:2], *[first[2]] * (KILLS - 2)]) - each
-        moments = start + np.random.default_rng(3).integers(each, 23 * each // 10, KILLS)
-        kills = sum(killed("_run_to_rest", int(moment), go_on) for moment in moments)
+        kill_calls = start + np.random.default_rng(3).integers(each, 23 * each // 10, KILLS)
+        kills = sum(killed("_run_to_rest", int(calls), continue_relaxation) for calls in kill_calls)
         reached = read_checkpoint(checkpoint.path).header["iteration"]
-        return {"kills": kills, "reached": reached, "same": same(go_on(), undisturbed)}
+        return {"kills": kills, "reached": reached, "same": same(continue_relaxation(), uninterrupted)}
 
 
-def test_ten_kills_at_random_moments_change_no_bit():
+def test_ten_kills_at_random_times_change_no_bit():
     code = "import json, tests.yarnrelax.test_checkpoint as t; print(json.dumps(t.kill_ten_times()))"
     path = str(ROOT)
-    # no GPU in there: a process that uses one cannot be doubled
+    # The subprocess must not use a GPU, because a process with a GPU context cannot be forked.
     environment = {**os.environ, "PYTHONPATH": path, "CUDA_VISIBLE_DEVICES": ""}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=environment)
     assert done.returncode == 0, done.stderr
     outcome = json.loads(done.stdout)
     assert outcome["kills"] == KILLS
-    assert LEAST_REACHED < outcome["reached"] < LONG.max_iterations  # the kills struck on the way
+    assert LEAST_REACHED < outcome["reached"] < LONG.max_iterations  # the kills happened during the relaxation
     assert outcome["same"]
 
 
@@ -108,7 +113,7 @@ def test_a_resumed_relaxation_ends_in_the_same_bits(tmp_path, solver, precision)
 
 
 def floor_below(yarns: YarnSet) -> Mesh:
-    """A square that looks up, so near that gravity presses the yarns on it."""
+    """A square whose normal points upwards, so near that gravity presses the yarns against it."""
     height = yarns.points[:, 1].min() - 0.15
     corners = [[-9, height, -9], [-9, height, 9], [9, height, 9], [9, height, -9]]
     return Mesh.from_polygons(corners, [[0, 1, 2, 3]])
@@ -121,42 +126,42 @@ TERMS = {
 
 
 @pytest.mark.parametrize("terms", TERMS.values(), ids=TERMS)
-def test_what_terms_carry_is_resumed_with_them(tmp_path, terms):
+def test_the_state_of_terms_is_resumed(tmp_path, terms):
     quality = replace(QUALITY, max_iterations=120)
     options = {"material": YarnMaterial.named("leaf"), "terms": terms, "constraints": [Pins([0, 5])]}
     relaxed(replace(quality, max_iterations=80), checkpoint=Checkpoints(tmp_path, 20), **options)
     assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc", **options), relaxed(quality, **options))
 
 
-def test_a_step_back_is_resumed_with_its_step_scale(tmp_path, monkeypatch):
-    # twice the energy seems to rise: at the first assessment, and at one after the checkpoint
+def test_the_step_scale_after_a_step_back_is_resumed(tmp_path, monkeypatch):
+    # two assessments report an increased energy: the first one, and one after the checkpoint
     assess, count = YarnSimulation.assess_cells, iter(range(1000))
 
-    def alarm(simulation: YarnSimulation, cells: np.ndarray | None = None) -> list[Assessment]:
+    def assess_with_increases(simulation: YarnSimulation, cells: np.ndarray | None = None) -> list[Assessment]:
         (found,) = assess(simulation, cells)
         if next(count) not in (1, 3):
             return [found]
         return [replace(found, energies={name: 10.0 * energy for name, energy in found.energies.items()})]
 
-    monkeypatch.setattr(YarnSimulation, "assess_cells", alarm)
-    whole = relaxed(replace(QUALITY, max_iterations=120))
+    monkeypatch.setattr(YarnSimulation, "assess_cells", assess_with_increases)
+    uninterrupted = relaxed(replace(QUALITY, max_iterations=120))
     count = iter(range(1000))
     relaxed(replace(QUALITY, max_iterations=40), checkpoint=Checkpoints(tmp_path, 20))
     assert read_checkpoint(tmp_path / "checkpoint.smc").header["step_scale"] < 1.0
-    assert same(relaxed(replace(QUALITY, max_iterations=120), resume=tmp_path / "checkpoint.smc"), whole)
+    assert same(relaxed(replace(QUALITY, max_iterations=120), resume=tmp_path / "checkpoint.smc"), uninterrupted)
 
 
 def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypatch):
     options = {"quality": replace(QUALITY, tolerance=0.02), "keep_shape": fabric_of(ROWS, STITCHES, closed=True)}
-    whole = relaxed(checkpoint=Checkpoints(tmp_path, 10_000), **options)
-    assert whole.report["converged"]
-    monkeypatch.setattr(RelaxationLoop, "iterate", None)  # nothing is left to do
+    uninterrupted = relaxed(checkpoint=Checkpoints(tmp_path, 10_000), **options)
+    assert uninterrupted.report["converged"]
+    monkeypatch.setattr(RelaxationLoop, "iterate", None)  # no iteration may run
     again = relaxed(resume=tmp_path / "checkpoint.smc", **options)
-    assert same(again, whole)
-    assert again.report["seconds"] > whole.history[-1]["seconds"]
+    assert same(again, uninterrupted)
+    assert again.report["seconds"] > uninterrupted.history[-1]["seconds"]
 
 
-def test_checkpoints_come_as_often_as_asked_for_in_whole_assessments(tmp_path, monkeypatch):
+def test_checkpoints_are_written_at_assessments_with_at_least_the_given_interval(tmp_path, monkeypatch):
     written = []
     monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
     relaxed(replace(QUALITY, max_iterations=140), checkpoint=Checkpoints(tmp_path, 50))
@@ -164,9 +169,9 @@ def test_checkpoints_come_as_often_as_asked_for_in_whole_assessments(tmp_path, m
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, SolverError])
-def test_an_interrupted_relaxation_leaves_its_last_assessment(tmp_path, monkeypatch, failure):
+def test_an_interrupted_relaxation_writes_its_last_assessment(tmp_path, monkeypatch, failure):
     quality = replace(QUALITY, max_iterations=120)
-    whole = relaxed(quality)
+    uninterrupted = relaxed(quality)
     run, lengths = RelaxationLoop.iterate, iter([20, 20, 20, 7])
 
     def interrupted(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
@@ -179,7 +184,7 @@ def test_an_interrupted_relaxation_leaves_its_last_assessment(tmp_path, monkeypa
         patch.setattr(RelaxationLoop, "iterate", interrupted)
         relaxed(quality, checkpoint=Checkpoints(tmp_path, 10_000))
     assert read_checkpoint(tmp_path / "checkpoint.smc").header["iteration"] == 60
-    assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc"), whole)
+    assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc"), uninterrupted)
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +195,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_damaged_checkpoint_is_refused_and_the_one_before_offered(folder, tmp_path):
+def test_a_damaged_checkpoint_is_refused_and_the_previous_one_suggested(folder, tmp_path):
     path = Path(shutil.copytree(folder, tmp_path / "damaged")) / "checkpoint.smc"
     damaged = bytearray(path.read_bytes())
     damaged[len(damaged) // 2] ^= 1

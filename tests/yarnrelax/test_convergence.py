@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The residual is what its formula says, and knows nothing of units, places and what constraints carry."""
+"""The residual equals its formula, is independent of units, and excludes the forces that constraints carry."""
 
 from __future__ import annotations
 
@@ -57,79 +57,79 @@ def forces_by_term(yarns: YarnSet) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("yarns", [shaken(flat_patch(3, 2)), shaken(periodic_patch(2, 1))], ids=["swatch", "cell"])
-def test_the_residual_is_the_net_force_over_the_sum_of_all_magnitudes(yarns: YarnSet) -> None:
+def test_the_residual_is_the_net_force_over_the_sum_of_magnitudes(yarns: YarnSet) -> None:
     found = assessed(yarns)
     parts = forces_by_term(yarns)
-    effort = sum(np.linalg.norm(part, axis=1) for part in parts)
+    magnitudes = sum(np.linalg.norm(part, axis=1) for part in parts)
     # float64 rounding
-    assert found.residual == pytest.approx(rms(np.sum(parts, axis=0)) / rms(effort[:, None]), rel=1e-9)
+    assert found.residual == pytest.approx(rms(np.sum(parts, axis=0)) / rms(magnitudes[:, None]), rel=1e-9)
     assert 0.0 < found.residual < 1.0
     assert found.energies == pytest.approx(yarn_energies(yarns, LEAF, **COARSE), rel=1e-9)
     assert found.energy == pytest.approx(sum(found.energies.values()), rel=1e-12)
 
 
-def test_one_force_alone_leaves_a_residual_of_one() -> None:
+def test_a_single_energy_term_has_a_residual_of_one() -> None:
     material = YarnMaterial(2000.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.006)
     assert assessed(shaken(flat_patch(1, 2)), material).residual == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("gamma", [1e-3, 1e3])
-def test_the_residual_has_no_unit(gamma: float) -> None:
+def test_the_residual_does_not_depend_on_the_unit_of_length(gamma: float) -> None:
     yarns = shaken(flat_patch(3, 2))
     scaled = replace(
         yarns, points=gamma * yarns.points, rest_length=gamma * yarns.rest_length, radius=gamma * yarns.radius
     )
     before, after = assessed(yarns), assessed(scaled, LEAF.scaled(gamma))
-    # the similarity is exact; rounding only
+    # the similarity is exact; the tolerance is rounding
     assert after.residual == pytest.approx(before.residual, rel=1e-9)
     assert after.energy == pytest.approx(before.energy, rel=1e-9)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_yarns_without_any_force_are_at_rest(precision: str) -> None:
-    line = np.arange(12)[:, None] * [0.21, 0.13, 0.07]  # lengths that no precision holds exactly
+def test_yarns_without_force_are_at_rest(precision: str) -> None:
+    line = np.arange(12)[:, None] * [0.21, 0.13, 0.07]  # lengths that no precision represents exactly
     found = assessed(YarnSet.from_curves([line], closed=[False], radius=0.125), precision=precision)
     assert found.residual == 0.0
     assert found.finite
 
 
-def test_a_force_a_little_beyond_rounding_counts() -> None:
+def test_a_force_slightly_above_rounding_counts() -> None:
     line = np.arange(12)[:, None] * [0.21, 0.13, 0.07]
     rest = YarnSet.from_curves([line], closed=[False], radius=0.125)
-    # a strain of 1e-7 is invisible in float32, where coordinates of ten units are known to 1e-6, but not in float64
+    # float32 rounds coordinates of ten units to 1e-6 and cannot represent a strain of 1e-7; float64 can
     tight = replace(rest, rest_length=rest.rest_length * (1 - 1e-7))
     assert assessed(tight, precision="float64").residual > 0.1
     assert assessed(tight, precision="float32").residual == 0.0
 
 
-def test_what_constraints_carry_is_not_left_over() -> None:
+def test_the_residual_excludes_the_forces_that_constraints_carry() -> None:
     yarns, fabric = tube(2, 4), fabric_of(2, 4, closed=True)
     pulled = replace(yarns, rest_length=0.9 * yarns.rest_length)
     free, held = assessed(pulled), assessed(pulled, constraints=[KeepBorders(fabric)])
     parts = forces_by_term(pulled)
-    net = np.sum(parts, axis=0).reshape(8, 12, 3)  # both rows are border: each stitch is held
-    effort = sum(np.linalg.norm(part, axis=1) for part in parts)
+    net = np.sum(parts, axis=0).reshape(8, 12, 3)  # both rows are border rows, so each stitch is held
+    magnitudes = sum(np.linalg.norm(part, axis=1) for part in parts)
     left = (net - net.mean(axis=1, keepdims=True)).reshape(-1, 3)
-    assert held.residual == pytest.approx(rms(left) / rms(effort[:, None]), rel=1e-9)
+    assert held.residual == pytest.approx(rms(left) / rms(magnitudes[:, None]), rel=1e-9)
     assert held.residual < free.residual
 
 
-def test_further_terms_count_in_force_and_energy() -> None:
+def test_additional_terms_contribute_to_force_and_energy() -> None:
     yarns, fabric = flat_patch(2, 2), fabric_of(2, 2, closed=False)
     bare, more = assessed(yarns), assessed(yarns, terms=[Gravity(), KeepShape(fabric)])
     assert list(more.energies) == [*bare.energies, "gravity", "shape"]
     assert more.residual != bare.residual
-    assert more.energies["shape"] == 0.0  # where it began
+    assert more.energies["shape"] == 0.0  # the yarns are in their initial shape
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_state_that_is_not_finite_is_seen(value: float) -> None:
+def test_a_state_that_is_not_finite_is_detected(value: float) -> None:
     assert not Assessment(0.1, {"bend": value, "stretch": 1.0}).finite
     assert not Assessment(value, {"bend": 1.0}).finite
     assert Assessment(0.1, {"bend": 1.0}).finite
 
 
-def test_assessing_changes_nothing() -> None:
+def test_an_assessment_does_not_change_the_state() -> None:
     simulation = YarnSimulation.start(shaken(flat_patch(2, 2)), LEAF, DOUBLE, device_named("cpu"))
     points = simulation.state.points.numpy().copy()
     first, second = simulation.assess(), simulation.assess()

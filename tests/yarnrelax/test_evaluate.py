@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Forces are minus the gradients of energies, and have the symmetries of free space."""
+"""Forces are minus the gradients of the energies, and are invariant under translation, rotation and scaling."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COARSE = {"quadrature_points": 3, "contact_samples": 3}
 
 
 def shaken_patch() -> YarnSet:
-    """A closed and some open rows, out of balance in every term; the seed is fixed."""
+    """Open rows with non-zero forces of every energy term; the seed is fixed."""
     patch = flat_patch(3, 2)
     noise = np.random.default_rng(7).normal(scale=0.01, size=patch.points.shape)
     return replace(patch, points=patch.points + noise, rest_length=patch.rest_length * 0.95)
@@ -34,7 +34,7 @@ def test_force_is_minus_the_gradient(term: str) -> None:
     yarns, material = shaken_patch(), TERMS[term]
     force = yarn_forces(yarns, material, **COARSE)
     direction = np.random.default_rng(3).normal(size=yarns.points.shape)
-    step = 1e-6  # central differences: truncation 1e-12 and rounding 1e-10 relative to second derivatives of order one
+    step = 1e-6  # central differences: truncation error 1e-12, rounding error 1e-10 for second derivatives of order 1
     ends = [
         yarn_energies(replace(yarns, points=yarns.points + side * step * direction), material, **COARSE)[term]
         for side in (1, -1)
@@ -54,7 +54,7 @@ def test_each_component_of_the_force_is_a_difference_quotient(term: str) -> None
         moved[1][point, axis] -= step
         ends = [yarn_energies(replace(yarns, points=p), material, **COARSE)[term] for p in moved]
         slope = (ends[0] - ends[1]) / (2 * step)
-        # rounding of energies of order 1e3 erg over the step: 1e3 * 1e-16 / 1e-6 = 1e-7 of forces of order one
+        # rounding of energies of order 1e3 erg, divided by the step: 1e3 * 1e-16 / 1e-6 = 1e-7 of forces of order one
         assert slope == pytest.approx(-force[point, axis], rel=1e-6, abs=1e-6 * np.abs(force).max())
 
 
@@ -62,12 +62,12 @@ def test_forces_and_torques_sum_to_zero() -> None:
     yarns = shaken_patch()
     force = yarn_forces(yarns, YarnMaterial.named("leaf"))
     size = np.abs(force).sum()
-    # float64 rounding of about a hundred summands
+    # float64 rounding of about a hundred terms
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * size)
     np.testing.assert_allclose(np.cross(yarns.points, force).sum(axis=0), 0.0, atol=1e-12 * size)
 
 
-def test_a_rigid_motion_changes_no_energy_and_turns_the_forces() -> None:
+def test_a_rigid_motion_changes_no_energy_and_rotates_the_forces() -> None:
     yarns, material = shaken_patch(), YarnMaterial.named("leaf")
     turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -80,7 +80,7 @@ def test_a_rigid_motion_changes_no_energy_and_turns_the_forces() -> None:
 
 
 @pytest.mark.parametrize("gamma", [1e-3, 8.0, 1e3])
-def test_radius_similarity_keeps_every_energy(gamma: float) -> None:
+def test_the_radius_similarity_changes_no_energy(gamma: float) -> None:
     yarns, material = shaken_patch(), YarnMaterial.named("leaf")
     yarns = replace(yarns, natural_curvature=np.random.default_rng(8).normal(size=len(yarns.points)))
     scaled = replace(
@@ -96,8 +96,8 @@ def test_single_precision_agrees_with_double() -> None:
     yarns, material = tube(4, 6), YarnMaterial.named("leaf")
     double = yarn_forces(yarns, material)
     single = yarn_forces(yarns, material, precision="float32")
-    # a coordinate of 2 cm is known to 1e-7 cm, a strain of a 0.35 cm segment to 5e-7, k_len / l gives 6e-3 dyn;
-    # bending differentiates four times and adds about as much
+    # Float32 rounds a coordinate of 2 cm to 1e-7 cm, so the strain of a segment of 0.35 cm is known to 5e-7, which
+    # k_len / l turns into 6e-3 dyn. Bending forces are fourth differences, and their error is about as large.
     np.testing.assert_allclose(single, double, atol=5e-5 * np.abs(double).max())
 
 
@@ -107,7 +107,7 @@ def test_the_same_input_gives_the_same_bits() -> None:
     assert np.array_equal(first, second)
 
 
-def test_yarns_of_different_radii_touch_at_the_sum() -> None:
+def test_yarns_of_different_radii_touch_at_the_sum_of_their_radii() -> None:
     place = np.arange(-1.5, 1.55, 0.1)
     zero = np.zeros_like(place)
     curves = [np.stack([place, zero, zero], axis=1), np.stack([zero, place, zero + 0.29], axis=1)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns at the extremes come to rest, say that they do not, or are refused by name: nothing else."""
+"""Extreme input relaxes to rest, is reported as not at rest, or is refused with an error that names the yarns."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from extremes import (
 
 DRAFT = PRESETS["draft"]
 SHORT, LONG = 60, 300
-"""Iterations: the worst steps are the first, so a few show what breaks; more where yarns are to come to rest."""
+"""Iterations. The first steps are the most extreme, so few iterations show a failure; yarns come to rest in more."""
 SMALL = {case.name: case for case in cases() if not case.large}
 HOPELESS = {"axes cross", "one yarn on another", "4 control points in one place"}
-"""No distance, or no direction: there is nothing to start from."""
+"""Cases where a distance is zero or a direction is undefined: the relaxation cannot start."""
 QUICK = {
     "overlapping by half",
     "overlapping by nine tenths",
@@ -49,13 +49,13 @@ QUICK = {
     "isolated ring",
     "all pinned",
 }
-"""Few points, or few that may move: soon at rest."""
-WHERE = re.compile(r"yarn \d+ \(control point \d+\)")
+"""Cases with few control points, or few that can move, which come to rest within ``LONG`` iterations."""
+PLACE_IN_YARN = re.compile(r"yarn \d+ \(control point \d+\)")
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("case", SMALL.values(), ids=lambda case: case.name)
-def test_an_extreme_ends_in_words(case: Case, precision: str) -> None:
+def test_an_extreme_case_ends_in_a_defined_outcome(case: Case, precision: str) -> None:
     limit = LONG if case.name in QUICK else SHORT
     found = outcome(case, replace(DRAFT, precision=precision, max_iterations=limit), "cpu")
     if case.name in HOPELESS:
@@ -64,22 +64,22 @@ def test_an_extreme_ends_in_words(case: Case, precision: str) -> None:
         assert found.kind == AT_REST
     assert found.kind in {AT_REST, NOT_AT_REST, REFUSED}, found.words
     if found.kind == REFUSED:
-        assert WHERE.search(found.words)
+        assert PLACE_IN_YARN.search(found.words)
     if found.kind == NOT_AT_REST:
         assert "not at rest: residual" in found.words
 
 
-def test_yarns_that_are_too_close_are_both_named_with_what_to_do() -> None:
+def test_the_error_for_yarns_that_are_too_close_names_both_and_the_remedy() -> None:
     words = outcome(SMALL["axes cross"], DRAFT, "cpu").words
-    assert len(WHERE.findall(words)) == 2
+    assert len(PLACE_IN_YARN.findall(words)) == 2
     assert "contact energy" in words
     assert "k_contact" in words
 
 
-def test_fabric_pressed_to_half_its_width_parts_again() -> None:
+def test_the_yarns_of_a_fabric_compressed_to_half_its_width_separate() -> None:
     pressed = outcome(SMALL["half as wide"], replace(DRAFT, max_iterations=0), "cpu")
     found = outcome(SMALL["half as wide"], replace(DRAFT, max_iterations=LONG), "cpu")
-    # 2 is touching; pressed together the tube's yarns start well below the quarter of overlap that contact leaves them
+    # Yarns touch at 2. The compressed yarns start below 1.5; at rest, contact allows an overlap of at most a quarter.
     assert pressed.report["min_distance_over_radius"] < 1.5 < found.report["min_distance_over_radius"]
 
 
@@ -89,30 +89,31 @@ def assessed(yarns: YarnSet, precision: str) -> Assessment:
 
 @pytest.mark.parametrize("count", [10, 20_000])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_a_straight_yarn_has_no_force_however_its_coordinates_are_rounded(count: int, precision: str) -> None:
+def test_a_straight_yarn_has_no_force_at_any_rounding_of_its_coordinates(count: int, precision: str) -> None:
     direction = np.array([0.48, -0.6, 0.64])
     line = np.arange(count)[:, None] * 0.2731 * direction
     assert assessed(YarnSet.from_curves([line], closed=[False], radius=0.125), precision).residual == 0.0
 
 
-def test_a_small_force_in_a_large_scene_is_not_taken_for_rounding() -> None:
+def test_a_small_force_in_a_large_scene_is_not_mistaken_for_rounding() -> None:
     # the turns of the coil overlap by a tenth; float32 rounds its coordinates of 380 radii to 3e-5 radii
     assert assessed(coil(20_000), "float32").residual > 0.5
 
 
-def test_where_rounding_stands_in_the_way_the_remedy_says_so() -> None:
+def test_the_remedy_names_float64_if_rounding_prevents_convergence() -> None:
     coarse, fine = (assessed(far_apart(1e5), precision) for precision in ("float32", "float64"))
-    # half of 1e5 radii in float32: places 0.004 radii apart, in yarns whose ends a thousandth of strain moves by less
+    # Half of 1e5 radii in float32: representable coordinates are 0.004 radii apart, but a strain of 0.001 moves the
+    # ends of these yarns by less.
     assert coarse.rounding > DRAFT.tolerance
     assert coarse.residual > DRAFT.tolerance
     assert "max_iterations" in fine.remedy
-    noise_alone = replace(coarse, residual=coarse.rounding)
-    assert "float64" in noise_alone.remedy
+    rounding_only = replace(coarse, residual=coarse.rounding)
+    assert "float64" in rounding_only.remedy
 
 
-def test_lists_that_would_fill_the_memory_are_refused_with_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(broad_phase, "MOST_ENTRIES", 100_000)  # of 864 samples, each within contact of all others
+def test_candidate_lists_that_exceed_the_memory_are_refused_by_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(broad_phase, "MOST_ENTRIES", 100_000)  # each of the 864 samples is in contact with all others
     found = outcome(SMALL["radius x 100"], DRAFT, "cpu")
     assert found.kind == REFUSED
-    assert WHERE.search(found.words)
+    assert PLACE_IN_YARN.search(found.words)
     assert "smaller radius" in found.words

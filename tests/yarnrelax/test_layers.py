@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Inside the relaxer imports run one way: from the order of operations down to the linking of yarns."""
+"""Imports inside the relaxer run in one direction: from the order of operations down to the linking of yarns."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh" / "yarnrelax"
 FOLDERS = ["linking", "model", "collision", "energies", "constraints", "solvers"]
-"""From the bottom up; each imports those before it only, and the files at the root import all."""
+"""Folders from the lowest layer to the highest. A folder imports only those before it; files at the root import all."""
 MOST_FILES = 22
-"""Files of a folder, its ``__init__`` left out."""
+"""Largest number of files in a folder, without its ``__init__``."""
 
 
 def files() -> list[Path]:
@@ -29,7 +29,7 @@ def folder_of(module: str) -> str | None:
 
 
 def imported(path: Path) -> list[str]:
-    """Modules of the relaxer that a file imports; what only types need counts too."""
+    """Modules of the relaxer that a file imports, including imports that only type annotations need."""
     names = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
@@ -46,11 +46,11 @@ def test_folders_import_only_those_below_them(path: Path) -> None:
         return
     for name in imported(path):
         other = folder_of(name)
-        assert other is not None, f"{own} imports {name}, which stands above it"
+        assert other is not None, f"{own} imports {name}, which is above it"
         assert FOLDERS.index(other) <= FOLDERS.index(own), f"{own} imports {name}"
 
 
-def test_every_folder_is_known_and_small() -> None:
+def test_every_folder_is_listed_and_small() -> None:
     folders = sorted(path for path in PACKAGE.iterdir() if path.is_dir() and list(path.glob("*.py")))
     assert [path.name for path in folders] == sorted(FOLDERS)
     for folder in folders:
@@ -58,7 +58,7 @@ def test_every_folder_is_known_and_small() -> None:
 
 
 def test_no_two_files_of_the_root_import_each_other() -> None:
-    """A cycle between the files of the root would make their order of reading unclear."""
+    """The files of the root have an order of reading only if their imports have no cycle."""
     modules = {f"stitchmesh.yarnrelax.{path.stem}": path for path in PACKAGE.glob("*.py") if path.stem != "__init__"}
     graph = {name: {other for other in imported(path) if other in modules} - {name} for name, path in modules.items()}
     while graph:

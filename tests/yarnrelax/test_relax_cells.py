@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cells that are relaxed together: each as if it were alone."""
+"""Cells that are relaxed in one batch give the same results as cells that are relaxed alone."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FREE = RelaxCell(shear=False)
 
 
 def larger(yarns: YarnSet, factor: float) -> YarnSet:
-    """The same cell with every length so many times as large."""
+    """The same cell with every length multiplied by ``factor``."""
     assert yarns.lattice is not None
     return replace(
         yarns, points=yarns.points * factor, radius=yarns.radius * factor, rest_length=yarns.rest_length * factor,
@@ -39,7 +39,7 @@ def larger(yarns: YarnSet, factor: float) -> YarnSet:
 
 
 def crimped(yarns: YarnSet) -> YarnSet:
-    """The same cell of yarns that are bent at rest."""
+    """The same cell with a natural curvature of the yarns."""
     return replace(yarns, natural_curvature=np.full(len(yarns.points), 0.5))
 
 
@@ -47,7 +47,7 @@ CELLS = [periodic_patch(1, 1), crimped(woven_cell()), periodic_patch(2, 3), larg
 MATERIALS = [KALDOR, LEAF, LEAF, KALDOR.scaled(0.3)]
 
 
-def test_forces_and_energies_of_each_are_those_of_it_alone() -> None:
+def test_forces_and_energies_of_each_cell_equal_those_of_the_cell_alone() -> None:
     simulation = YarnSimulation(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
     found = simulation.assess_cells()
     all_terms.force_launches(
@@ -62,21 +62,22 @@ def test_forces_and_energies_of_each_are_those_of_it_alone() -> None:
     counts = {"quadrature_points": EXACT.quadrature_points, "contact_samples": EXACT.contact_samples}
     for cell, (yarns, material) in enumerate(zip(CELLS, MATERIALS, strict=True)):
         energies = yarn_energies(yarns, material, **counts)
-        # orders of float64 sums
+        # rounding: float64 sums in different orders
         assert found[cell].energies == pytest.approx(energies, rel=1e-11, abs=1e-12 * sum(energies.values()))
         alone = yarn_forces(yarns, material, **counts) * simulation.model.cells[cell].unit
         own = force[start[cell] : start[cell + 1]]
         np.testing.assert_allclose(own, alone, atol=1e-11 * np.abs(alone).max())
 
 
-def test_each_comes_to_rest_as_if_it_were_alone() -> None:
+def test_each_cell_relaxes_to_the_same_state_as_alone() -> None:
     batch = relax_cells(CELLS, materials=MATERIALS, free=[FREE] * 4, quality=EXACT, device="cpu")
     assert batch.report["converged"] == 4
     for yarns, material, cell in zip(CELLS, MATERIALS, batch.cells, strict=True):
         alone = relax_yarns(yarns, material=material, quality=EXACT, device="cpu", cell=FREE)
         assert cell.yarns.lattice is not None and alone.yarns.lattice is not None
-        # candidate lists are made at other times, so paths differ; at rest energies differ by the tolerance squared
-        # and periods by the tolerance over how soft a fabric is beside its yarn, as in test_cell
+        # Candidate lists are made at different iterations, so the paths differ. At rest, the energies differ by the
+        # square of the tolerance, and the periods by the tolerance times the ratio of the stretch stiffness of yarn to
+        # the stiffness of the fabric (see test_cell_strain).
         assert cell.report["energy"] == pytest.approx(alone.report["energy"], rel=1e-6)
         np.testing.assert_allclose(
             cell.yarns.lattice.periods, alone.yarns.lattice.periods, atol=2e-3 * alone.yarns.lattice.periods.max()
@@ -87,7 +88,7 @@ def test_each_comes_to_rest_as_if_it_were_alone() -> None:
         )
 
 
-def test_a_single_cell_is_the_same_run_to_the_bit() -> None:
+def test_a_batch_of_one_cell_has_the_same_bits_as_a_single_relaxation() -> None:
     alone = relax_yarns(CELLS[2], material=LEAF, quality="draft", device="cpu", cell=FREE)
     batch = relax_cells([CELLS[2]], materials=[LEAF], free=[FREE], quality="draft", device="cpu")
     np.testing.assert_array_equal(batch.cells[0].yarns.points, alone.yarns.points)
@@ -95,7 +96,7 @@ def test_a_single_cell_is_the_same_run_to_the_bit() -> None:
 
 
 @pytest.mark.parametrize("free", [None, FREE])
-def test_steps_launched_one_by_one_are_those_of_the_fused_launch(free: RelaxCell | None) -> None:
+def test_separate_launches_take_the_same_steps_as_the_fused_launch(free: RelaxCell | None) -> None:
     ends = []
     for in_one_launch in (True, False):
         chosen = None if free is None else [free] * 4
@@ -106,15 +107,15 @@ def test_steps_launched_one_by_one_are_those_of_the_fused_launch(free: RelaxCell
         if not in_one_launch:
             simulation.solver.fused = None
             simulation.discard_launches()
-        simulation.state.budget.fill_(1e6)  # or cells that wait for one another would get their lists later
+        simulation.state.budget.fill_(1e6)  # with small budgets, cells would wait for each other
         iterate(simulation, 20)
         ends.append((simulation.state.points.numpy(), simulation.model.constants.images.periods.numpy()))
-    # on a CPU both add up in one order
+    # on a CPU, both add in the same order
     np.testing.assert_array_equal(ends[0][0], ends[1][0])
     np.testing.assert_array_equal(ends[0][1], ends[1][1])
 
 
-def test_a_cell_of_many_blocks_takes_the_steps_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cell_in_many_blocks_takes_the_same_steps_as_in_one_block(monkeypatch: pytest.MonkeyPatch) -> None:
     ends = []
     for chunk in (1024, 10):
         monkeypatch.setitem(lbfgs.CHUNK, "cpu", chunk)
@@ -124,19 +125,19 @@ def test_a_cell_of_many_blocks_takes_the_steps_of_one(monkeypatch: pytest.Monkey
         simulation.discard_launches()
         iterate(simulation, 10)
         ends.append(simulation.state.points.numpy()[:-1])
-    # other orders of float64 sums, which ten steps amplify
+    # rounding of float64 sums in different orders, amplified by ten steps
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
-def test_cells_in_other_company_come_to_the_same_rest() -> None:
+def test_the_relaxed_state_of_a_cell_does_not_depend_on_the_other_cells_of_the_batch() -> None:
     some = relax_cells(CELLS[:2], materials=MATERIALS[:2], quality=EXACT, device="cpu")
     more = relax_cells(CELLS[:2][::-1] + CELLS[2:], materials=MATERIALS[:2][::-1] + MATERIALS[2:], quality=EXACT,
                        device="cpu")  # fmt: skip
     for one, other in zip(some.cells, more.cells[:2][::-1], strict=True):
-        assert one.report["energy"] == pytest.approx(other.report["energy"], rel=1e-6)  # as above
+        assert one.report["energy"] == pytest.approx(other.report["energy"], rel=1e-6)  # tolerance: see above
 
 
-def test_the_periods_stay_where_no_cell_is_free() -> None:
+def test_periods_do_not_change_if_no_cell_is_free() -> None:
     batch = relax_cells(CELLS, materials=MATERIALS, quality="draft", device="cpu")
     assert batch.report["converged"] == 4
     for yarns, cell in zip(CELLS, batch.cells, strict=True):
@@ -144,7 +145,7 @@ def test_the_periods_stay_where_no_cell_is_free() -> None:
         np.testing.assert_array_equal(cell.yarns.lattice.periods, yarns.lattice.periods)
 
 
-def test_one_that_cannot_go_on_leaves_the_others_alone() -> None:
+def test_a_cell_that_fails_does_not_affect_the_others() -> None:
     crossed = replace(CELLS[1], points=CELLS[1].points * [1.0, 1.0, 0.0])
     cells = [CELLS[0], crossed, CELLS[2]]
     batch = relax_cells(cells, materials=[KALDOR, LEAF, LEAF], quality="draft", device="cpu")
@@ -154,16 +155,16 @@ def test_one_that_cannot_go_on_leaves_the_others_alone() -> None:
     assert all(np.isfinite(cell.yarns.points).all() for cell in batch.cells)
 
 
-def test_gradients_of_each_are_noted() -> None:
+def test_the_gradients_of_each_cell_are_reported() -> None:
     quality = replace(PRESETS["draft"], precision="float64", max_iterations=40)
     batch = relax_cells(CELLS[:2], materials=MATERIALS[:2], quality=quality, device="cpu")
     counts = {"quadrature_points": quality.quadrature_points, "contact_samples": quality.contact_samples}
-    for drawn, material, cell in zip(CELLS, MATERIALS, batch.cells, strict=False):
-        once = relax_cells([drawn], materials=[material], quality=replace(quality, max_iterations=20), device="cpu")
+    for generated, material, cell in zip(CELLS, MATERIALS, batch.cells, strict=False):
+        once = relax_cells([generated], materials=[material], quality=replace(quality, max_iterations=20), device="cpu")
         tenth = cell.report["tenth_iterations"]
         assert 0 < tenth < cell.report["iterations"]
-        # the gradient noted last is that before the last move
-        before, after = (yarn_forces(yarns, material, **counts) for yarns in (drawn, once.cells[0].yarns))
+        # the last recorded gradient is the one before the last move
+        before, after = (yarn_forces(yarns, material, **counts) for yarns in (generated, once.cells[0].yarns))
         if tenth >= 20:
             assert np.linalg.norm(after) > 0.1 * np.linalg.norm(before)
         assert cell.report["gradient"] < 0.1
@@ -179,15 +180,15 @@ def test_gradients_of_each_are_noted() -> None:
         ({"cells": CELLS[:2], "quality": replace(EXACT, solver="dynamics")}, "only the quasistatic one"),
     ],
 )
-def test_what_cannot_be_relaxed_together_is_refused(arguments: dict, message: str) -> None:
+def test_input_that_cannot_be_relaxed_in_one_batch_is_refused(arguments: dict, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         relax_cells(device="cpu", **arguments)
 
 
-def test_large_cells_relax_beside_small_ones() -> None:
+def test_large_and_small_cells_relax_in_one_batch() -> None:
     one = periodic_patch(1, 1)
     many = tile_yarns(one, 10, 9, periodic=True)
     batch = relax_cells([one, many], free=[FREE, FREE], quality="draft", device="cpu")
     assert batch.report["converged"] == 2
-    # the energy near rest is known to the square of the residual
+    # near rest, the error of the energy is of second order in the residual
     assert batch.cells[1].report["energy"] == pytest.approx(90 * batch.cells[0].report["energy"], rel=1e-3)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relaxation from end to end: rest, feedback, repetition and bad input."""
+"""Whole relaxations: convergence, progress reports, reproducibility and bad input."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ def straight_yarn() -> YarnSet:
     return YarnSet.from_curves([line], closed=[False], radius=0.125)
 
 
-def test_a_straight_yarn_is_at_rest_at_once() -> None:
+def test_a_straight_yarn_is_at_rest_immediately() -> None:
     result = relax_yarns(straight_yarn(), quality=replace(DRAFT, precision="float64"), device="cpu")
     assert result.report["iterations"] == 0
     assert result.report["converged"]
     np.testing.assert_allclose(result.yarns.points, straight_yarn().points, atol=1e-15)
 
 
-def test_a_bent_free_yarn_straightens() -> None:
+def test_a_bent_free_yarn_becomes_straight() -> None:
     angle = np.linspace(0.0, np.pi, 12)
     arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     yarns = YarnSet.from_curves([arc], closed=[False], radius=0.05)
     quality = replace(DRAFT, precision="float64", tolerance=1e-9, max_iterations=5000)
     relaxed = relax_yarns(yarns, quality=quality, device="cpu").yarns
     spread = np.linalg.svd(relaxed.points - relaxed.points.mean(axis=0), compute_uv=False)
-    # at residual 1e-9 of forces that themselves vanish, what is left of the arc is far below a thousandth
+    # the residual is 1e-9 and the forces vanish in the limit, so the remaining arc is far below a thousandth
     assert spread[1] < 1e-3 * spread[0]
 
 
-def test_knitting_comes_to_rest_and_reports_it(knit: YarnSet) -> None:
+def test_a_knitted_tube_relaxes_to_rest_and_the_report_says_so(knit: YarnSet) -> None:
     result = relax_yarns(
         knit, quality=replace(DRAFT, tolerance=5e-3), device="cpu", keep_shape=fabric_of(ROWS, STITCHES, closed=True)
     )
@@ -82,16 +82,18 @@ def test_the_result_does_not_depend_on_the_unit_of_length(knit: YarnSet, gamma: 
     scaled = replace(knit, points=gamma * knit.points, rest_length=gamma * knit.rest_length, radius=gamma * knit.radius)
     quality = replace(DRAFT, precision="float64", tolerance=1e-6, max_iterations=40)
     small, large = (relax_yarns(yarns, quality=quality, device="cpu").yarns for yarns in (knit, scaled))
-    # float64 rounding, 1e-15, which twenty iterations amplify some hundred times: this tube without borders curls
+    # The rounding of float64 is 1e-15. The iterations amplify it by orders of magnitude, because this tube without
+    # held borders curls.
     np.testing.assert_allclose(large.points / gamma, small.points, atol=1e-8)
 
 
-def test_far_from_the_origin_is_as_good_as_near(knit: YarnSet) -> None:
+def test_the_result_does_not_depend_on_the_distance_from_the_origin(knit: YarnSet) -> None:
     quality = replace(DRAFT, tolerance=1e-6, max_iterations=40)
     near = relax_yarns(knit, quality=quality, device="cpu").yarns.points
     away = replace(knit, points=knit.points + 1e4)
     far = relax_yarns(away, quality=quality, device="cpu").yarns.points - 1e4
-    # 1e4 cm costs float64 1e-12 cm, which float32 may round to the neighbouring number of 1e-7 cm and 40 steps amplify
+    # At 1e4 cm, float64 rounds coordinates to 1e-12 cm. A float32 coordinate may then round to the neighbouring number,
+    # 1e-7 cm away, and 40 iterations amplify this difference.
     np.testing.assert_allclose(far, near, atol=1e-4)
 
 
@@ -104,7 +106,7 @@ def kernels(simulation: YarnSimulation) -> set[str]:
     return {launch.kernel.key.split("__")[0] for launch in simulation.iterations.launches}
 
 
-def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
+def test_terms_that_are_not_used_launch_no_kernel(knit: YarnSet) -> None:
     plain = kernels(started(knit, YarnMaterial.named("kaldor-simulation")))
     assert plain == {
         "samples_and_segment_forces",
@@ -124,7 +126,7 @@ def test_terms_that_are_off_launch_no_kernel(knit: YarnSet) -> None:
     assert full - plain == added and plain <= full
 
 
-def test_stepping_back_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> None:
+def test_a_step_back_restores_the_last_accepted_state_and_clears_the_memory(knit: YarnSet) -> None:
     simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
     loop, every = RelaxationLoop(simulation, tolerance=0.0), np.ones(1, dtype=bool)
     loop.iterate(20)
@@ -136,14 +138,14 @@ def test_stepping_back_returns_to_the_last_good_state_at_rest(knit: YarnSet) -> 
     np.testing.assert_array_equal(simulation.good_yarns().points, good)
     assert loop.step_scale == 0.5
     pairs, scale = simulation.solver.arrays()["record"].numpy()[0, [PAIRS, STEP_SCALE]]
-    assert pairs == 0 and scale == 0.5  # nothing is remembered of what went wrong
+    assert pairs == 0 and scale == 0.5  # the memory holds no pairs of the rejected steps
     loop.iterate(20)
     assert simulation.assess().finite
     loop.accept(every)
     assert loop.step_scale == simulation.solver.arrays()["record"].numpy()[0, STEP_SCALE] == 0.6
 
 
-def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
+def test_the_error_at_the_smallest_step_scale_names_energy_yarn_and_face(knit: YarnSet) -> None:
     simulation = started(knit, YarnMaterial.named("kaldor-simulation"))
     loop = RelaxationLoop(simulation, tolerance=0.0)
     loop.step_scale[:] = SMALLEST_STEP_SCALE / 2
@@ -153,7 +155,7 @@ def test_giving_up_names_energy_yarn_and_face(knit: YarnSet) -> None:
         loop.step_back(np.ones(1, dtype=bool))
 
 
-def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_keyboard_interrupt_passes_on_the_last_accepted_state(knit: YarnSet, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
     states: list[YarnSet] = []
 
@@ -169,7 +171,7 @@ def test_ctrl_c_leaves_the_last_good_state(knit: YarnSet, monkeypatch: pytest.Mo
     assert np.array_equal(states[-1].points, expected.points)
 
 
-def test_the_history_holds_each_assessment(knit: YarnSet) -> None:
+def test_the_history_contains_every_assessment(knit: YarnSet) -> None:
     result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=60), device="cpu")
     assert [entry["iteration"] for entry in result.history] == [0, 20, 40, 60]
     assert result.history[-1]["residual"] == result.report["residual"]
@@ -178,21 +180,21 @@ def test_the_history_holds_each_assessment(knit: YarnSet) -> None:
     assert seconds == sorted(seconds)
 
 
-def test_an_unfinished_relaxation_says_so(knit: YarnSet, caplog: pytest.LogCaptureFixture) -> None:
+def test_an_unfinished_relaxation_logs_a_warning(knit: YarnSet, caplog: pytest.LogCaptureFixture) -> None:
     result = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=20), device="cpu")
     assert not result.report["converged"]
     (record,) = caplog.records
     assert "yarns are not at rest" in record.message and "max_iterations" in record.message
 
 
-def test_a_yarn_pulled_through_by_hand_is_caught_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pull_through_is_detected_and_its_yarns_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     rings = hopf_link(1.0)
     rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
 
     def pull_apart(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
         simulation = loop.simulation
         points = simulation.state.points.numpy()
-        points[rings.start[1] :] += 40.0  # radii: the second ring is somewhere else
+        points[rings.start[1] :] += 40.0  # in radii; the second ring is now far from the first
         simulation.state.points.assign(points)
         simulation.search_contacts()
 
@@ -203,7 +205,7 @@ def test_a_yarn_pulled_through_by_hand_is_caught_and_named(monkeypatch: pytest.M
         relax_yarns(rings, quality=quality, device="cpu")
 
 
-def test_yarns_that_touch_at_the_start_are_named() -> None:
+def test_yarns_that_intersect_at_the_start_are_named() -> None:
     line = np.stack([np.arange(-1.0, 1.0, 0.2), np.zeros(10), np.zeros(10)], axis=1)
     crossing = YarnSet.from_curves([line, line[:, [1, 0, 2]]], closed=[False] * 2, radius=0.125)
     with pytest.raises(SolverError, match=r"yarn \d"):
@@ -211,18 +213,18 @@ def test_yarns_that_touch_at_the_start_are_named() -> None:
 
 
 @pytest.mark.parametrize("device", ["cuda:9", "tpu"])
-def test_an_unknown_device_lists_the_known(knit: YarnSet, device: str) -> None:
+def test_the_error_for_an_unknown_device_lists_the_known_devices(knit: YarnSet, device: str) -> None:
     with pytest.raises(ParameterError, match=f"device: got '{device}'; expected one of cpu") as caught:
         relax_yarns(knit, device=device)
     assert "\n" not in str(caught.value)
 
 
-def test_an_unknown_material_lists_the_known() -> None:
+def test_the_error_for_an_unknown_material_lists_the_known_materials() -> None:
     with pytest.raises(ParameterError, match="kaldor-simulation, kaldor-relaxation, leaf"):
         YarnMaterial.named("wool")
 
 
-def test_materials_refuse_nonsense() -> None:
+def test_materials_refuse_invalid_values() -> None:
     with pytest.raises(ParameterError, match="k_bend"):
         replace(YarnMaterial.named("leaf"), k_bend=-1.0)
     with pytest.raises(ParameterError, match="scale"):

@@ -212,7 +212,7 @@ class NearSegments:
     reach: float = 0.0
     """Distance within which balls were listed when the lists were made [units]."""
     complete_within: float = NOTHING_LISTED
-    """Distance within which the lists contain all pairs now [units]; negative where they must be made anew."""
+    """Distance within which the lists contain all pairs now [units]; negative if they must be made again."""
 
     def invalidate(self) -> None:
         """Declare the lists out of date: segments were placed elsewhere, or the lists have no capacity."""

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """New candidate lists and budgets: samples, broad phase, narrow phase and step limit in captured launches.
 
-All launches of a search run without a look at intermediate results: one graph on a GPU. They assume that the lists have
+A search is one graph on a GPU, because the host reads no intermediate results. The launches assume that the lists have
 capacity, that no segment is longer than the search expects, that the near lists of the broad phase are still complete,
-and that the table of images contains every image that can touch. The last launch collects what decides whether these
-assumptions hold, and the host reads it once. Where an assumption fails, the host corrects it and repeats the launches.
+and that the table of images contains every image that can touch. The last launch collects the values that show whether
+these assumptions hold, and the host reads them once. If an assumption fails, the host enlarges the arrays or makes new
+lists and tables, and repeats the launches.
 """
 
 from __future__ import annotations
@@ -116,7 +117,7 @@ def smallest_of_cells(
 
 @dataclass(frozen=True, eq=False)
 class SearchResults:
-    """What the host reads after a search."""
+    """Results of a search that the host reads."""
 
     near: int
     """Length of the longest list of near segments."""
@@ -135,12 +136,12 @@ class SearchResults:
 
 
 class ContactSearch:
-    """Makes candidate lists and budgets for a state, as often as wanted."""
+    """A repeatable search that makes candidate lists and budgets for a state."""
 
     def __init__(
         self, model: Model, state: State, candidates: Candidates, reallocated: Callable[[], None] = lambda: None
     ) -> None:
-        """Allocate what a search needs beside the lists.
+        """Allocate the arrays that a search needs in addition to the lists.
 
         Args:
             model: constants of the yarns.
@@ -164,7 +165,7 @@ class ContactSearch:
             renew_images(model, state.points)
 
     def run(self) -> None:
-        """Make lists and budgets for the state as it is.
+        """Make lists and budgets for the current state.
 
         Raises:
             SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the place.
@@ -181,7 +182,7 @@ class ContactSearch:
             complete = self._has_capacity(found) and self._has_images(found)
 
     def too_close(self) -> dict[int, str]:
-        """For each cell in which the clearance of an arc is used up, what is wrong; it names yarn and stitch face."""
+        """For each cell in which the clearance of an arc is used up, a message that names yarn and stitch face."""
         assert self.results is not None
         if (self.results.least >= SMALLEST_CLEARANCE).all():
             return {}
@@ -256,7 +257,7 @@ class ContactSearch:
         return near.reach - 2.0 * found.drift - along
 
     def _has_capacity(self, found: SearchResults) -> bool:
-        """Whether all lists had capacity and no segment outgrew the search; else the arrays are enlarged."""
+        """Whether the lists had enough capacity and no segment is too long; otherwise the arrays are enlarged."""
         model, candidates, near = self.model, self.candidates, self.candidates.near
         if found.near > near.lists.shape[1]:
             near.lists = allocate_lists(model, model.segment_count, checked_length(model, near.count, found.near))
@@ -275,7 +276,7 @@ class ContactSearch:
         return False
 
     def _has_images(self, found: SearchResults) -> bool:
-        """Whether the table of images is still complete; else it is made anew."""
+        """Whether the table of images is still complete; otherwise it is made again."""
         if not self.model.on_lattice or self._table_is_complete(found):
             return True
         renew_images(self.model, self.state.points, anyway=True)
@@ -288,9 +289,9 @@ class ContactSearch:
     def _table_is_complete(self, found: SearchResults) -> bool:
         """Whether cells have neither grown nor been strained so far that an image may be missing.
 
-        An image is left out of the table if, with shrunk periods, it is clear by 2 * SPREAD radii along one axis and
-        not farther away than that and the box along the other. Growth reduces this clearance, and a shear c reduces it
-        by c times the extent along the other axis.
+        The table omits an image if, with shrunk periods, its distance along one axis exceeds the contact range by
+        2 * SPREAD radii. Growth of the cells reduces this distance. A shear c reduces the distance by c times the
+        extent along the other axis, which is at most that of the box plus the same range.
         """
         assert self._table is not None
         box, periods, radius = self._table.box, self._table.periods, float(self.model.radius.max())

@@ -276,7 +276,7 @@ def strain_budget_launches(model: Model, state: State, candidates: Candidates, l
 def too_close_cells(
     model: Model, state: State, candidates: Candidates, clearance: wp.array[Any], least: NDArray[np.float64]
 ) -> dict[int, str]:
-    """For each cell in which the clearance of an arc is used up, what is wrong; it names yarn and stitch face."""
+    """For each cell in which the clearance of an arc is used up, a message that names yarn and stitch face."""
     failed = {}
     for cell in np.flatnonzero(~(least >= SMALLEST_CLEARANCE)).tolist():
         first, last = model.sample_start[model.segment_start[cell : cell + 2]]

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Constraints: what holds control points."""
+"""Constraints on the motion of control points."""

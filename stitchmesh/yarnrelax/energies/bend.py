@@ -6,10 +6,10 @@ Energy of one segment of rest length l:
 
     E = k_bend l int (kappa - k)^2 ds,   kappa = |c| / |y'|^3,   c = y' x y'',   k >= 0        [erg]
 
-A ring of radius R has the energy 2 pi R k_bend (1 / R - k)^2; the flexural rigidity EI is 2 k_bend. The yarn rotates
-about its own axis without energy, so its natural curvature points in the direction in which it is bent: of all
-rotations of a rod with a natural curvature in one direction this has the least energy. Gradients are those of a
-straight yarn, with t = y' and a = y'', times 1 - k / kappa:
+A ring of radius R has the energy 2 pi R k_bend (1 / R - k)^2; the flexural rigidity EI is 2 k_bend. The yarn can rotate
+about its own axis without energy. Its natural curvature therefore points in the direction of its curvature, because
+this rotation has the least energy of all rotations about the axis. Gradients are those of a straight yarn, with t = y'
+and a = y'', times 1 - k / kappa:
 
     d kappa^2 / dt = 2 (a x c) / |t|^6 - 6 |c|^2 t / |t|^8,    d kappa^2 / da = 2 (c x t) / |t|^6
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Forces and energies of each term by itself, for assessments, reports and messages."""
+"""Forces and energies of each term separately, for assessments, reports and messages."""
 
 from __future__ import annotations
 

@@ -172,7 +172,7 @@ class _Friction(Term):
         return {field.name: getattr(self.contacts, field.name) for field in fields(Contacts)}
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore contacts, whose number may differ from the present one."""
+        """Restore contacts; their number may differ from that of the current contacts."""
         kinds = {name: array.dtype for name, array in self.arrays().items()}
         device = self.model.device
         self.contacts = Contacts(

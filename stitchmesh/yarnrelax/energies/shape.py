@@ -146,7 +146,7 @@ class KeepShape(TermChoice):
     """A garment keeps its shape (Y section 6.3, eqs 6 and 7)."""
 
     fabric: StitchMesh
-    """The fabric that the yarns were made from."""
+    """The fabric from which the yarns were generated."""
 
     def on(self, model: Model) -> Shape:
         """Choose patches on the fabric and send them to the device.
@@ -159,7 +159,7 @@ class KeepShape(TermChoice):
 
 @dataclass(frozen=True, eq=False)
 class Shape(Term):
-    """Loops, patches and the positions they keep to, on the device; lengths in units."""
+    """Loops, patches and their reference positions on the device; lengths in units."""
 
     name = "shape"
     model: Model

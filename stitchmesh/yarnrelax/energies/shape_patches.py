@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which stitches hold together when a garment keeps its shape (Y section 6.3): loops, patches, their weights."""
+"""Patches of stitches that keep the shape of a garment (Y section 6.3): loops, patches and their weights."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.yarn import YarnSet
 
 RINGS = 3
-"""How many sides far a patch reaches from its centre."""
+"""Radius of a patch: the largest number of sides between its central face and its other faces."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -165,11 +165,11 @@ class _Twist(Term):
         return np.bincount(corners, weights=shares.ravel(), minlength=model.point_count).astype(np.float64)
 
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """The holonomy, which is followed from the value that it had last."""
+        """The holonomy; its previous value determines which multiple of 4 pi is added."""
         return {"holonomy": self.holonomy}
 
     def _follow(self, points: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Bring the holonomy up to date."""
+        """Update the holonomy for the current control points."""
         path, model = self.path, self.model
         strands = [path.strand_start, path.before, path.chord]
         yarns = [path.yarn_strand, path.yarn_start, path.before, path.after, path.closing, path.chord,

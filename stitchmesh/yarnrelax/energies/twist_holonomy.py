@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rotation of a frame that is transported along a yarn without twist: the holonomy of the centreline.
 
-The yarn is seen as the polyline through its knots, whose chord over a segment with legs d0, d1, d2 is
+The yarn is represented by the polyline through its knots, whose chord over a segment with legs d0, d1, d2 is
 (d0 + 4 d1 + d2) / 6. From chord to chord a frame turns by the smallest rotation (Bergou 2008, section 4.2), for unit
 directions a, b the quaternion
 
     r = (1 + a . b, a x b) / |...|
 
-A closed yarn carries the frame back to where it started, turned about the chord there by psi. An open one begins and
-ends in the directions of its clamps, which are one chord more at each end, and a fixed rotation closes the way between
-them. Either way R = r_n ... r_2 r_1 is a rotation about the first chord and psi = 2 atan2(R_vector . chord, R_scalar),
-a number that is known up to 4 pi; it is followed from the value that it had last.
+Along a closed yarn, the frame returns to the first chord, rotated about this chord by psi. An open yarn has one more
+chord at each end, in the direction of its clamp, and a fixed rotation from the last clamp to the first closes the loop.
+In both cases R = r_n ... r_2 r_1 is a rotation about the first chord and psi = 2 atan2(R_vector . chord, R_scalar). The
+formula gives psi up to multiples of 4 pi; the value that is nearest to the previous one is chosen.
 
 When chords turn, psi changes by the curvature binormals k = 2 a x b / (1 + a . b) of the corners before and after each
 (Bergou 2008, eqs 9 and 10), which is exact also for large turns:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which chord follows which along each yarn, its clamped ends included, and the strands that share the work."""
+"""Order of the chords along each yarn, including its clamped ends, and their division into strands."""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@
 
 Image 0 is (0, 0). The corners of a segment need the images that its yarn reaches by going around the lattice. Contacts
 need every image whose yarns can come near the yarns of the cell. An image (a, b) is left out if it displaces the box
-around all yarns, enlarged by the contact range and by a reserve for yarns that spread, so far that it is clear of the
-box. Where yarns grow beyond this box, or periods have become too short, the table is made anew.
+around all yarns, enlarged by the contact range and by a reserve for yarns that spread, so far that it does not overlap
+the box. If yarns grow beyond this box, or periods have become too short, the table is made again.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 CONTACT_RANGE = 3.0
 """Distance over the largest radius within which pairs may be listed: contact plus the widest margin."""
 SHRINKAGE = 0.75
-"""Factor by which periods may shrink before the table is made anew."""
+"""Factor by which periods may shrink before the table is made again."""
 SPREAD = 10.0
 """Distance by which yarns may spread beyond their box on each side, over the largest radius."""
 
@@ -48,7 +48,7 @@ def put_images(model: Model, kind: Any) -> Any:
 
 
 def renew_images(model: Model, points: wp.array[Any], *, anyway: bool = False) -> bool:
-    """Make the table anew if an image of the yarns at ``points`` is missing, or ``anyway``; whether it was made."""
+    """Make the table again if the yarns at ``points`` need another image, or ``anyway``; return whether it was made."""
     images = model.constants.images
     places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
     corners = corners_of(model, places, periods)
@@ -94,9 +94,9 @@ class Corners:
     dual: NDArray[Any]
     """Dual basis of each cell: how many of each period a displacement spans, shape (C, 2, 3)."""
     box: NDArray[Any]
-    """Size of the box around them, shape (C, 3)."""
+    """Size of the box around the corners of each cell, shape (C, 3)."""
     turns: NDArray[Any]
-    """How many of each period they span, shape (C, 2)."""
+    """Number of each period that the corners span, shape (C, 2)."""
     radius: NDArray[np.float64]
     """Largest radius of each cell, shape (C,)."""
 
@@ -114,7 +114,7 @@ def corners_of(model: Model, places: NDArray[Any], periods: NDArray[Any]) -> Cor
 
 
 def _spans(model: Model, own: NDArray[Any], cell: NDArray[np.int64], others: NDArray[Any]) -> NDArray[Any]:
-    """Largest less smallest of each cell's numbers (N, d), and of others (E, d) of some cells, shape (C, d)."""
+    """Largest minus smallest value in each cell, of values (N, d) and further values (E, d), shape (C, d)."""
     first = model.point_start[:-1]
     high, low = np.maximum.reduceat(own, first), np.minimum.reduceat(own, first)
     np.maximum.at(high, cell, others)
@@ -125,7 +125,7 @@ def _spans(model: Model, own: NDArray[Any], cell: NDArray[np.int64], others: NDA
 def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArray[np.int64]:
     """Images in which yarns of some cell come within ``reach`` of its own, in its largest radii, shape (n, 2).
 
-    The rule of ``Lattice.near_images``, for all cells at once; also where the periods alone become shorter by a factor.
+    The rule is that of ``Lattice.near_images``. It is applied to the given periods times the factor ``shrinkage``.
     """
     within = reach * corners.radius[:, None]
     turns = corners.turns + within * np.linalg.norm(corners.dual, axis=2)

@@ -5,7 +5,7 @@
 A control point or a contact sample that an element refers to is at its own place plus a u + b v, with the periods u
 and v and a stored integer image (a, b) (design, section 2). Images are numbered in a table. Several fabrics may be
 relaxed together, each in a cell with its own periods; all cells share the table. A fabric without a lattice has no
-images: its overloads of the functions below read the place and nothing else, so no kernel asks whether a fabric is
+images: its overloads of the functions below read only the place, so that no kernel tests whether a fabric is
 periodic.
 """
 

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a yarn is made of: the stiffnesses of Kaldor 2008 and Leaf 2018 (L), CGS units, and the mass of control points.
+"""The material of yarns: stiffnesses of Kaldor 2008 and Leaf 2018 (L) in CGS units, and the mass of control points.
 
 A yarn has the mass m per length of rest. Over a segment the four basis functions have the integrals
-(1, 11, 11, 1) / 24, which are the row sums of its mass matrix over m l (L, appendix B), so a control point has
+(1, 11, 11, 1) / 24, which are the row sums of its mass matrix over m l (L, appendix B). A control point has the mass
 
     m_j = sum over its segments of  m l (1, 11, 11, 1)_slot / 24        [g]
 
-and one between segments of length l has m l.
+which is m l for an inner control point between segments of length l.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which segments of one yarn do not collide because they are neighbours along the yarn.
+"""Segments of one yarn that do not collide because they are neighbours along the yarn.
 
-The model exempts the next segment only (physics of Kaldor 2008), which is correct while a segment is as long as the
-yarn is thick: two segments collide if the rest length between them is at least a diameter. Shorter segments are exempt
-up to that rest length, because otherwise a straight yarn would push itself apart.
+Kaldor 2008 excludes only the next segment from collision, which is correct if a segment is as long as the yarn is
+thick: two segments collide if the rest length between them is at least a diameter. If segments are shorter, all
+segments up to that rest length are excluded, because otherwise a straight yarn would repel itself.
 """
 
 from __future__ import annotations

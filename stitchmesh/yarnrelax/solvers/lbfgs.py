@@ -303,7 +303,7 @@ class LBFGS(Solver):
         return [*launches, tiled(apply_moves, count, cells, blocks, strains, memory, *ball[:2])]
 
     def fused_launch(self, inputs: SolverInputs, point_stiffness: wp.array[Any], launcher: Launcher) -> Any:
-        """A launch of all iterations of an assessment interval, of cells for which there is one."""
+        """One launch of all iterations of an assessment interval, if the cells are small enough; otherwise None."""
         if self.fused is None:
             return None
         return self.fused.launch(inputs, self.bounds, point_stiffness, int(ASSESSMENT_INTERVAL), launcher)
@@ -323,7 +323,7 @@ class LBFGS(Solver):
         self.memory.record.assign(record)
 
     def begin(self, wanted: NDArray[np.int64]) -> None:
-        """Start a new interval, at whose end the cells stand still."""
+        """Start a new interval; at its end the cells stop moving."""
         record = self.memory.record.numpy()
         record[:, ITERATION], record[:, WANTED] = 0.0, wanted
         self.memory.record.assign(record)
@@ -342,7 +342,7 @@ class LBFGS(Solver):
         return [count or None for count in tenth.astype(int).tolist()], part.tolist()
 
     def continue_gradients(self, other: LBFGS, cells: NDArray[np.bool_]) -> None:
-        """Continue the notes of gradients of some cells of another solver; they are the cells of this one."""
+        """Copy the recorded gradients from a solver of more cells; the cells of this solver are some of them."""
         record = self.memory.record.numpy()
         record[:, FIRST_GRADIENT:] = other.memory.record.numpy()[cells, FIRST_GRADIENT:]
         self.memory.record.assign(record)

@@ -4,7 +4,7 @@
 
 A launch costs more than the work of a small iteration, and in a batch of small cells each cell has a multiprocessor of
 its own. A block iterates until its cell has done all iterations or waits for new candidate lists. Cells do not wait for
-each other, and the host does not look at their progress before the end.
+each other, and the host reads their progress only at the end.
 
 The kernel takes ``state`` and ``memory`` as in and out, because it runs all steps of an iteration; the signatures of
 the kernels in ``evaluation``, ``segment_forces``, ``contact``, ``preconditioner`` and ``lbfgs`` show which step reads

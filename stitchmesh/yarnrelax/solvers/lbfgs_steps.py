@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The algebra of the quasistatic solver, step by step for one entry or one cell (``lbfgs``).
 
-An entry is a control point, or the strains of a cell (``cell_strain``). The values of a cell stand in its row of the
+An entry is a control point, or the strains of a cell (``cell_strain``). The values of a cell are in its row of the
 arrays of the memory. A scene of one piece is one cell.
 
 An iteration has these steps, with sums over the cell between them: ``force_products`` by many threads,
@@ -345,7 +345,7 @@ def apply_point_moves(
 
 
 def cell_ranges(model: Model) -> Any:
-    """The struct of which entries and segments belong to each cell of a model."""
+    """The struct that assigns entries and segments to the cells of a model."""
     cells = CellRanges()
     cells.point_count, cells.points, cells.segments = model.point_count, model.cell_points, model.cell_segments
     return cells

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a solver is: the launches that turn the forces of an iteration into moves of the control points."""
+"""The interface of solvers: launches that compute moves of the control points from the forces of an iteration."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class SolverInputs:
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """How far a solver has come since ``Solver.begin``."""
+    """Progress of a solver since ``Solver.begin``."""
 
     done: NDArray[Any]
     """Iterations of each cell, shape (C,)."""
@@ -66,7 +66,7 @@ class Solver(ABC):
 
     @abstractmethod
     def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
-        """Forget the past of some cells, or of all; ``step_scale`` in (0, 1] scales the steps of each cell."""
+        """Clear the memory of some cells, or of all; ``step_scale`` in (0, 1] scales the steps of each cell."""
 
     @abstractmethod
     def set_step_scale(self, step_scale: NDArray[np.float64]) -> None:
@@ -74,7 +74,7 @@ class Solver(ABC):
 
     @abstractmethod
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """Everything that is carried from one iteration to the next, by name."""
+        """All arrays that persist from one iteration to the next, by name."""
 
     def kinetic_energy(self) -> float:
         """Kinetic energy [erg]; zero for a solver without motion."""
@@ -86,4 +86,4 @@ class Solver(ABC):
 
     @abstractmethod
     def progress(self, inputs: SolverInputs, launched: int) -> Progress:
-        """Read how far each cell has come, after ``launched`` more iterations."""
+        """Read the progress of each cell after ``launched`` more iterations."""

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Upper bounds of the stiffness at each control point: row sums of the Hessian.
 
-Only the state of rest matters, so each control point moves as if it had the smallest mass that is stable. For an
-energy with Hessian H, the row sums D_i = sum_j |H_ij| bound H by the diagonal D (Gershgorin): steps F_i / D_i lower the
-energy. For each segment, with B' and B'' the derivatives of the four basis functions at the rest shape:
+The quasistatic solver needs no true masses and scales its steps by bounds of stiffness. For an energy with Hessian H,
+the row sums D_i = sum_j |H_ij| bound H by the diagonal D (Gershgorin), so steps F_i / D_i lower the energy. For each
+segment, with B' and B'' the derivatives of the four basis functions at the rest shape:
 
     stretch, length   2 (k_len + k_length) / l^2  int |B'_i| sum_j |B'_j|      along the yarn
     bending           2 k_bend / l^3              int |B''_i| sum_j |B''_j|    across the yarn

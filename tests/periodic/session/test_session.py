@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Live swatches: where they come to rest, how they move there, and what a session does with changes and errors."""
+"""Live swatches: their relaxed states, the steps to these states, and how a session handles changes and errors."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ from stitchmesh.yarn.tiling import instances
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000)
-"""Fine enough for two ways to one state of rest to end within 1e-5 of each other's sizes."""
+"""Fine enough that two different paths to one relaxed state end in sizes that agree within 1e-5."""
 PLAIN = sm.parse_pattern("round 1: k1")
-"""One loop, which has one state of rest; where several loops may buckle against one another there are many."""
+"""A cell of one loop, which has one relaxed state. Cells of several loops can buckle and have many relaxed states."""
 SAFETY = 60.0
-"""Seconds after which a test that waits fails; what it waits for takes well under one."""
+"""Seconds after which a waiting test fails; the event that it waits for takes well under one second."""
 CLOSE = 1e-4
-"""Relative difference of sizes and energies of one state of rest reached in two ways at ``EXACT``, with room."""
-GENTLE = 1.0 + 1e-9
-"""Rounding of a product of two ratios."""
+"""Bound on the relative difference of sizes and energies of one relaxed state reached on two paths at ``EXACT``."""
+ROUNDING = 1.0 + 1e-9
+"""Factor that allows for the rounding of a product of two ratios."""
 
 
 def session(pattern="stockinette", **given) -> sm.SwatchSession:
     return sm.SwatchSession(pattern, **({"quality": "draft", "device": "cpu", "relax_cell": True} | given))
 
 
-def live(pattern="stockinette", *, relax_cell=True, quality="draft", **options) -> LiveSwatch:
+def live_swatch(pattern="stockinette", *, relax_cell=True, quality="draft", **options) -> LiveSwatch:
     settings = SwatchSettings(pattern, None, relax_cell, SwatchOptions(**options))
     return LiveSwatch(settings, sm.quality.quality_named(quality), "cpu", 0.0)
 
 
 def to_rest(swatch: LiveSwatch, settings: SwatchSettings | None = None, *, most=500) -> list[Frame]:
-    """Frames on the way to rest, the one before the change first."""
+    """All frames until the swatch is at rest; the first is the frame before the change."""
     frames = [swatch.frame]
     if settings is not None:
         swatch.take(settings, 0.0)
@@ -84,7 +84,7 @@ def assert_same_rest(frame: Frame, expected: sm.Swatch) -> None:
         ("garter", {}, {"pattern": "plain"}),
     ],
 )
-def test_a_change_ends_where_a_swatch_of_the_same_options_does(pattern, before, change):
+def test_a_change_ends_in_the_state_of_a_swatch_with_the_same_options(pattern, before, change):
     with session(pattern, quality=EXACT, **before) as running:
         running.wait_until_rest(SAFETY)
         running.set(**change)
@@ -93,7 +93,7 @@ def test_a_change_ends_where_a_swatch_of_the_same_options_does(pattern, before, 
     assert_same_rest(frame, sm.swatch(**given))
 
 
-def test_the_first_relaxation_is_that_of_the_swatch_to_the_last_bit():
+def test_the_first_relaxation_has_the_same_bits_as_that_of_a_swatch():
     with session("rib2x2") as running:
         frame = running.wait_until_rest(SAFETY)
     expected = sm.swatch("rib2x2", quality="draft", device="cpu", relax_cell=True)
@@ -102,12 +102,12 @@ def test_the_first_relaxation_is_that_of_the_swatch_to_the_last_bit():
 
 
 def test_gamma_grows_in_steps_and_the_yarn_keeps_its_radius():
-    swatch = live(relax_cell=False)
+    swatch = live_swatch(relax_cell=False)
     to_rest(swatch)
     frames = to_rest(swatch, SwatchSettings("stockinette", None, False, SwatchOptions(gamma=1.6)))
     reached = np.array([frame.report["gamma"] for frame in frames])
     assert reached[-1] == pytest.approx(1.6, rel=1e-12)
-    assert (np.diff(reached) >= 0.0).all() and (reached[1:] / reached[:-1] <= GROWTH * GENTLE).all()
+    assert (np.diff(reached) >= 0.0).all() and (reached[1:] / reached[:-1] <= GROWTH * ROUNDING).all()
     assert np.ptp([frame.yarns.radius for frame in frames]) < 1e-12
     widths = np.array([frame.size[0] for frame in frames])
     np.testing.assert_allclose(widths * reached, widths[0], rtol=1e-6)  # single precision
@@ -121,20 +121,20 @@ def test_gamma_grows_in_steps_and_the_yarn_keeps_its_radius():
         ({"rest_lengths": sm.RestLengths(factor=0.75)}, lambda frame: frame.yarns.rest_length, LENGTHENING),
     ],
 )
-def test_no_frame_is_more_than_a_step_from_the_one_before(change, measure, limit):
-    swatch = live(relax_cell=False, loop_length=5.0)
+def test_successive_frames_differ_by_at_most_one_step(change, measure, limit):
+    swatch = live_swatch(relax_cell=False, loop_length=5.0)
     to_rest(swatch)
     options = SwatchOptions(**({"loop_length": 5.0} | change))
     frames = to_rest(swatch, SwatchSettings("stockinette", None, False, options))
     values = [measure(frame) for frame in frames]
     ratios = np.array([after / before for before, after in itertools.pairwise(values)])
     largest = np.abs(np.log(ratios)).max()
-    assert largest > 0.5 * np.log(limit)  # it did move
+    assert largest > 0.5 * np.log(limit)  # the steps are not much smaller than allowed
     assert largest <= np.log(limit) + 1e-6  # single precision rounds periods
 
 
-def test_a_swatch_that_leaned_stands_up_again_where_shear_is_held():
-    swatch = live(PLAIN, relax_cell=sm.RelaxCell(), quality=EXACT)
+def test_a_sheared_swatch_becomes_upright_again_if_shear_is_held():
+    swatch = live_swatch(PLAIN, relax_cell=sm.RelaxCell(), quality=EXACT)
     to_rest(swatch)
     moved = swatch.state
     sheared = moved.yarns.lattice.periods + np.array([[0, 0, 0], [0.35, 0, 0]])
@@ -147,20 +147,20 @@ def test_a_swatch_that_leaned_stands_up_again_where_shear_is_held():
     assert_same_rest(frames[-1], sm.swatch(PLAIN, quality=EXACT, device="cpu", relax_cell=True))
 
 
-def test_a_newer_change_takes_the_place_of_an_older_one_midway():
-    swatch = live()
+def test_a_newer_change_replaces_an_unfinished_older_one():
+    swatch = live_swatch()
     to_rest(swatch)
     swatch.take(SwatchSettings("stockinette", None, True, SwatchOptions(gamma=3.0)), 0.0)
     for _ in range(5):
         swatch.advance()
-    midway = swatch.frame.report["gamma"]
+    reached_gamma = swatch.frame.report["gamma"]
     frames = to_rest(swatch, SwatchSettings("stockinette", None, True, SwatchOptions(gamma=1.0)))
-    assert 1.0 < midway < 3.0
-    assert max(frame.report["gamma"] for frame in frames) == midway
+    assert 1.0 < reached_gamma < 3.0
+    assert max(frame.report["gamma"] for frame in frames) == reached_gamma
     assert frames[-1].report["gamma"] == pytest.approx(1.0)
 
 
-def test_of_many_changes_the_last_one_counts():
+def test_the_last_of_many_changes_determines_the_result():
     with session() as running:
         for gamma in np.linspace(1.0, 1.3, 50):
             running.set(gamma=float(gamma))
@@ -171,8 +171,8 @@ def test_of_many_changes_the_last_one_counts():
     assert frame.yarns.yarn_count == sm.swatch("stockinette", quality="draft", device="cpu").yarns.yarn_count
 
 
-def test_a_new_chart_is_seen_as_drawn_first_and_keeps_the_options():
-    swatch = live(gamma=1.2, yarn_radius=0.1)
+def test_a_new_chart_is_first_shown_as_generated_and_keeps_the_options():
+    swatch = live_swatch(gamma=1.2, yarn_radius=0.1)
     to_rest(swatch)
     swatch.take(SwatchSettings("garter", None, True, SwatchOptions(gamma=1.2, yarn_radius=0.1)), 0.0)
     assert swatch.frame.report["residual"] is None and not swatch.frame.report["at_rest"]
@@ -180,18 +180,18 @@ def test_a_new_chart_is_seen_as_drawn_first_and_keeps_the_options():
     assert to_rest(swatch)[-1].report["gamma"] == pytest.approx(1.2)
 
 
-def test_yarn_too_thick_to_be_drawn_grows_from_what_can_be():
-    swatch = live(loop_length=3.0)
+def test_yarn_that_is_too_thick_to_generate_grows_from_a_smaller_gamma():
+    swatch = live_swatch(loop_length=3.0)
     first = swatch.frame
     assert first.report["gamma"] < 1.0 and first.yarns.radius == pytest.approx(0.125)
     assert to_rest(swatch)[-1].report["gamma"] == pytest.approx(1.0)
 
 
-def test_colours_alone_leave_the_state_as_it_lies():
+def test_a_change_of_colours_does_not_change_the_state():
     def striped(colour):
         return sm.parse_pattern(f"rounds 1-2 yarn 0: k2\nrounds 3-4 yarn {colour}: k2")
 
-    swatch = live(striped(1))
+    swatch = live_swatch(striped(1))
     before = to_rest(swatch)[-1]
     frames = to_rest(swatch, SwatchSettings(striped(2), None, True, SwatchOptions()))
     assert swatch.frame.number == before.number + 1 and len(frames) == 1
@@ -199,21 +199,21 @@ def test_colours_alone_leave_the_state_as_it_lies():
     assert set(before.yarns.colour) == {0, 1} and set(swatch.frame.yarns.colour) == {0, 2}
 
 
-def test_what_changes_nothing_is_not_relaxed_again():
+def test_a_change_without_effect_starts_no_relaxation():
     with session() as running:
         rest = running.wait_until_rest(SAFETY)
         running.set(gamma=1.0, relax_cell=True)
         running.set(pattern="stockinette")
-        running.set(relax_cell=sm.RelaxCell(shear=False), material=rest_material())
+        running.set(relax_cell=sm.RelaxCell(shear=False), material=default_material())
         assert running.wait_until_rest(SAFETY) is rest
 
 
-def rest_material() -> sm.YarnMaterial:
-    """What the default material is for yarn of the default radius."""
+def default_material() -> sm.YarnMaterial:
+    """The default material, for yarn of the default radius."""
     return sm.YarnMaterial.named("stitchmesh")
 
 
-def test_a_bad_pattern_is_the_error_of_a_frame_and_a_later_change_mends_it():
+def test_a_bad_pattern_is_reported_in_the_frame_and_a_later_change_recovers():
     with session() as running:
         rest = running.wait_until_rest(SAFETY)
         running.set(pattern="no-such-pattern", gamma=1.1)
@@ -223,11 +223,11 @@ def test_a_bad_pattern_is_the_error_of_a_frame_and_a_later_change_mends_it():
         assert isinstance(broken.error, ParameterError) and not broken.report["running"]
         assert np.array_equal(broken.yarns.points, rest.yarns.points)
         running.set(pattern="stockinette")
-        mended = running.wait_until_rest(SAFETY)
-    assert mended.error is None and mended.report["gamma"] == pytest.approx(1.1)
+        recovered = running.wait_until_rest(SAFETY)
+    assert recovered.error is None and recovered.report["gamma"] == pytest.approx(1.1)
 
 
-def test_a_target_without_room_ends_before_the_step_too_far_and_a_later_change_mends_it():
+def test_a_target_that_is_too_small_stops_early_and_a_later_change_recovers():
     with session("plain", relax_cell=False) as running:
         rest = running.wait_until_rest(SAFETY)
         running.set(period=(0.13, 0.13))
@@ -235,12 +235,13 @@ def test_a_target_without_room_ends_before_the_step_too_far_and_a_later_change_m
             running.wait_until_rest(SAFETY)
         assert 0.13 < running.frame.size[0] < rest.size[0]
         running.set(period=(None, None))
-        mended = running.wait_until_rest(SAFETY)
-        assert mended.report["gamma"] == 1.0 and mended.size == pytest.approx(rest.size, rel=1e-6)  # single precision
+        recovered = running.wait_until_rest(SAFETY)
+        assert recovered.report["gamma"] == 1.0
+        assert recovered.size == pytest.approx(rest.size, rel=1e-6)  # single precision
 
 
 def test_a_state_that_cannot_reach_the_target_starts_again_from_generated_yarns(monkeypatch):
-    swatch = live("plain")
+    swatch = live_swatch("plain")
     rest = to_rest(swatch)[-1]
     begin = LiveSwatch._start_loop
     monkeypatch.setattr(LiveSwatch, "_start_loop", lambda *_given: solver_error("yarn 3: too close"))
@@ -258,7 +259,7 @@ def solver_error(text: str) -> None:
     raise SolverError(text)
 
 
-def test_what_is_no_error_of_ours_reaches_who_waits(monkeypatch):
+def test_an_unexpected_exception_is_raised_in_the_waiting_thread(monkeypatch):
     with session() as running:
         running.wait_until_rest(SAFETY)
         monkeypatch.setattr(LiveSwatch, "take", lambda *_given, **_named: 1 // 0)
@@ -267,7 +268,7 @@ def test_what_is_no_error_of_ours_reaches_who_waits(monkeypatch):
             running.wait_until_rest(SAFETY)
 
 
-def test_values_out_of_bounds_are_refused_at_once_and_change_nothing():
+def test_values_out_of_bounds_are_refused_immediately_and_change_nothing():
     with session() as running:
         with pytest.raises(ParameterError, match=r"gamma: got -1; expected 0\.1 to 10"):
             running.set(gamma=-1)
@@ -291,22 +292,22 @@ def test_a_restart_begins_with_generated_yarns():
     assert np.array_equal(again.yarns.points, first.yarns.points)
 
 
-def test_closing_midway_ends_the_thread_and_wakes_who_waits():
+def test_closing_during_a_relaxation_ends_the_thread_and_wakes_waiting_threads():
     running = session("honeycomb", quality="standard")
-    told: list[Exception] = []
+    caught: list[Exception] = []
 
     def wait() -> None:
         try:
             running.wait_until_rest(SAFETY)
         except SolverError as error:
-            told.append(error)
+            caught.append(error)
 
     waiting = threading.Thread(target=wait)
     waiting.start()
     running.close()
     running.close()
     waiting.join(SAFETY)
-    assert "closed before" in str(told[0])
+    assert "closed before" in str(caught[0])
     assert "swatch session" not in [thread.name for thread in threading.enumerate()]
     assert running.wait_for_frame(SAFETY) is None
     assert np.isfinite(running.frame.yarns.points).all()
@@ -314,18 +315,18 @@ def test_closing_midway_ends_the_thread_and_wakes_who_waits():
         running.set(gamma=1.1)
 
 
-def test_sessions_side_by_side_end_in_the_bits_that_each_ends_in_alone():
+def test_concurrent_sessions_give_the_same_bits_as_single_ones():
     names = ("rib2x2", "garter")
-    singly = [to_rest(live(name))[-1].yarns.points for name in names]
+    singly = [to_rest(live_swatch(name))[-1].yarns.points for name in names]
     with session(names[0]) as first, session(names[1]) as second:
         together = [running.wait_until_rest(SAFETY).yarns.points for running in (first, second)]
     assert all(np.array_equal(*pair) for pair in zip(singly, together, strict=True))
 
 
-def test_threads_launch_in_the_order_in_which_they_ask():
+def test_threads_launch_in_the_order_of_their_requests():
     turns: list[int] = []
     threads = [threading.Thread(target=lambda number=number: take_turn(turns, number)) for number in range(8)]
-    with alone(), alone():  # a thread may ask again during its turn
+    with alone(), alone():  # a thread may enter again during its own turn
         for count, thread in enumerate(threads, start=2):
             thread.start()
             while len(device._queue) < count:
@@ -341,19 +342,19 @@ def take_turn(turns: list[int], number: int) -> None:
         turns.append(number)
 
 
-def test_waiting_too_short_says_so():
+def test_a_wait_that_is_too_short_is_reported():
     with session("honeycomb", quality=EXACT) as running, pytest.raises(SolverError, match=r"in 0\.01 s; wait longer"):
         running.wait_until_rest(0.01)
 
 
-def test_iterations_used_up_are_not_called_rest(caplog):
+def test_a_swatch_that_used_all_iterations_is_not_reported_at_rest(caplog):
     with session("honeycomb", quality=dataclasses.replace(EXACT, max_iterations=40)) as running:
         frame = running.wait_until_rest(SAFETY)
     assert not frame.report["at_rest"] and not frame.report["running"]
     assert "swatch is not at rest: residual" in caplog.text
 
 
-def test_frames_ascend_and_do_not_change():
+def test_frame_numbers_increase_and_frames_are_immutable():
     frames: list[Frame] = []
     with session() as running:
         frames.append(running.frame)
@@ -373,16 +374,16 @@ def test_frames_ascend_and_do_not_change():
         frames[-1].number = 0
 
 
-def test_linking_is_kept_by_every_change():
-    swatch = live("rib1x1")
+def test_no_change_alters_the_linking():
+    swatch = live_swatch("rib1x1")
     for options in ({"gamma": 1.4}, {"gamma": 1.4, "period": (1.2, 0.9)}, {"rest_lengths": sm.RestLengths(factor=1.3)}):
         to_rest(swatch, SwatchSettings("rib1x1", None, True, SwatchOptions(**options)))
         linking = [doubled_linking(yarns, device="cpu") for yarns in (swatch.first.yarns, swatch.state.yarns)]
         assert len(changed_pairs(*linking)) == 0
 
 
-def test_yarns_that_passed_through_each_other_are_generated_again(monkeypatch):
-    swatch = live()
+def test_yarns_are_generated_again_after_a_pull_through(monkeypatch):
+    swatch = live_swatch()
     relaxation = "stitchmesh.periodic.session.incremental_relaxation"
     monkeypatch.setattr(f"{relaxation}.refuse_pull_through", lambda *_yarns: solver_error("linking number changed"))
     with pytest.raises(SolverError, match="linking number changed"):
@@ -390,8 +391,8 @@ def test_yarns_that_passed_through_each_other_are_generated_again(monkeypatch):
     assert np.array_equal(swatch.state.yarns.points, swatch.generated.yarns.points)
 
 
-def test_curves_of_a_frame_go_on_in_the_next_copy():
-    frame = live("rib2x2").frame
+def test_curves_of_a_frame_continue_in_the_next_copy():
+    frame = live_swatch("rib2x2").frame
     shifts = instances(frame.lattice, 2, 1)
     for curve, step in zip(frame.curves(3), frame.yarns.lattice_step, strict=True):
         np.testing.assert_allclose(curve[-1], curve[0] + frame.lattice.shift(step), atol=1e-12)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The lists of the grid hold exactly the pairs that a comparison of all samples finds."""
+"""The candidate lists of the contact search hold exactly the pairs that a comparison of all samples finds."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np
 
 
 def all_pairs(samples: np.ndarray, model: Model) -> list[list[int]]:
-    """The rule word for word, pair by pair."""
+    """The definition of the lists, applied to every pair of samples."""
     yarns = model.yarns
     segment = np.repeat(np.arange(len(yarns.rest_length)), np.diff(model.sample_start))
     yarn, radius = yarns.segment_yarn[segment], model.radius[yarns.segment_yarn[segment]]
@@ -67,7 +67,7 @@ def test_lists_equal_all_pairs(yarns: YarnSet) -> None:
     assert sum(map(len, lists)) > 0
 
 
-def test_different_radii_and_scattered_yarns() -> None:
+def test_lists_of_random_yarns_with_different_radii_equal_all_pairs() -> None:
     random = np.random.default_rng(2)
     curves = [random.normal(scale=0.5, size=(9, 3)) for _ in range(5)]
     yarns = YarnSet.from_curves(curves, closed=[True, False] * 2 + [True], radius=[0.05, 0.1, 0.15, 0.2, 0.1])
@@ -75,7 +75,7 @@ def test_different_radii_and_scattered_yarns() -> None:
     assert lists == all_pairs(samples, model)
 
 
-def test_the_order_of_the_lists_is_always_the_same() -> None:
+def test_the_order_of_the_lists_is_reproducible() -> None:
     yarns = tube(3, 4)
     found = []
     for _ in range(2):
@@ -93,7 +93,7 @@ def test_the_order_of_the_lists_is_always_the_same() -> None:
     assert np.array_equal(*found)
 
 
-def test_lists_that_do_not_fit_grow() -> None:
+def test_lists_grow_beyond_their_first_capacity() -> None:
     yarns = tube(3, 4)
     thick = replace(yarns, radius=4 * yarns.radius)
     lists, samples, model = lists_and_samples(thick, 5)
@@ -101,20 +101,20 @@ def test_lists_that_do_not_fit_grow() -> None:
     assert lists == all_pairs(samples, model)
 
 
-def test_long_segments_get_samples_that_leave_no_gap() -> None:
+def test_long_segments_get_enough_samples_to_leave_no_gap() -> None:
     line = np.cumsum([0.0, 0.3, 0.3, 0.3, 2.0, 2.0, 0.3, 0.3, 0.3])
     yarns = YarnSet.from_curves([line[:, None] * [1.0, 0.0, 0.0]], closed=[False], radius=0.2)
     _, samples, model = lists_and_samples(yarns, 2)
     counts = np.diff(model.sample_start)
     assert counts.min() == 2
-    # a leg of ten radii: 10 / (2 * 0.85) = 5.9 samples keep each arc within 0.85 radii of its sample
+    # a segment of ten radii needs 10 / (2 * 0.85) = 5.9 samples, so that no point is farther than 0.85 radii from one
     assert counts.max() == 6
     assert np.diff(samples[:, 0]).max() < 2.0
     assert len(samples) == model.sample_count == counts.sum()
 
 
-def test_segments_as_long_as_the_yarn_is_thick_skip_only_their_neighbours() -> None:
+def test_long_segments_exclude_only_their_neighbours_from_self_contact() -> None:
     yarns = tube(2, 3)  # segments of 2.6 radii
     assert (neighbour_reach(yarns) == 1).all()
-    fine = replace(yarns, radius=4 * yarns.radius)  # segments of 0.65 radii: 2 / 0.65 = 3.1 of them make a diameter
+    fine = replace(yarns, radius=4 * yarns.radius)  # segments of 0.65 radii: a diameter is 2 / 0.65 = 3.1 segments
     assert set(neighbour_reach(fine)) <= {3, 4}

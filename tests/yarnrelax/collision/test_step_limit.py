@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""No yarn passes through another, whatever pulls."""
+"""The step limit prevents yarns from passing through each other under any force."""
 
 from __future__ import annotations
 
@@ -26,43 +26,44 @@ pytestmark = pytest.mark.decides
 DRAFT = PRESETS["draft"]
 
 
-def long_run(tolerance: float) -> Quality:
+def many_iterations(tolerance: float) -> Quality:
     return replace(DRAFT, tolerance=tolerance, max_iterations=2000)
 
 
 @pytest.mark.parametrize("radius", [0.125, 0.3])
 def test_linked_rings_that_are_pulled_tight_stay_linked(radius: float) -> None:
     yarns = hopf_link(0.5, radius)
-    result = relax_yarns(yarns, quality=long_run(0.01), device="cpu")
+    result = relax_yarns(yarns, quality=many_iterations(0.01), device="cpu")
     assert linking_certificate(result.yarns)[0, 1] == linking_certificate(yarns)[0, 1] != 0
     assert result.report["certificate"] == "unchanged"
     assert result.report["converged"]
-    # rings of radius 0.5 leave a hole of radius 0.375 for the thin yarn, and one too small for the thick yarn
+    # Rings of radius 0.5 of the thin yarn leave a hole of radius 0.375, which is wide enough for the other ring. The
+    # hole in rings of the thick yarn is too small.
     touching = result.report["min_distance_over_radius"] < 2.0
     assert touching == (result.report["energies"]["contact"] > 0.0) == (radius > 0.25)
     assert result.report["min_distance_over_radius"] > 1.0
 
 
-def test_without_any_contact_force_the_step_limit_alone_holds_them_apart() -> None:
+def test_the_step_limit_alone_separates_yarns_without_contact_energy() -> None:
     yarns = hopf_link(0.3)
-    ghost = YarnMaterial(2000.0, 1000.0, 0.005, 0.0, 0.0, 0.0, 0.0, 0.006)
+    without_contact = YarnMaterial(2000.0, 1000.0, 0.005, 0.0, 0.0, 0.0, 0.0, 0.006)
     last: list[YarnSet] = []
     with pytest.raises(SolverError, match=r"yarn \d \(control point \d+\): too close"):
-        relax_yarns(yarns, material=ghost, quality=long_run(1e-6), device="cpu", on_state=last.append)
+        relax_yarns(yarns, material=without_contact, quality=many_iterations(1e-6), device="cpu", on_state=last.append)
     assert linking_certificate(last[-1])[0, 1] == linking_certificate(yarns)[0, 1]
 
 
-def test_clearances_are_below_the_true_distances_of_the_curves() -> None:
+def test_clearances_are_lower_bounds_of_the_distances_of_the_curves() -> None:
     patch = flat_patch(4, 3)
     noise = np.random.default_rng(4).normal(scale=0.01, size=patch.points.shape)
-    radius = 0.22  # nearly twice as thick as the patch was made for: the rows overlap by almost half
+    radius = 0.22  # nearly twice the radius that the patch is made for: the rows overlap by almost half
     yarns = replace(patch, points=patch.points + noise, radius=np.full(4, radius))
     quality = replace(DRAFT, precision="float64")
     simulation = YarnSimulation.start(yarns, YarnMaterial.named("kaldor-simulation"), quality, device_named("cpu"))
-    simulation.search_contacts(margin=2.0)  # so wide that every clearance up to two radii is computed
+    simulation.search_contacts(margin=2.0)  # wide enough that every clearance up to two radii is computed
     clearance = simulation.search.clearance.numpy() * simulation.model.unit
     assert (np.diff(simulation.model.sample_start) == 3).all()
-    # eight points on each of the three arcs of a segment, from border to border
+    # eight points on each of the three arcs of a segment, from one end of the arc to the other
     fine = np.concatenate([curve[:-1] for curve in yarns.sampled(24)])
     segment = np.repeat(np.arange(len(yarns.rest_length)), 24)
     distance = cdist(fine, fine)
@@ -75,14 +76,14 @@ def test_clearances_are_below_the_true_distances_of_the_curves() -> None:
     assert (bound <= nearest + 1e-12).all()
     touching = nearest.min(axis=1) < 1.2 * radius
     assert touching.sum() > 10
-    # where it matters the bound is a good one: sags of a few hundredths of a radius, and arcs cut at sample borders
+    # For touching arcs, the bound is close: the arcs differ from their chords by a few hundredths of a radius.
     assert (clearance[touching] > nearest.min(axis=1)[touching] - 0.1 * radius).all()
 
 
-def test_budgets_are_part_of_the_clearance_of_every_arc_that_a_point_shapes() -> None:
+def test_a_budget_is_a_fraction_of_the_smallest_clearance_of_the_arcs_of_a_point() -> None:
     patch = flat_patch(3, 2)
     noise = np.random.default_rng(4).normal(scale=0.01, size=patch.points.shape)
-    # where loops cross they are within a radius
+    # with this radius, the distances at crossings of loops are smaller than one radius
     yarns = replace(patch, points=patch.points + noise, radius=np.full(3, 0.4))
     quality = replace(DRAFT, precision="float64")
     simulation = YarnSimulation.start(yarns, YarnMaterial.named("leaf"), quality, device_named("cpu"))
@@ -91,12 +92,12 @@ def test_budgets_are_part_of_the_clearance_of_every_arc_that_a_point_shapes() ->
     expected = np.full(model.point_count, margin / 2)
     of_segment = np.minimum.reduceat(clearance, model.sample_start[:-1])
     np.minimum.at(expected, model.yarns.segment_points, SAFETY * of_segment[:, None])
-    # the factor stands in the kernel as a literal, and both are float64
+    # the kernel has the factor as a literal; both values are float64
     np.testing.assert_allclose(simulation.state.budget.numpy(), expected, rtol=1e-15)
     assert (expected < margin / 2).any() and (expected == margin / 2).any()
 
 
-def test_no_control_point_moves_more_than_its_part_of_the_radius() -> None:
+def test_no_control_point_moves_more_than_the_step_fraction_of_a_radius() -> None:
     yarns = hopf_link(0.5)
     material = YarnMaterial.named("kaldor-simulation")
     simulation = YarnSimulation.start(yarns, material, DRAFT, device_named("cpu"))
@@ -104,28 +105,28 @@ def test_no_control_point_moves_more_than_its_part_of_the_radius() -> None:
         before = simulation.state.points.numpy().copy()
         iterate(simulation, 5)
         moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1)
-        # five iterations in units of a radius, and float32 rounding of coordinates of twelve units
+        # the limit for five iterations in radii, and float32 rounding of coordinates of twelve radii
         assert moved.max() <= 5 * DRAFT.step_fraction + 1e-5
     assert moved.max() > 0.0
 
 
 @pytest.mark.parametrize("solver", ["quasistatic", "dynamics"])
-@pytest.mark.parametrize("pull", ["tight", "torn"])
-def test_no_control_point_leaves_its_ball_whatever_happens_on_one_list(solver: Solver, pull: str) -> None:
-    quality = replace(DRAFT, solver=solver, step_fraction=10.0)  # only the ball limits a step
+@pytest.mark.parametrize("forces", ["of tight rings", "random"])
+def test_no_control_point_moves_beyond_its_budget_on_one_list(solver: Solver, forces: str) -> None:
+    quality = replace(DRAFT, solver=solver, step_fraction=10.0)  # only the budget limits a step
     simulation = YarnSimulation.start(hopf_link(0.3), YarnMaterial.named("leaf"), quality, device_named("cpu"))
     state = simulation.state
     listed, budget = state.listed_points.numpy().copy(), state.budget.numpy().copy()
     simulation.solver.begin(np.array([200]))
-    gone = np.zeros(len(budget))
+    travelled = np.zeros(len(budget))
     for turn in range(200):
-        for launch in simulation.iterations.launches:  # a look at the lists would make new ones
+        for launch in simulation.iterations.launches:  # without the loop, which would make new lists
             launch.launch()
-            if pull == "torn" and launch.kernel.key == "gather_forces":
+            if forces == "random" and launch.kernel.key == "gather_forces":
                 wild = np.random.default_rng(turn).normal(scale=1e6, size=listed.shape)
                 state.force.assign(wild.astype(np.float32))
-        gone = np.maximum(gone, np.linalg.norm(state.points.numpy().astype(np.float64) - listed, axis=1))
-    # float32 rounding of coordinates of twelve units in each move; few moves reach the border
-    assert (gone <= budget + 1e-5).all()
-    assert (gone > 0.5 * budget).any()
+        travelled = np.maximum(travelled, np.linalg.norm(state.points.numpy().astype(np.float64) - listed, axis=1))
+    # float32 rounding of coordinates of twelve units in each move; few moves reach the limit
+    assert (travelled <= budget + 1e-5).all()
+    assert (travelled > 0.5 * budget).any()
     assert np.array_equal(state.listed_points.numpy(), listed) and np.array_equal(state.budget.numpy(), budget)

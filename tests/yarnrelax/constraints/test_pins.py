@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pins hold control points and whole loops where they are."""
+"""Pins hold control points and whole loops at their positions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HELD = 1e-6
 
 
 def tight_patch() -> YarnSet:
-    """Two rows of three stitches that want to be a tenth shorter."""
+    """Two rows of three stitches whose rest lengths are a tenth shorter than their lengths."""
     patch = flat_patch(2, 3)
     return replace(patch, rest_length=0.9 * patch.rest_length)
 
@@ -58,7 +58,7 @@ def test_a_pinned_face_holds_all_its_control_points() -> None:
     assert held.tolist() == [3, *np.flatnonzero((yarns.face == 1) | (yarns.face == 4))]
 
 
-def test_pinned_loops_stay_while_the_others_relax() -> None:
+def test_pinned_loops_do_not_move_while_the_others_relax() -> None:
     yarns = tight_patch()
     pins = Pins(faces=[0, 5])
     result = relax_yarns(yarns, material=MATTER, quality="draft", device="cpu", constraints=[pins])
@@ -71,7 +71,7 @@ def test_pinned_loops_stay_while_the_others_relax() -> None:
 
 
 @pytest.mark.parametrize("quality", ["draft", "reference"])
-def test_everything_pinned_is_at_rest_at_once(quality: str) -> None:
+def test_yarns_with_all_points_pinned_are_at_rest_immediately(quality: str) -> None:
     yarns = tight_patch()
     pins = Pins(np.arange(len(yarns.points)))
     result = relax_yarns(yarns, material=MATTER, quality=quality, device="cpu", constraints=[pins])
@@ -82,7 +82,7 @@ def test_everything_pinned_is_at_rest_at_once(quality: str) -> None:
 
 
 def test_pins_hold_on_a_lattice() -> None:
-    """One of four control points of a yarn that crosses the cell: the others gather around it."""
+    """One of the four control points of a yarn that crosses the cell is pinned; the others align with it."""
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.3, 0.0], [2.0, 0.0, 0.3], [3.0, 0.2, 0.0]])
     lattice = Lattice(np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]))
     cell = YarnSet(
@@ -92,7 +92,7 @@ def test_pins_hold_on_a_lattice() -> None:
     result = relax_yarns(cell, material=MATTER, quality="draft", device="cpu", constraints=[Pins([1])])
     assert result.report["converged"]
     np.testing.assert_allclose(result.yarns.points[1], points[1], atol=1e-6)
-    assert np.ptp(result.yarns.points[:, 1]) < 0.02  # straight across the cell, as far as the residual says
+    assert np.ptp(result.yarns.points[:, 1]) < 0.02  # straight across the cell, within the residual
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Collision with a body: distances, forces, and yarns that come to rest on it."""
+"""Collision with a body: distances, forces, and yarns that relax to rest on the body."""
 
 from __future__ import annotations
 
@@ -38,20 +38,18 @@ from tests.gallery import shared
 
 MATTER = YarnMaterial.named("leaf")
 BOX = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-
-
 SHEET = [[0, 1, 2, 3], [1, 4, 5, 2]]
 
 
 def box(half: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Mesh:
-    """A box around the origin, faces outwards."""
+    """A box around the origin, with outward normals."""
     ring = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     corners = np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (-1, 1)])
     return Mesh.from_polygons(corners * np.array(half), BOX)
 
 
 def divided(mesh: Mesh, times: int) -> Mesh:
-    """The same quads, each cut into four, so many times."""
+    """The same quadrilaterals, each divided into four, repeated a number of times."""
     corners, faces = mesh.vertices, mesh.face_vertex.reshape(-1, 4)
     for _ in range(times):
         sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
@@ -65,7 +63,7 @@ def divided(mesh: Mesh, times: int) -> Mesh:
 
 
 def sphere(radius: float) -> Mesh:
-    """A divided box, blown up."""
+    """A sphere around the origin: the vertices of a divided box, projected to the sphere."""
     mesh = divided(box(), 3)
     return replace(mesh, vertices=radius * mesh.vertices / np.linalg.norm(mesh.vertices, axis=1, keepdims=True))
 
@@ -88,7 +86,11 @@ def on_device(yarns: YarnSet, precision: str = "float64") -> Model:
 
 
 def push(model: Model, term: Term, points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Energy [erg], forces on the control points [dyn] and the samples' rows of the body at given control points."""
+    """The body term at given control points.
+
+    Returns:
+        Energy [erg], forces on the control points [dyn], and ``sample_force`` (force and stiffness of each sample).
+    """
     state, candidates = make_state(model, external=True), make_candidates(model, 1e-4)
     state.points.assign(model.to_device(points))
     place_contact_samples(model, state, model.launch)
@@ -105,7 +107,7 @@ def measure(surface: Any, limit: wp.float64, samples: wp.array[wp.vec4d], gap: w
 
 
 def gaps(mesh: Mesh, places: np.ndarray, limit: float = 1e6) -> tuple[np.ndarray, np.ndarray]:
-    """Direction and signed distance of places, double precision, shapes (n, 3) and (n,); the unit of length is 1 cm."""
+    """Directions and signed distances of points in float64, shapes (n, 3) and (n,); the unit of length is 1 cm."""
     surface = put_surface(on_device(ring(4.0, 0.0, 8, 1.0)), mesh)
     samples = wp.array(np.column_stack([places, 0 * places[:, 0]]), dtype=wp.vec4d, device="cpu")
     found = wp.zeros_like(samples)
@@ -115,7 +117,7 @@ def gaps(mesh: Mesh, places: np.ndarray, limit: float = 1e6) -> tuple[np.ndarray
 
 
 def winding_number(mesh: Mesh, places: np.ndarray) -> np.ndarray:
-    """How often the surface goes around each place: its solid angle over 4 pi (van Oosterom, Strackee 1983)."""
+    """Winding number of the surface around each point: its solid angle over 4 pi (van Oosterom, Strackee 1983)."""
     triangles = mesh_features(mesh).corners
     number = []
     for place in places:
@@ -136,12 +138,12 @@ def box_distance(places: np.ndarray) -> np.ndarray:
 def test_distance_from_a_box_is_exact_at_faces_edges_and_corners() -> None:
     places = np.random.default_rng(1).uniform(-2.0, 2.0, size=(2000, 3))
     direction, distance = gaps(box(), places)
-    # single precision picks among features that are equally near to within 1e-7, at a cost of as much
+    # float32 chooses among features whose distances agree within 1e-7, which changes the distance by as much
     np.testing.assert_allclose(distance, box_distance(places), atol=1e-6)
-    assert np.median(np.abs(distance - box_distance(places))) < 1e-15  # the distance itself is double
+    assert np.median(np.abs(distance - box_distance(places))) < 1e-15  # the distance itself is computed in float64
     ahead = gaps(box(), places + 1e-4 * direction)[1]
     outside = distance > 0.0
-    np.testing.assert_allclose((ahead - distance)[outside], 1e-4, rtol=1e-6)  # outside a convex body d is smooth
+    np.testing.assert_allclose((ahead - distance)[outside], 1e-4, rtol=1e-6)  # d is smooth outside a convex body
 
 
 def test_the_sign_is_that_of_the_winding_number_on_the_body() -> None:
@@ -154,7 +156,7 @@ def test_the_sign_is_that_of_the_winding_number_on_the_body() -> None:
     assert np.array_equal(distance < 0.0, winding_number(mesh, places) > 0.5)
 
 
-def test_beyond_a_border_all_is_outside() -> None:
+def test_points_beyond_the_border_of_an_open_surface_are_outside() -> None:
     floor = Mesh.from_polygons([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], [[0, 1, 2, 3]])
     direction, distance = gaps(floor, np.array([[0.2, -0.3, 0.1], [0.2, 0.3, 0.1], [1.3, -0.4, 0.0], [1.3, 0.4, 0.0]]))
     np.testing.assert_allclose(distance, [-0.3, 0.3, 0.5, 0.5], rtol=1e-12)
@@ -162,15 +164,15 @@ def test_beyond_a_border_all_is_outside() -> None:
     np.testing.assert_allclose(direction, expected, atol=1e-12)
 
 
-def test_what_is_farther_than_the_limit_is_not_found() -> None:
+def test_surfaces_beyond_the_search_limit_are_not_found() -> None:
     direction, distance = gaps(box(), np.array([[3.0, 0.0, 0.0], [1.4, 0.0, 0.0]]), limit=0.5)
     assert distance.tolist() == pytest.approx([0.5, 0.4], rel=1e-12)
     assert direction.tolist() == [[0, 0, 0], [1, 0, 0]]
 
 
-def test_triangles_without_area_and_seams_do_not_matter() -> None:
+def test_degenerate_triangles_and_duplicate_vertices_do_not_matter() -> None:
     whole = mesh_features(box())
-    # each face brings its own vertices, and one of them twice: at one place they are one vertex
+    # Each face has its own vertices, one of them twice; vertices at the same position must be merged.
     corners = box().vertices[np.array(BOX)[:, [0, 1, 2, 3, 3]]].reshape(-1, 3)
     found = mesh_features(Mesh.from_polygons(corners, np.arange(30).reshape(6, 5).tolist()))
     assert len(found.corners) == 12
@@ -178,8 +180,8 @@ def test_triangles_without_area_and_seams_do_not_matter() -> None:
     np.testing.assert_allclose(found.shares, whole.shares)
 
 
-def test_shares_make_every_point_count_once() -> None:
-    """The sum of all shares is the Euler characteristic of what is covered: 2 for a sphere, 1 for a disc."""
+def test_the_shares_of_features_count_every_point_once() -> None:
+    """The sum of all shares is the Euler characteristic of the surface: 2 for a sphere, 1 for a disc."""
     sheet = Mesh.from_polygons([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], SHEET)
     for mesh, characteristic in ((sphere(1.0), 2.0), (sheet, 1.0)):
         features = mesh_features(mesh)
@@ -188,7 +190,7 @@ def test_shares_make_every_point_count_once() -> None:
 
 @pytest.mark.parametrize("scene", ["sphere", "person"])
 def test_force_is_minus_the_gradient(scene: str) -> None:
-    """A ring that lies partly in, partly out of the surface, so that both pieces of the penalty take part."""
+    """A part of the ring is inside the surface and a part outside, so that both pieces of the penalty occur."""
     if scene == "sphere":
         body, yarns = Body(sphere(2.0), thickness=0.05), ring(1.9, 0.3, 24, 0.4)
     else:
@@ -201,17 +203,17 @@ def test_force_is_minus_the_gradient(scene: str) -> None:
     direction = noise.normal(size=points.shape)
     step = 1e-5
     ends = [push(model, term, points + side * step * direction)[0] for side in (1, -1)]
-    # truncation: step^2 over the smallest radius^2, and the kinks of the distance over edges of the mesh
+    # truncation error: step^2 over the smallest radius^2, and the distance is not smooth across edges of the mesh
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-(force * direction).sum(), rel=1e-5)
     assert np.count_nonzero(np.linalg.norm(force, axis=1)) > len(points) / 4
 
 
-def test_around_a_box_the_energy_is_that_of_the_distance_however_the_box_is_divided() -> None:
-    """Faces, edges and corners of a convex body each count once."""
+def test_the_energy_around_a_box_does_not_depend_on_its_subdivision() -> None:
+    """The energy is that of the closed-form distance: faces, edges and corners of a convex body each count once."""
     noise = np.random.default_rng(8)
     middles = noise.normal(size=(200, 1, 3))
     middles *= noise.uniform(1.1, 1.7, size=(200, 1, 1)) / np.abs(middles).max(axis=2, keepdims=True)
-    curves = middles + noise.normal(scale=0.05, size=(200, 4, 3))  # short pieces on all sides
+    curves = middles + noise.normal(scale=0.05, size=(200, 4, 3))  # short yarns on all sides of the box
     yarns = YarnSet.from_curves(list(curves), closed=[False] * 200, radius=0.8)
     model = on_device(yarns)
     state = make_state(model)
@@ -223,31 +225,32 @@ def test_around_a_box_the_energy_is_that_of_the_distance_however_the_box_is_divi
     energies = [w * penalty(d / 0.8) if d < 0.8 else 0.0 for w, d in zip(weights, distance, strict=True)]
     expected = 2 * 0.8 * MATTER.k_contact * sum(energies)
     found = [push(model, Body(mesh).on(model), yarns.points)[0] for mesh in (box(), divided(box(), 2))]
-    # whether the search finds a feature at the rim of the reach depends on single precision, where f is 1e-12
+    # float32 decides whether a feature at the limit of the range is found; there f is 1e-12
     assert found == pytest.approx([expected] * 2, rel=1e-9)
 
 
 def valley() -> Mesh:
-    """Two planes that fall towards the x axis at 45 degrees."""
+    """Two planes that descend towards the x axis at 45 degrees."""
     ends = [[-9.0, 9.0], [0.0, 0.0], [9.0, 9.0]]
     corners = [[x, y, z] for x in (-20.0, 20.0) for z, y in ends]
     return Mesh.from_polygons(corners, [[0, 1, 4, 3], [1, 2, 5, 4]])
 
 
-def test_the_force_has_no_jump_in_the_middle_of_a_hollow() -> None:
+def test_the_force_is_continuous_in_the_middle_of_a_valley() -> None:
     yarns = straight(2, 0.0)
     model = on_device(yarns)
     term = Body(valley()).on(model)
     left, right = (
         push(model, term, yarns.points + np.array([0.0, 0.25 * 1.1, side]))[2][:, :3] for side in (-1e-9, 1e-9)
     )
-    np.testing.assert_allclose(left, right, atol=1e-6 * np.abs(left).max())  # it changes by 1e-9 of its size a length
+    np.testing.assert_allclose(left, right, atol=1e-6 * np.abs(left).max())  # the change over 2e-9 cm is small
 
 
-def test_a_loaded_yarn_comes_to_rest_in_a_hollow() -> None:
-    """Both planes push: q = k_body (2 g(h / sqrt 2) / sqrt 2 - g(h)) / R at a height h over the valley, g = -f'.
+def test_a_loaded_yarn_relaxes_to_rest_in_a_valley() -> None:
+    """Both planes carry the load: q = k_body (2 g(h / sqrt 2) / sqrt 2 - g(h)) / R at the height h above the edge.
 
-    The second part is the share of the edge between them. With the push of the nearest plane alone there is no balance.
+    Here g = -f'. The second term is the share of the edge between the planes. If only the nearest plane
+    exerted a force, there would be no equilibrium.
     """
     radius, weight = 0.25, 5e4
     matter = replace(MATTER, mass_per_length=weight / -STANDARD[1])
@@ -262,7 +265,7 @@ def test_a_loaded_yarn_comes_to_rest_in_a_hollow() -> None:
 
     whole, root = 2 * radius * MATTER.k_contact / radius, np.sqrt(2)
     height = brentq(lambda h: whole * (2 * g(h / root) / root - g(h)) - weight, 0.501 * root, root)
-    assert height < 1.0  # the edge takes part
+    assert height < 1.0  # the edge is in range
     middle = result.yarns.sampled(4)[0][len(result.yarns.rest_length) * 2]
     assert middle[1] / radius == pytest.approx(height, rel=1e-4)  # ten times the residual
     assert abs(middle[2]) < 1e-4 * radius
@@ -275,12 +278,12 @@ def straight(length: int, height: float, radius: float = 0.25) -> YarnSet:
 
 
 def lifted(yarns: YarnSet, height: float) -> np.ndarray:
-    """Control points of a yarn, that much higher."""
+    """Control points of a yarn, moved up by ``height``."""
     return yarns.points + np.array([0.0, height, 0.0])
 
 
 def penalty(x: float) -> float:
-    """f of the module's documentation."""
+    """The function f in the documentation of the module ``body_penalty``."""
     return 1 / x**2 + x**2 - 2 if x > 0.5 else 2.25 - 15 * (x - 0.5) + 49 * (x - 0.5) ** 2
 
 
@@ -292,8 +295,8 @@ def test_a_straight_yarn_over_a_flat_body_has_the_energy_of_the_formula(x: float
     term = Body(box((8.0, 3.0, 8.0)), thickness=thickness, stiffness=stiffness).on(model)
     energy, force, _ = push(model, term, lifted(yarns, 3.0 + x * (radius + thickness)))
     whole = 2 * radius * MATTER.k_contact * stiffness * 6.0  # k_body times the length
-    assert energy == pytest.approx(whole * penalty(x), rel=1e-9)  # rounding of heights near 3
-    slope = (penalty(x + 1e-5) - penalty(x - 1e-5)) / 2e-5  # truncation 1e-10 of a third derivative of at most 200
+    assert energy == pytest.approx(whole * penalty(x), rel=1e-9)  # rounding of coordinates near 3
+    slope = (penalty(x + 1e-5) - penalty(x - 1e-5)) / 2e-5  # truncation: 1e-10 times f''', at most 200
     assert force[:, 1].sum() == pytest.approx(-whole * slope / (radius + thickness), rel=1e-7)
     np.testing.assert_allclose(force[:, [0, 2]], 0.0, atol=1e-9 * force[:, 1].max())
 
@@ -305,12 +308,13 @@ def test_the_row_sum_is_the_second_derivative(x: float) -> None:
     term = Body(box((8.0, 3.0, 8.0))).on(model)
     rows = push(model, term, lifted(yarns, 3.0 + 0.25 * x))[2]
     ends = [push(model, term, lifted(yarns, 3.0 + 0.25 * (x + side)))[2] for side in (1e-4, -1e-4)]
-    # force by height in units of the radius; truncation 1e-8 of a fourth derivative over a second of about 100
+    # The derivative is with respect to the height in radii. The truncation error is 1e-8 times the ratio of the fourth
+    # derivative to the second, which is about 100.
     slope = (ends[1][:, 1] - ends[0][:, 1]) / 2e-4
     np.testing.assert_allclose(rows[:, 3], slope, rtol=1e-6)
 
 
-def test_the_penalty_is_smooth_where_its_pieces_meet() -> None:
+def test_the_penalty_has_two_continuous_derivatives_where_its_pieces_meet() -> None:
     yarns = straight(2, 0.0)
     model = on_device(yarns)
     term = Body(box((8.0, 3.0, 8.0))).on(model)
@@ -327,29 +331,29 @@ def test_the_penalty_is_smooth_where_its_pieces_meet() -> None:
 def test_single_precision_agrees_with_double() -> None:
     yarns = ring(1.9, 0.3, 24, 0.4)
     found = [push(model, Body(sphere(2.0)).on(model), yarns.points)[1] for model in map(on_device, [yarns] * 2, BOTH)]
-    # distances of order one known to 1e-7, on which a force changes by a hundred times itself at most
+    # float32 rounds distances of order one to 1e-7; a force changes by at most 100 times this relative change
     np.testing.assert_allclose(found[1], found[0], atol=2e-5 * np.abs(found[0]).max())
 
 
 BOTH = ("float64", "float32")
 
 
-def test_looking_again_only_when_in_reach_changes_no_bit() -> None:
-    """A yarn that flies through a box and out again: one term that remembers, and a new one for each place."""
+def test_skipping_searches_out_of_range_changes_no_bit() -> None:
+    """A yarn moves into a box and out again: one term is used for all positions, and a new term for each position."""
     yarns = straight(4, 0.0)
     model = on_device(yarns, "float32")
     body, noise = Body(box()), np.random.default_rng(6)
-    remembering = body.on(model)
+    reused = body.on(model)
     turn = np.linalg.qr(noise.normal(size=(3, 3)))[0]
     for height in np.concatenate([np.arange(2.5, 0.6, -0.07), np.arange(0.6, 2.5, 0.11)]):
         points = lifted(yarns, height) @ turn
-        again, fresh = push(model, remembering, points), push(model, body.on(model), points)
+        again, fresh = push(model, reused, points), push(model, body.on(model), points)
         assert np.array_equal(again[2], fresh[2])
         assert again[0] == fresh[0]
 
 
-def test_a_loaded_yarn_sinks_in_as_deep_as_the_formula_says() -> None:
-    """q = k_body (2 / x^3 - 2 x) / R with a weight of q per length; away from the ends, where the load is even."""
+def test_the_penetration_of_a_loaded_yarn_equals_the_formula() -> None:
+    """q = k_body (2 / x^3 - 2 x) / R for a weight q per length; measured in the middle, where the load is uniform."""
     radius, weight = 0.25, 2e4
     matter = replace(MATTER, mass_per_length=weight / -STANDARD[1])
     yarns = straight(12, 3.0 + radius)
@@ -365,7 +369,7 @@ def test_a_loaded_yarn_sinks_in_as_deep_as_the_formula_says() -> None:
     assert (middle[1] - 3.0) / radius == pytest.approx(x, rel=1e-4)  # ten times the residual
 
 
-def test_a_ring_drawn_tight_around_the_waist_lies_on_the_body() -> None:
+def test_a_ring_tightened_around_the_waist_lies_on_the_body() -> None:
     thick = 0.4
     yarns = ring(15.0, 22.0, 120, thick, at=(0.0, 6.0))
     yarns = replace(yarns, rest_length=0.7 * yarns.rest_length)
@@ -377,8 +381,8 @@ def test_a_ring_drawn_tight_around_the_waist_lies_on_the_body() -> None:
     curve = result.yarns.sampled(4)[0]
     assert (np.abs(winding_number(body, curve)) < 0.5).all()  # all outside
     distance = gaps(body, curve)[1] / thick
-    assert 0.5 < distance.min() < 1.0  # it touches, and by the formula less than half of it sinks in
-    assert (distance < 1.0).mean() > 0.3  # hollows are bridged
+    assert 0.5 < distance.min() < 1.0  # the ring touches the body, and the penetration is less than half a radius
+    assert (distance < 1.0).mean() > 0.3  # elsewhere the ring spans concave regions
 
 
 def test_yarns_too_deep_in_a_closed_body_are_refused() -> None:
@@ -388,7 +392,7 @@ def test_yarns_too_deep_in_a_closed_body_are_refused() -> None:
     assert DEPTH * 0.05 < 0.7
 
 
-def test_a_body_takes_no_lattice() -> None:
+def test_a_body_refuses_yarns_on_a_lattice() -> None:
     lattice = Lattice(np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]))
     cell = YarnSet(
         points=straight(1, 0.0).points[:4], start=[0, 4], closed=[True], radius=[0.1], rest_length=np.ones(4),
@@ -398,7 +402,7 @@ def test_a_body_takes_no_lattice() -> None:
         Body(box()).on(on_device(cell))
 
 
-def test_a_body_whose_faces_look_inwards_is_refused() -> None:
+def test_a_body_with_inward_normals_is_refused() -> None:
     inside_out = Mesh.from_polygons(box().vertices, [face[::-1] for face in BOX])
     with pytest.raises(ParameterError, match="look inwards"):
         Body(inside_out)
@@ -406,12 +410,12 @@ def test_a_body_whose_faces_look_inwards_is_refused() -> None:
 
 
 @pytest.mark.parametrize(("name", "value"), [("thickness", -0.1), ("thickness", np.nan), ("stiffness", 0.0)])
-def test_bad_numbers_are_refused(name: str, value: float) -> None:
+def test_invalid_parameters_are_refused(name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=name):
         Body(box(), **{name: value})
 
 
-def test_a_yarn_without_contact_has_no_body() -> None:
+def test_a_body_refuses_yarn_without_contact_stiffness() -> None:
     bare = replace(MATTER, k_contact=0.0)
     with pytest.raises(ParameterError, match="k_contact"):
         relax_yarns(ring(2.0, 0.0, 12, 0.1), material=bare, quality="draft", device="cpu", terms=[Body(box())])

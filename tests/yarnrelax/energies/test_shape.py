@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Garments keep their shape: patches, their energy, and borders that stay."""
+"""The shape term of garments: patches and their energy, and borders that are held."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from tests.yarnrelax.stockinette import fabric_of, flat_patch, tube
 
 ROWS, STITCHES = 7, 8
 MATERIAL = YarnMaterial.named("kaldor-simulation")
-Setting = tuple[Model, Shape, State, Candidates]
+ShapeScene = tuple[Model, Shape, State, Candidates]
 
 
-def setting(yarns: YarnSet) -> Setting:
+def shape_scene(yarns: YarnSet) -> ShapeScene:
     model = put_model(
         yarns,
         MATERIAL,
@@ -41,7 +41,7 @@ def setting(yarns: YarnSet) -> Setting:
     return model, shape, make_state(model, external=True), make_candidates(model, 0.1)
 
 
-def energy_and_force(scene: Setting, points: np.ndarray) -> tuple[float, np.ndarray]:
+def energy_and_force(scene: ShapeScene, points: np.ndarray) -> tuple[float, np.ndarray]:
     """Energy [erg] and forces [dyn] with control points at ``points`` [cm]."""
     model, shape, state, candidates = scene
     state.points.assign(model.to_device(points))
@@ -52,30 +52,30 @@ def energy_and_force(scene: Setting, points: np.ndarray) -> tuple[float, np.ndar
 
 def test_shape_force_is_minus_the_gradient_on_both_sides_of_the_threshold() -> None:
     yarns = flat_patch(ROWS, STITCHES)
-    scene = setting(yarns)
+    scene = shape_scene(yarns)
     random = np.random.default_rng(9)
     direction = random.normal(size=yarns.points.shape)
-    for lift in (0.05, 0.4):  # in and out of the soft range of one radius, 0.125 cm
+    for lift in (0.05, 0.4):  # below and above the threshold of one radius, 0.125 cm
         points = yarns.points + random.normal(scale=0.02, size=yarns.points.shape) + [0.0, 0.1, lift]
         force = energy_and_force(scene, points)[1]
-        step = 1e-6  # the energy is quadratic by pieces: only rounding is left
+        step = 1e-6  # the energy is piecewise quadratic, so only rounding is left
         ends = [energy_and_force(scene, points + side * step * direction)[0] for side in (1, -1)]
         slope = (ends[0] - ends[1]) / (2 * step)
         assert slope == pytest.approx(-(force * direction).sum(), rel=1e-6)
 
 
-def test_one_stitch_displaced_by_a_radius_is_pulled_as_the_rule_says() -> None:
+def test_the_force_on_stitches_displaced_by_a_radius_equals_the_formula() -> None:
     yarns = flat_patch(ROWS, STITCHES)
-    force = energy_and_force(setting(yarns), yarns.points + np.array([0.0, 0.0, 0.125]))[1]
+    force = energy_and_force(shape_scene(yarns), yarns.points + np.array([0.0, 0.0, 0.125]))[1]
     expected = 0.02 * MATERIAL.k_len / yarns.rest_length.mean() + 2 * MATERIAL.k_bend / 0.5**2
-    # the mean over stitches is exact by construction: the rule divides by the mean weight
+    # the mean over the stitches is exact by construction, because the formula divides by the mean weight
     assert -force[:, 2].sum() / (ROWS * STITCHES) == pytest.approx(expected, rel=1e-9)
     assert np.abs(force[:, :2]).max() < 1e-9 * expected
 
 
 def test_row_sums_bound_the_stiffness_of_the_patches() -> None:
     yarns = flat_patch(ROWS, STITCHES)
-    scene = setting(yarns)
+    scene = shape_scene(yarns)
     rows = scene[1].stiffness() / scene[0].unit ** 2
     start = yarns.points + np.array([0.0, 0.0, 0.4])
     direction = np.random.default_rng(1).normal(size=yarns.points.shape)
@@ -95,23 +95,23 @@ def test_patches_overlap_and_cover_every_loop() -> None:
         inside = slice(patches.start[patch], patches.start[patch + 1])
         faces = loops.face[patches.entry[inside]]
         sides = np.abs(faces // STITCHES - centre // STITCHES) + np.abs(faces % STITCHES - centre % STITCHES)
-        # on a grid of quadrilaterals the steps between faces are those of a rook that moves one square at a time
+        # on a grid of quadrilaterals, the distance between faces in steps across edges is |row| + |column| difference
         np.testing.assert_allclose(patches.weight[inside], 1 - sides / (RINGS + 1))
     assert len(loops.held) == 2 * ROWS + 2 * STITCHES - 4
 
 
-def test_border_loops_keep_their_mean_while_the_rest_settles() -> None:
+def test_border_loops_keep_their_mean_position_while_the_others_relax() -> None:
     yarns, fabric = tube(5, 8), fabric_of(5, 8, closed=True)
     quality = replace(PRESETS["draft"], tolerance=1e-3, max_iterations=200)
     relaxed = relax_yarns(yarns, quality=quality, device="cpu", keep_shape=fabric).yarns
     before = yarns.points.reshape(5, 8, 12, 3)
     after = relaxed.points.reshape(5, 8, 12, 3)
     moved = np.linalg.norm((after - before).mean(axis=2), axis=2)
-    # float32 keeps coordinates of 2 cm to 1e-7 cm, and rounding does not add up
+    # float32 rounds coordinates of 2 cm to 1e-7 cm, and the rounding errors do not accumulate
     assert moved[[0, 4]].max() < 5e-7
     assert np.linalg.norm(after - before, axis=-1).max() > 0.1 * 0.125
 
 
-def test_a_fabric_that_is_not_the_yarns_own_is_refused() -> None:
+def test_a_fabric_that_does_not_match_the_yarns_is_refused() -> None:
     with pytest.raises(ParameterError, match="keep_shape"):
         relax_yarns(tube(5, 8), device="cpu", keep_shape=fabric_of(2, 3, closed=True))

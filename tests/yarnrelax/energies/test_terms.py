@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A term that is not asked for launches nothing, allocates nothing and compiles nothing."""
+"""An energy term that is not used launches no kernel, allocates no memory and compiles nothing."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from tests.yarnrelax.stockinette import flat_patch
 
 FLOOR = Mesh.from_polygons([[-9, -1, -9], [-9, -1, 9], [9, -1, 9], [9, -1, -9]], [[0, 1, 2, 3]])
 OPTIONAL = ("body", "friction", "gravity", "mesh_features", "pins", "point_load", "twist")
-"""How the files of ``yarnrelax`` begin that only some relaxations need."""
+"""Beginnings of the names of files in ``yarnrelax`` that only some relaxations need."""
 
 
 def kernels_of_forces(*choices: TermChoice) -> list[str]:
-    """Names of the kernels that ``force_launches`` launches, in their order."""
+    """Names of the kernels that ``force_launches`` launches, in order."""
     model = put_model(
         flat_patch(1, 2), YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=wp.float32,
         device=device_named("cpu"),
@@ -52,7 +52,7 @@ def kernels_of_forces(*choices: TermChoice) -> list[str]:
     return launched
 
 
-def test_forces_without_terms_take_three_kernels() -> None:
+def test_forces_without_additional_terms_need_three_kernels() -> None:
     launched = kernels_of_forces()
     assert launched[1:] == ["contact_forces", "gather_forces"]
     assert launched[0].startswith("samples_and_segment_forces")
@@ -69,7 +69,7 @@ def test_forces_without_terms_take_three_kernels() -> None:
 )
 def test_each_term_adds_one_kernel(choices: list[TermChoice], added: list[str]) -> None:
     place, contact, gather = kernels_of_forces()
-    # with any term at all, the forces on control points start from zero
+    # with at least one additional term, a launch first sets the external forces to zero
     assert kernels_of_forces(*choices) == [place, contact, "clear_vectors", *added, gather]
 
 
@@ -80,14 +80,14 @@ def launches_of_an_iteration(terms: list[TermChoice], constraints: list[Constrai
     return len(simulation.iterations.launches)
 
 
-def test_an_iteration_has_the_launches_of_what_was_asked_for() -> None:
+def test_an_iteration_has_the_launches_of_its_terms_and_constraints_only() -> None:
     bare = launches_of_an_iteration([], [])
-    assert launches_of_an_iteration([], [Pins([0])]) == bare + 2  # of the forces and of the steps
-    assert launches_of_an_iteration([Gravity()], []) == bare + 2  # clear, add
+    assert launches_of_an_iteration([], [Pins([0])]) == bare + 2  # one launch filters the forces, one the steps
+    assert launches_of_an_iteration([Gravity()], []) == bare + 2  # clear external forces, add weights
     assert launches_of_an_iteration([Gravity(), Body(FLOOR)], [Pins([0])]) == bare + 5
 
 
-def test_a_state_without_terms_has_no_room_for_their_forces() -> None:
+def test_a_state_without_terms_allocates_no_external_forces() -> None:
     model = put_model(
         flat_patch(1, 2), YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=wp.float32,
         device=device_named("cpu"),
@@ -139,20 +139,20 @@ CHOICES = {
 
 
 @pytest.mark.parametrize("name", CHOICES)
-def test_a_relaxation_compiles_only_what_it_asks_for(name: str) -> None:
-    """In a fresh interpreter, where no other test has loaded or compiled anything."""
+def test_a_relaxation_compiles_only_the_kernels_that_it_needs(name: str) -> None:
+    """The relaxation runs in a new interpreter, where no other test has loaded or compiled anything."""
     choice, files, compiled = CHOICES[name]
     done = subprocess.run(
         [sys.executable, "-c", REPORT.format(choice=choice)], capture_output=True, text=True, check=True, cwd=ROOT
     )
     loaded, with_overloads = json.loads(done.stdout.splitlines()[-1])
     assert {file for file in loaded if file.startswith(OPTIONAL)} == files
-    # shape and borders are there for ``keep_shape``, which nobody asked for
+    # the modules shape and borders are loaded for the option ``keep_shape``, which is not used here
     assert {file for file in with_overloads if file.startswith((*OPTIONAL, "shape", "borders"))} == compiled
-    assert {"segment_forces", "contact", "evaluation"} & set(with_overloads)  # the count sees what was compiled
+    assert {"segment_forces", "contact", "evaluation"} & set(with_overloads)  # compiled kernels are detected
 
 
-def test_terms_bring_their_energies_and_no_others() -> None:
+def test_the_report_contains_the_energies_of_the_terms_and_no_others() -> None:
     from stitchmesh.yarnrelax import relax_yarns
 
     yarns = flat_patch(1, 2)

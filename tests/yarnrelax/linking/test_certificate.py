@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Linking numbers of known links, certificates of fabrics that repeat, and pull-throughs that are caught."""
+"""Linking numbers of known links, certificates of periodic fabrics, and detection of pull-throughs."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ def test_hopf_link_has_linking_number_one() -> None:
 
 
 @pytest.mark.parametrize("turns", [1, 2, 5, -3])
-def test_torus_links_wind_as_often_as_they_were_made_to(turns: int) -> None:
+def test_the_linking_number_of_a_torus_link_is_its_number_of_turns(turns: int) -> None:
     yarns = torus_link(turns)
     certificate = linking_certificate(yarns)
-    # strands that run the same way and wind right-handed are linked by +turns; up grows with the outward phase
+    # parallel strands that wind in a right-handed sense have the linking number +turns
     assert abs(certificate[0, 1]) == abs(turns)
     mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
     assert linking_certificate(mirrored)[0, 1] == -certificate[0, 1]
@@ -63,10 +63,10 @@ def test_torus_links_wind_as_often_as_they_were_made_to(turns: int) -> None:
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_shaken_yarns_have_the_same_certificate(turned: bool) -> None:
-    """Rings in planes through each other's points, rings above one another as seen, and repeated points."""
-    towards = projection.DIRECTION / np.linalg.norm(projection.DIRECTION)
+    """Degenerate positions: points of a ring in the plane of another, rings with equal projections, repeated points."""
+    view_direction = projection.DIRECTION / np.linalg.norm(projection.DIRECTION)
     first = ring((0, 0, 0), 0)
-    rings = [first, ring((0, 0, 1), 1), first + 3 * towards, first[[0, *range(24)]] + 6 * towards]
+    rings = [first, ring((0, 0, 1), 1), first + 3 * view_direction, first[[0, *range(24)]] + 6 * view_direction]
     yarns = closed(*(curve @ rotation(2) if turned else curve for curve in rings))
     expected = linking_certificate(yarns, device="cpu").toarray()
     assert np.abs(expected).tolist() == [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
@@ -75,13 +75,13 @@ def test_shaken_yarns_have_the_same_certificate(turned: bool) -> None:
         np.testing.assert_array_equal(linking_certificate(shake, device="cpu").toarray(), expected)
 
 
-def test_unlinked_rings_have_none() -> None:
+def test_unlinked_rings_have_linking_number_zero() -> None:
     certificate = linking_certificate(closed(ring((0, 0, 0), 0), ring((0, 0, 5), 1), ring((0.2, 0.1, 0.5), 0)))
     assert certificate.nnz == 0
 
 
 def gauss_integral(first: np.ndarray, second: np.ndarray) -> float:
-    """The linking number of two closed polylines as a sum of solid angles (Arai 2013), for comparison."""
+    """The linking number of two closed polylines as a sum of solid angles (Arai 2013), used as reference."""
     total = 0.0
     for a, b in zip(first, np.roll(first, -1, axis=0), strict=True):
         for c, d in zip(second, np.roll(second, -1, axis=0), strict=True):
@@ -94,7 +94,7 @@ def gauss_integral(first: np.ndarray, second: np.ndarray) -> float:
     return total / (4 * np.pi)
 
 
-def test_agrees_with_the_gauss_integral_on_random_loops() -> None:
+def test_linking_numbers_of_random_loops_equal_the_gauss_integral() -> None:
     random = np.random.default_rng(11)
     yarns = closed(*(random.normal(size=(7, 3)) for _ in range(4)))
     certificate = linking_certificate(yarns).toarray()
@@ -105,29 +105,29 @@ def test_agrees_with_the_gauss_integral_on_random_loops() -> None:
             assert abs(certificate[i, j]) == round(abs(gauss_integral(loops[i], loops[j])))
 
 
-def pulled_head(yarns: YarnSet, yarn: int, by: float) -> YarnSet:
-    """The top of one loop moved outwards, away from the axis of the tube [cm]."""
+def move_head(yarns: YarnSet, yarn: int, distance: float) -> YarnSet:
+    """Move the head of one loop outwards, away from the axis of the tube, by a distance [cm]."""
     points = yarns.points.copy()
     start, stop = yarns.start[yarn : yarn + 2]
     head = start + np.argmax(points[start:stop, 1])
     outwards = points[head] * [1.0, 0.0, 1.0] / np.linalg.norm(points[head, [0, 2]])
-    points[head + np.arange(-2, 3)] += by * outwards
+    points[head + np.arange(-2, 3)] += distance * outwards
     return replace(yarns, points=points)
 
 
-def test_a_yarn_pulled_through_another_names_exactly_the_two() -> None:
+def test_a_pull_through_changes_exactly_the_pair_of_yarns() -> None:
     yarns = tube(5, 6)
     before = doubled_linking(yarns)
-    assert len(before.doubled) == 0  # knitting unravels: no two rows are linked
-    # four radii inwards: past the legs of the row above, which lie behind it on one side of the head
-    after = pulled_head(yarns, 2, -0.5)
+    assert len(before.doubled) == 0  # knitting can unravel, so no two rows are linked
+    # four radii inwards: the head passes the legs of the row above, which are behind it
+    after = move_head(yarns, 2, -0.5)
     assert changed_pairs(before, doubled_linking(after)).tolist() == [[2, 3]]
     assert changed_pairs(linking_certificate(yarns), linking_certificate(after)).tolist() == [[2, 3]]
     assert len(changed_pairs(before, before)) == 0
 
 
-def test_a_motion_through_zero_clearance_changes_the_number_once() -> None:
-    # two linked rings drawn apart: at place 1 they touch, the top of one in the bottom of the other
+def test_a_motion_through_zero_clearance_changes_the_linking_number_once() -> None:
+    # Two linked rings are moved apart; at the relative distance 1, the top of one touches the bottom of the other.
     first = ring((0, 0, 0), 0)
     diameter = 2.0 * closed(first).sampled(1)[0][:, 1].max()
     numbers = []
@@ -137,8 +137,9 @@ def test_a_motion_through_zero_clearance_changes_the_number_once() -> None:
     assert np.count_nonzero(np.diff(numbers)) == 1
 
 
-def test_direction_scale_and_place_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    # whole coordinates seen along an axis: vertices and edges lie exactly above one another, though no yarns touch
+def test_view_direction_scale_and_position_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Coordinates are integers and the projection is along an axis: vertices and edges have exactly equal projections,
+    # although no yarns touch.
     random = np.random.default_rng(3)
     curves = [random.integers(-2, 3, size=(10, 3)) + random.normal(size=3) * [0.0, 0.0, 0.3] for _ in range(8)]
     yarns = closed(*curves)
@@ -152,7 +153,7 @@ def test_direction_scale_and_place_do_not_matter(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("direction", [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], projection.DIRECTION.tolist()])
-def test_yarns_that_lie_in_one_another_still_cross_an_even_number_of_times(
+def test_doubled_linking_numbers_of_coinciding_yarns_are_even(
     direction: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(projection, "DIRECTION", np.array(direction))
@@ -166,7 +167,7 @@ def test_yarns_that_lie_in_one_another_still_cross_an_even_number_of_times(
 
 
 def test_long_segments_are_found_among_short_ones() -> None:
-    # a triangle of sides a thousand times the small rings' threads them all
+    # a triangle passes through all rings; its sides are a thousand times as long as the edges of the rings
     place = np.linspace(0.0, 100.0, 41)[1:-1]
     rings = [ring((0.0, 0.0, p), 2) * [0.1, 0.1, 1.0] for p in place]
     triangle = np.array([[0.0, 0.0, -1e3], [0.0, 0.0, -500.0], [0.0, 0.0, 500.0], [0.0, 0.0, 1e3], [1e3, 0.0, 0.0]])
@@ -175,12 +176,12 @@ def test_long_segments_are_found_among_short_ones() -> None:
     assert not certificate[1:, 1:].any()
 
 
-def test_open_yarns_are_closed_far_away() -> None:
+def test_the_certificate_of_open_yarns_is_symmetric() -> None:
     certificate = linking_certificate(flat_patch(6, 5))
     assert abs(certificate - certificate.T).nnz == 0
 
 
-def test_two_crossed_open_yarns_tell_which_lies_above() -> None:
+def test_the_certificate_shows_which_of_two_crossed_open_yarns_is_above() -> None:
     place = np.linspace(-2.0, 2.0, 9)
     lower = np.stack([place, 0 * place, 0 * place], axis=1)
     crossing = [
@@ -193,7 +194,7 @@ def test_two_crossed_open_yarns_tell_which_lies_above() -> None:
     assert abs(above - below) == 1
 
 
-def test_many_open_yarns_interleave_as_compared_one_by_one() -> None:
+def test_interleaved_pairs_equal_a_comparison_of_all_pairs() -> None:
     places = np.random.default_rng(2).permutation(60).reshape(-1, 2)
     low, high = places.min(axis=1), places.max(axis=1)
     expected = {
@@ -208,8 +209,8 @@ def periodic(curves: list[np.ndarray], steps: list[tuple[int, int]], periods: np
     return replace(yarns, lattice=Lattice(np.asarray(periods, dtype=float)), lattice_step=np.array(steps))
 
 
-def rows_of(yarns: YarnSet) -> dict[tuple[int, ...], int]:
-    """Sum of signs of two yarns and an image."""
+def doubled_by_pair(yarns: YarnSet) -> dict[tuple[int, ...], int]:
+    """Doubled linking numbers by yarn, yarn and the two numbers of the image."""
     linking = doubled_linking(yarns)
     keys = np.concatenate([linking.yarns, linking.image], axis=1).tolist()
     return dict(zip(map(tuple, keys), linking.doubled.tolist(), strict=True))
@@ -219,31 +220,32 @@ def straight(begin: tuple[float, float, float], along: tuple[float, float, float
     return np.array(begin) + np.arange(points)[:, None] / points * np.array(along)
 
 
-def test_a_woven_crossing_changes_its_sign_when_the_warp_is_pushed_through() -> None:
+def test_a_woven_crossing_changes_its_sign_if_the_warp_passes_through_the_weft() -> None:
     weft = straight((0.0, 0.5, 0.0), (1.0, 0.0, 0.0))
     signs = []
     for height in (0.2, -0.2):
         warp = straight((0.5, 0.0, height), (0.0, 1.0, 0.0))
         yarns = periodic([warp, weft], [(0, 1), (1, 0)], np.eye(3)[:2])
-        signs.append(rows_of(yarns))
+        signs.append(doubled_by_pair(yarns))
         assert linking_certificate(yarns).toarray().tolist() == [[0, *signs[-1].values()], [*signs[-1].values(), 0]]
-    # warp over weft: from (0, 1) to (1, 0) is a turn to the right
+    # warp over weft: the rotation from (0, 1) to (1, 0) is clockwise, so the sign is negative
     assert signs == [{(0, 1, 0, 0): -1}, {(0, 1, 0, 0): 1}]
 
 
-def test_plain_weave_in_its_smallest_cell_tells_over_from_under() -> None:
-    # periods (1, 1) and (1, -1): the warp runs along their difference, the weft along their sum, and they cross twice
+def test_the_smallest_cell_of_plain_weave_distinguishes_over_from_under() -> None:
+    # With the periods (1, 1) and (1, -1), the warp runs along their difference and the weft along their sum. The two
+    # yarns cross twice.
     rise = 0.2 * np.cos(np.arange(8) / 8 * 2 * np.pi)[:, None] * [0.0, 0.0, 1.0]
     warp = straight((0.0, 0.0, 0.0), (0.0, 2.0, 0.0), 8) + rise
     weft = straight((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 8) - rise
     yarns = periodic([warp, weft], [(1, -1), (1, 1)], [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]])
-    # these periods turn the other way round, so the fabric is seen from its back: signs are the same from there
-    assert sorted(rows_of(yarns).values()) == [-1, 1]
+    # These periods have the opposite orientation, so the fabric is seen from its back. The signs are the same.
+    assert sorted(doubled_by_pair(yarns).values()) == [-1, 1]
     assert linking_certificate(yarns).nnz == 0
 
 
 def stockinette_cell(points: int = 12) -> YarnSet:
-    """One stitch of plain knit, its yarn running on to the next stitch."""
+    """One stitch of stockinette, whose yarn continues in the next stitch."""
     loop, on = loop_curve(1, points), np.array([STITCH_WIDTH, 0.0, 0.0])
     padded = np.concatenate([loop[-1:] - on, loop, loop[:1] + on])
     control = loop - np.diff(padded, 2, axis=0) / 6
@@ -251,48 +253,48 @@ def stockinette_cell(points: int = 12) -> YarnSet:
 
 
 def half_pulled(yarns: YarnSet) -> YarnSet:
-    """One side of the loop's head pushed to the back, through a leg of the row above."""
+    """Move one side of the loop's head to the back, through a leg of the row above."""
     points = yarns.points.copy()
     head = np.argmax(points[:, 1])
     points[head : head + 3, 2] -= 3.0
     return replace(yarns, points=points)
 
 
-def test_rows_of_stockinette_are_unlinked_and_a_loop_pulled_through_the_next_row_is_caught() -> None:
+def test_rows_of_stockinette_are_unlinked_and_a_pull_through_is_detected() -> None:
     yarns = stockinette_cell()
-    assert rows_of(yarns) == {}
+    assert doubled_by_pair(yarns) == {}
     pulled = half_pulled(yarns)
-    # the row and the one below it have become linked, once a stitch
-    assert {key: abs(value) for key, value in rows_of(pulled).items()} == {(0, 0, 0, -1): 2}
+    # each row is now linked with the row below it, once per stitch
+    assert {key: abs(value) for key, value in doubled_by_pair(pulled).items()} == {(0, 0, 0, -1): 2}
     assert changed_pairs(doubled_linking(yarns), doubled_linking(pulled)).tolist() == [[0, 0]]
 
 
 def test_one_cell_and_two_by_three_cells_agree() -> None:
     cell = half_pulled(stockinette_cell())
-    (value,) = rows_of(cell).values()
+    (value,) = doubled_by_pair(cell).values()
     across, up = cell.lattice.periods
     rows = [np.concatenate([cell.points, cell.points + across]) + k * up for k in range(3)]
     tiled = periodic(rows, [(1, 0)] * 3, [2 * across, 3 * up])
-    # a period holds two stitches; the top row meets the bottom one of the next cell
-    assert rows_of(tiled) == {(0, 1, 0, 0): 2 * value, (1, 2, 0, 0): 2 * value, (0, 2, 0, -1): 2 * value}
+    # a period has two stitches; the top row is linked with the bottom row of the next cell
+    assert doubled_by_pair(tiled) == {(0, 1, 0, 0): 2 * value, (1, 2, 0, 0): 2 * value, (0, 2, 0, -1): 2 * value}
 
 
 @pytest.mark.parametrize("turns", [1, 3])
-def test_a_yarn_plied_with_its_own_copy_counts_each_turn_once(turns: int) -> None:
-    # the yarn advances by two cells and winds an odd number of times, so the copy one cell on is its other ply; the
-    # plies cross twice a turn, at two places that half a step carries into one another
+def test_a_yarn_plied_with_its_own_image_counts_each_turn_once(turns: int) -> None:
+    # The yarn advances by two cells and has an odd number of turns, so that its image in the next cell is the second
+    # ply. The plies cross twice per turn; half of the lattice step maps one crossing to the other.
     place = np.arange(40) / 40
     angle = 2 * np.pi * turns * place
     ply = np.stack([2 * place, 0.1 * np.cos(angle), 0.1 * np.sin(angle)], axis=1)
     yarns = periodic([ply], [(2, 0)], np.eye(3)[:2])
-    # strands of a right-handed helix that run the same way cross positively
-    assert rows_of(yarns) == {(0, 0, 1, 0): turns}
+    # parallel strands of a right-handed helix have positive crossings
+    assert doubled_by_pair(yarns) == {(0, 0, 1, 0): turns}
     mirrored = replace(yarns, points=yarns.points * [1.0, 1.0, -1.0])
-    assert rows_of(mirrored) == {(0, 0, 1, 0): -turns}
+    assert doubled_by_pair(mirrored) == {(0, 0, 1, 0): -turns}
 
 
 def random_fabric(seed: int) -> YarnSet:
-    """A tangle on a skewed lattice: two rings and lines in three directions."""
+    """Random curves on an oblique lattice: two rings, and yarns in three directions."""
     random = np.random.default_rng(seed)
     periods = np.array([[3.0, 0.2, 0.1], [0.8, 2.6, -0.2]])
     steps = [(0, 0), (0, 0), (1, 0), (1, 0), (0, 1), (1, -1), (2, 0)]
@@ -304,12 +306,15 @@ def random_fabric(seed: int) -> YarnSet:
 
 
 def spanned(image: np.ndarray, first: np.ndarray, second: np.ndarray) -> bool:
-    """Whether two steps, a few times each, make up an image."""
+    """Whether an image is a sum of small integer multiples of two lattice steps."""
     return any((k * first + m * second == image).all() for k, m in product(range(-4, 5), repeat=2))
 
 
 def signs_along_normal(yarns: YarnSet, i: int, j: int, image: np.ndarray) -> int:
-    """Sum of signs of one run of yarn i and one run of yarn j in an image, seen along the normal, all pairs tested."""
+    """Sum of the crossing signs of one period of yarn i and one of yarn j in an image, projected along the normal.
+
+    All pairs of edges are tested.
+    """
     periods = yarns.lattice.periods
     axes = np.linalg.inv(np.stack([*periods, np.cross(*periods)]))
     loops = []
@@ -326,20 +331,20 @@ def signs_along_normal(yarns: YarnSet, i: int, j: int, image: np.ndarray) -> int
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_tangles_on_a_lattice_agree_with_all_images_tested_one_by_one(seed: int) -> None:
+def test_linking_of_random_curves_on_a_lattice_equals_a_test_of_all_images(seed: int) -> None:
     yarns = random_fabric(seed)
-    step, rows = yarns.lattice_step, rows_of(yarns)
+    step, rows = yarns.lattice_step, doubled_by_pair(yarns)
     left = dict(rows)
     for (i, j), image in product(
         [*combinations(range(yarns.yarn_count), 2), *((k, k) for k in range(yarns.yarn_count))],
-        map(np.array, product(range(-3, 4), repeat=2)),  # farther ones do not meet
+        map(np.array, product(range(-3, 4), repeat=2)),  # images that are farther away do not cross
     ):
         if i == j and spanned(image, step[i], 0 * image):
             continue
         number = signs_along_normal(yarns, i, j, image)
         if number == 0:
             continue
-        # an image and its opposite are one and the same two copies of a yarn
+        # an image and its opposite describe the same pair of copies of a yarn
         keys = [
             key for key in {*rows, *left} if key[:2] == (i, j)
             and (spanned(image - key[2:], step[i], step[j]) or (i == j and spanned(-image - key[2:], step[i], step[j])))
@@ -350,30 +355,30 @@ def test_tangles_on_a_lattice_agree_with_all_images_tested_one_by_one(seed: int)
     assert not any(left.values())
 
 
-def test_numbers_are_odd_just_where_lines_run_across_each_other() -> None:
+def test_doubled_numbers_are_odd_exactly_if_the_lattice_steps_are_not_parallel() -> None:
     yarns = random_fabric(0)
-    for (i, j, *_), number in rows_of(yarns).items():
+    for (i, j, *_), number in doubled_by_pair(yarns).items():
         if i != j:
-            turn = np.linalg.det(yarns.lattice_step[[i, j]])
-            assert number % 2 == (round(turn) != 0)
+            determinant = np.linalg.det(yarns.lattice_step[[i, j]])
+            assert number % 2 == (round(determinant) != 0)
 
 
-def test_the_choice_of_copy_does_not_matter() -> None:
+def test_the_choice_of_the_periodic_image_does_not_matter() -> None:
     yarns = random_fabric(1)
     certificate = linking_certificate(yarns)
     shift = np.array([[2, -1], [0, 3], [1, 1], [0, 0], [-2, 0], [0, 1], [5, -4]])
     moved = replace(yarns, points=yarns.points + yarns.lattice.shift(shift)[yarns.point_yarn])
     assert (linking_certificate(moved) != certificate).nnz == 0
-    # another first control point, those before it moved one step on
+    # each yarn begins at another control point; the points before it move on by one lattice step
     points = yarns.points.copy()
     for yarn in range(yarns.yarn_count):
         own = slice(yarns.start[yarn], yarns.start[yarn + 1])
         on = yarns.lattice.shift(yarns.lattice_step[yarn])
         points[own] = np.concatenate([points[own][4:], points[own][:4] + on])
-    assert rows_of(replace(yarns, points=points)) == rows_of(yarns)
+    assert doubled_by_pair(replace(yarns, points=points)) == doubled_by_pair(yarns)
 
 
-def test_a_lattice_without_steps_is_no_different_where_yarns_do_not_reach_the_next_cell() -> None:
+def test_a_large_lattice_does_not_change_the_linking_of_a_finite_tangle() -> None:
     yarns = torus_link(3)
     far = replace(yarns, lattice=Lattice(20 * np.eye(3)[:2]), lattice_step=np.zeros((2, 2)))
     assert (linking_certificate(far) != 2 * linking_certificate(yarns)).nnz == 0

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of the model on the device."""
+"""Tests of the model: the constants and the state of the yarns on the device."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Periodic fabrics: a cell is as good as its tiling, whichever images it is written in."""
+"""Periodic fabrics: a cell gives the same results as its tiling, for every choice of periodic images."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 LEAF = YarnMaterial.named("leaf")
 COARSE = {"quadrature_points": 3, "contact_samples": 3}
 POINTS = 12
-"""Control points of a stitch."""
+"""Control points per stitch."""
 
 
 def shaken(yarns: YarnSet, seed: int = 7) -> YarnSet:
-    """The same yarns out of balance."""
+    """The same yarns with random displacements and shorter rest lengths, so that they are not in equilibrium."""
     noise = np.random.default_rng(seed).normal(scale=0.01, size=yarns.points.shape)
     return replace(yarns, points=yarns.points + noise, rest_length=0.95 * yarns.rest_length)
 
 
 def tiled(cell: YarnSet, rows: int, stitches: int) -> YarnSet:
-    """A cell of one row written out: row by row, its stitches one after the other."""
+    """A tiling of a cell of one stitch: row by row, with the stitches of a row one after another."""
     assert cell.lattice is not None
     u, v = cell.lattice.periods
     curves = [cell.points + stitch * u + row * v for row in range(rows) for stitch in range(stitches)]
@@ -59,15 +59,15 @@ def tiled(cell: YarnSet, rows: int, stitches: int) -> YarnSet:
 
 
 def rolled(yarns: YarnSet, first: int) -> YarnSet:
-    """One yarn that begins at another of its control points; those that it passes later lie one step on."""
+    """The same yarn beginning at control point ``first``; the points before ``first`` move on by the lattice step."""
     assert yarns.lattice is not None and yarns.lattice_step is not None
     step = yarns.lattice.shift(yarns.lattice_step[0])
     points = np.concatenate([yarns.points[first:], yarns.points[:first] + step])
     return replace(yarns, points=points, rest_length=np.roll(yarns.rest_length, -first))
 
 
-def listed(yarns: YarnSet, margin: float) -> tuple[list[set[tuple[int, int, int]]], np.ndarray, Model]:
-    """Sample and image of each entry of each list; the samples; the model."""
+def candidate_lists(yarns: YarnSet, margin: float) -> tuple[list[set[tuple[int, int, int]]], np.ndarray, Model]:
+    """The candidate list of each sample as a set of (sample, image), the samples, and the model."""
     model = put_model(yarns, LEAF, **COARSE, scalar=scalar_named("float64"), device=device_named("cpu"))
     state, candidates = make_state(model), make_candidates(model, margin)
     ContactSearch(model, state, candidates).run()
@@ -81,7 +81,7 @@ def listed(yarns: YarnSet, margin: float) -> tuple[list[set[tuple[int, int, int]
 
 
 def all_pairs(samples: np.ndarray, model: Model, margin: float) -> list[set[tuple[int, int, int]]]:
-    """The rule word for word, image by image: what is not a neighbour along a strand and near enough."""
+    """The definition of the lists, applied to every image: near samples that are not neighbours along a strand."""
     yarns = model.yarns
     assert yarns.lattice is not None and yarns.lattice_step is not None
     segment = np.repeat(np.arange(model.segment_count), np.diff(model.sample_start))
@@ -108,14 +108,17 @@ def all_pairs(samples: np.ndarray, model: Model, margin: float) -> list[set[tupl
     ids=["one stitch", "two rows", "woven"],
 )
 def test_lists_equal_all_pairs_of_all_images(yarns: YarnSet) -> None:
-    found, samples, model = listed(yarns, 0.4)
+    found, samples, model = candidate_lists(yarns, 0.4)
     assert found == all_pairs(samples, model, 0.4)
     assert any(a or b for row in found for _, a, b in row)
 
 
-def test_a_cell_smaller_than_the_contact_range_touches_itself() -> None:
-    """Parallel copies of one straight yarn: E / L = 2 r k [(2 / d) atan(s / d) + 2 (d^2 - 2) s + 2/3 s^3] for the one
-    neighbour a strand has on each side (``test_yarn_closed_forms``), s = sqrt(1 - d^2)."""
+def test_a_yarn_touches_its_images_in_a_cell_smaller_than_the_contact_range() -> None:
+    """Parallel images of one straight yarn, each in contact with its neighbour on either side.
+
+    The contact energy is E / L = 2 r k [(2 / d) atan(s / d) + 2 (d^2 - 2) s + 2/3 s^3] with s = sqrt(1 - d^2)
+    (``test_yarn_closed_forms``); each of the two neighbours of a strand contributes half.
+    """
     radius, delta = 0.125, 0.8
     line = np.stack([np.arange(8) * 0.1, np.zeros(8), np.zeros(8)], axis=1)
     yarns = replace(
@@ -123,17 +126,17 @@ def test_a_cell_smaller_than_the_contact_range_touches_itself() -> None:
         lattice=Lattice(np.array([[0.8, 0.0, 0.0], [0.0, 2 * delta * radius, 0.0]])),
         lattice_step=np.array([[1, 0]]),
     )
-    found, samples, model = listed(yarns, 0.1)
+    found, samples, model = candidate_lists(yarns, 0.1)
     assert found == all_pairs(samples, model, 0.1)
     for p, row in enumerate(found):
         assert {(p, 0, 1), (p, 0, -1)} <= row
-        assert all(b != 0 for _, _, b in row)  # the strand itself is straight
+        assert all(b != 0 for _, _, b in row)  # a straight strand does not touch itself
     s = np.sqrt(1 - delta**2)
     inside = 2 / delta * np.arctan(s / delta) + 2 * (delta**2 - 2) * s + 2 / 3 * s**3
     energies = yarn_energies(yarns, LEAF)
-    # samples stand 0.1 radii apart; the kink of f'' where contact ends leaves an error of second order in that
+    # Samples are 0.1 radii apart. f'' is not smooth where contact ends, which gives an error of second order in that.
     assert energies["contact"] == pytest.approx(2 * radius * LEAF.k_contact * inside * 0.8, rel=0.01)
-    # a straight endless yarn at its rest length; rounding only
+    # the yarn is straight and at its rest length, so only rounding is left
     assert energies["stretch"] + energies["length"] + energies["bend"] == pytest.approx(0.0, abs=1e-20)
 
 
@@ -153,23 +156,23 @@ def test_one_stitch_equals_the_middle_of_a_swatch_without_a_lattice() -> None:
     cell, swatch = periodic_patch(1, 1), flat_patch(5, 5)
     middle = slice((2 * 5 + 2) * POINTS, (2 * 5 + 3) * POINTS)
     force = yarn_forces(cell, LEAF)
-    # rounding of coordinates of five centimetres in the stiffest term
+    # rounding of coordinates of five centimetres in the stiffest energy term
     np.testing.assert_allclose(yarn_forces(swatch, LEAF)[middle], force, atol=1e-10 * np.abs(force).max())
 
 
 @pytest.mark.parametrize("first", [1, 5, 11])
-def test_where_a_yarn_begins_does_not_matter(first: int) -> None:
+def test_the_first_control_point_of_a_yarn_does_not_matter(first: int) -> None:
     cell = shaken(periodic_patch(1, 1))
     same = rolled(cell, first)
     force = yarn_forces(cell, LEAF)
-    # rounding of coordinates that lie a period farther
+    # rounding of coordinates that are larger by one period
     np.testing.assert_allclose(
         yarn_forces(same, LEAF), np.roll(force, -first, axis=0), atol=1e-11 * np.abs(force).max()
     )
     assert sum(yarn_energies(same, LEAF).values()) == pytest.approx(sum(yarn_energies(cell, LEAF).values()), rel=1e-12)
 
 
-def test_which_copy_of_a_yarn_is_in_the_cell_does_not_matter() -> None:
+def test_the_choice_of_the_periodic_image_does_not_matter() -> None:
     cell = shaken(periodic_patch(2, 1))
     assert cell.lattice is not None
     away = cell.points.copy()
@@ -185,7 +188,7 @@ def test_which_copy_of_a_yarn_is_in_the_cell_does_not_matter() -> None:
     ("basis", "step"), [([[1, 0], [1, 1]], [1, 0]), ([[1, 1], [0, 1]], [1, -1]), ([[0, 1], [-1, 0]], [0, -1])]
 )
 def test_the_choice_of_periods_does_not_matter(basis: list[list[int]], step: list[int]) -> None:
-    """Periods M (u, v) with det M = 1, in which u, the way along a row, is another image."""
+    """The periods are M (u, v) with det M = 1, so that the lattice step of a row, u, has other components."""
     cell = shaken(periodic_patch(1, 1))
     assert cell.lattice is not None
     other = replace(
@@ -199,7 +202,7 @@ def test_the_choice_of_periods_does_not_matter(basis: list[list[int]], step: lis
 @pytest.mark.parametrize("yarns", [periodic_patch(1, 1), woven_cell()], ids=["stockinette", "woven"])
 def test_forces_on_a_cell_sum_to_zero(yarns: YarnSet) -> None:
     force = yarn_forces(shaken(yarns), LEAF)
-    # float64 rounding of about a hundred summands
+    # float64 rounding of about a hundred terms
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-13 * np.abs(force).sum())
 
 
@@ -228,26 +231,26 @@ def test_a_relaxed_cell_equals_its_relaxed_tiling() -> None:
     assert one.report["energy"] < sum(one.history[0]["energies"].values())
     assert one.report["certificate"] == four.report["certificate"] == "unchanged"
     assert one.report["iterations"] == four.report["iterations"]
-    # every sum over the tiling is four times that over the cell, so the steps are the same but for rounding, 1e-16,
-    # which some tens of iterations may amplify; buckling into the larger cell would need more of them
+    # Every sum over the tiling is four times the sum over the cell, so the steps agree except for rounding, 1e-16.
+    # Some tens of iterations may amplify it; the larger cell would need more iterations to buckle.
     np.testing.assert_allclose(four.yarns.points, tiled(one.yarns, 2, 2).points, atol=1e-8)
     assert four.report["energy"] / 4 == pytest.approx(one.report["energy"], rel=1e-9)
 
 
-def test_a_woven_cell_comes_to_rest() -> None:
+def test_a_woven_cell_relaxes_to_rest() -> None:
     yarns = woven_cell()
     result = relax_yarns(yarns, quality=replace(PRESETS["draft"], tolerance=1e-3), device="cpu")
     assert result.report["converged"]
     assert result.report["certificate"] == "unchanged"
     assert result.report["min_distance_over_radius"] > 1.0
     height = result.yarns.points[:, 2]
-    # each yarn still goes over one and under the next
+    # each yarn still passes over one yarn and under the next
     for yarn in range(4):
         own = height[yarns.start[yarn] : yarns.start[yarn + 1]]
         assert own.max() - own.min() > 0.5 * 0.125
 
 
-def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
+def test_images_are_added_when_yarns_spread_over_more_cells() -> None:
     cell = periodic_patch(1, 1)
     model = put_model(
         cell, YarnMaterial.named("leaf"), quadrature_points=3, contact_samples=3, scalar=scalar_named("float64"),
@@ -255,9 +258,9 @@ def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
     )  # fmt: skip
     assert not renew_images(model, model.upload(model.to_device(cell.points), 3))
     before = len(model.constants.images.image)
-    apart = cell.points.copy()
-    apart[0, 0] -= 2 * (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
-    spread, periods = model.upload(model.to_device(apart), 3), model.constants.images.periods.numpy()[None]
+    extended = cell.points.copy()
+    extended[0, 0] -= 2 * (2 * SPREAD + 5) * cell.radius.max() + np.ptp(cell.points[:, 0])
+    spread, periods = model.upload(model.to_device(extended), 3), model.constants.images.periods.numpy()[None]
     assert renew_images(model, spread)
     table = model.constants.images.image.numpy()
     assert len(table) > before and not table[0].any()
@@ -266,7 +269,7 @@ def test_yarns_that_outgrow_the_images_of_their_cell_get_more() -> None:
     assert not renew_images(model, spread)
 
 
-def test_images_of_cells_together_are_those_of_each() -> None:
+def test_the_images_of_several_cells_are_the_union_of_those_of_each() -> None:
     cells = [periodic_patch(1, 1), woven_cell(), periodic_patch(3, 2)]
     each: set[tuple[int, int]] = set()
     for cell in cells:

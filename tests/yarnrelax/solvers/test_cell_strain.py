@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cells that relax: forces on the strains, rest, pulls, and what is held."""
+"""Relaxation of the periods of a cell: forces on the strains, relaxed states, loads, and held components."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def sheared(yarns: YarnSet, shear: float) -> YarnSet:
 
 
 def deformed(yarns: YarnSet, a: float, b: float, c: float) -> YarnSet:
-    """The yarns and their lattice after F = 1 + a, b, c, the courses along x."""
+    """The yarns and their lattice after F = ((1 + a, c), (0, 1 + b)), for courses along x."""
     assert yarns.lattice is not None
     matrix = np.array([[1.0 + a, c, 0.0], [0.0, 1.0 + b, 0.0], [0.0, 0.0, 1.0]])
     return replace(yarns, points=yarns.points @ matrix.T, lattice=Lattice(yarns.lattice.periods @ matrix.T))
@@ -52,7 +52,7 @@ def strain_forces(yarns: YarnSet) -> np.ndarray:
                          ids=["stockinette", "woven"])  # fmt: skip
 def test_forces_on_strains_are_minus_the_gradient(yarns: YarnSet) -> None:
     counts = {"quadrature_points": EXACT.quadrature_points, "contact_samples": EXACT.contact_samples}
-    step = 1e-6  # central differences: error of second order, 1e-12, and rounding over the step, 1e-10
+    step = 1e-6  # central differences: truncation error 1e-12, and rounding over the step, 1e-10
     force = strain_forces(yarns)
     for axis in range(3):
         ends = [
@@ -63,7 +63,7 @@ def test_forces_on_strains_are_minus_the_gradient(yarns: YarnSet) -> None:
 
 
 def size_of(yarns: YarnSet) -> tuple[float, float, float]:
-    """Length of the first period, how far the second reaches across it and along it [cm]."""
+    """Length of the first period, and components of the second period across and along the first [cm]."""
     assert yarns.lattice is not None
     first, second = yarns.lattice.periods
     along = first / np.linalg.norm(first)
@@ -72,15 +72,16 @@ def size_of(yarns: YarnSet) -> tuple[float, float, float]:
 
 @pytest.fixture(scope="module")
 def at_rest() -> YarnSet:
-    """A stitch in its free cell."""
+    """A stitch relaxed in a free cell."""
     result = relax_yarns(periodic_patch(1, 1), material=KALDOR, quality=EXACT, device="cpu", cell=RelaxCell())
     assert result.report["converged"] and result.report["certificate"] == "unchanged"
     return result.yarns
 
 
-def test_a_free_cell_comes_to_rest_without_stress(at_rest: YarnSet) -> None:
+def test_a_free_cell_has_no_stress_at_rest(at_rest: YarnSet) -> None:
     terms = np.abs(strain_forces(replace(at_rest, rest_length=at_rest.lengths))).max()
-    # the residual is below its tolerance, 1e-6 of the sum of the terms' sizes; terms count for ten times the bending's
+    # The residual is below its tolerance: 1e-6 of the sum of the magnitudes of all terms. This sum is at most ten times
+    # the strain force of the energies without stretch.
     assert np.abs(strain_forces(at_rest)).max() < 1e-5 * max(terms, 1.0)
 
 
@@ -89,7 +90,8 @@ def test_a_free_cell_equals_its_tiling(at_rest: YarnSet, rows: int, stitches: in
     cell = RelaxCell()
     tiles = relax_yarns(periodic_patch(rows, stitches), material=KALDOR, quality=EXACT, device="cpu", cell=cell)
     one, many = size_of(at_rest), size_of(tiles.yarns)
-    # the tolerance of 1e-6 on forces leaves strains of 1e-6 times stretching over bending stiffness, some hundreds
+    # The tolerance of 1e-6 on forces leaves strains of 1e-6 times the ratio of stretch stiffness to bending stiffness,
+    # which is some hundreds.
     assert many[0] / stitches == pytest.approx(one[0], rel=1e-3)
     assert many[1] / rows == pytest.approx(one[1], rel=1e-3)
 
@@ -101,19 +103,19 @@ def test_the_choice_of_periods_does_not_matter(at_rest: YarnSet, basis: list[lis
     other = replace(yarns, lattice=Lattice(np.array(basis) @ yarns.lattice.periods))
     result = relax_yarns(other, material=KALDOR, quality=EXACT, device="cpu", cell=RelaxCell())
     found, expected = size_of(result.yarns), size_of(at_rest)
-    # as above
+    # the tolerance of the test above
     assert found[:2] == pytest.approx(expected[:2], rel=1e-3)
     assert found[2] == pytest.approx(basis[1][0] * expected[0] + expected[2], abs=1e-3 * expected[0])
 
 
-def test_where_the_fabric_lies_in_space_does_not_matter(at_rest: YarnSet) -> None:
+def test_position_and_orientation_of_the_fabric_do_not_matter(at_rest: YarnSet) -> None:
     turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     yarns = periodic_patch(1, 1)
     assert yarns.lattice is not None
     other = replace(yarns, points=yarns.points @ turn.T + 3.0, lattice=Lattice(yarns.lattice.periods @ turn.T))
     result = relax_yarns(other, material=KALDOR, quality=EXACT, device="cpu", cell=RelaxCell())
-    assert size_of(result.yarns) == pytest.approx(size_of(at_rest), rel=1e-3, abs=1e-3)  # as above
+    assert size_of(result.yarns) == pytest.approx(size_of(at_rest), rel=1e-3, abs=1e-3)  # tolerance: see above
 
 
 @pytest.mark.parametrize(
@@ -121,37 +123,37 @@ def test_where_the_fabric_lies_in_space_does_not_matter(at_rest: YarnSet) -> Non
     [(RelaxCell(course=None), (0,)), (RelaxCell(wale=None), (1,)), (RelaxCell(shear=False), (2,)),
      (RelaxCell(course=None, wale=None), (0, 1))],
 )  # fmt: skip
-def test_what_is_held_stays(cell: RelaxCell, kept: tuple[int, ...]) -> None:
+def test_held_components_do_not_change(cell: RelaxCell, kept: tuple[int, ...]) -> None:
     yarns = sheared(periodic_patch(1, 1), 0.05)
     result = relax_yarns(yarns, material=KALDOR, quality=EXACT, device="cpu", cell=cell)
     before, after = np.array(size_of(yarns)), np.array(size_of(result.yarns))
-    if 2 in kept:  # the lean is what is kept, and the height changes
+    if 2 in kept:  # the shear angle is kept while the height changes
         before[2] *= after[0] / before[0]
     for axis in range(3):
         moved = abs(after[axis] - before[axis]) / before[0]
-        assert moved < 1e-12 if axis in kept else moved > 1e-4  # rounding; and a cell that is free does move
+        assert moved < 1e-12 if axis in kept else moved > 1e-4  # rounding; a free component does change
 
 
 @pytest.mark.parametrize("along", ["course", "wale"])
-def test_a_pull_is_the_slope_of_the_energy(along: str) -> None:
-    """Virtual work: with the length held, the energy at rest changes by the pull times the change of length."""
-    pull = 200.0
-    free, held = (RelaxCell(**{along: value}) for value in (pull, None))
-    pulled = relax_yarns(periodic_patch(1, 1), material=KALDOR, quality=EXACT, device="cpu", cell=free)
+def test_a_load_is_the_derivative_of_the_energy(along: str) -> None:
+    """Virtual work: if the length is held, the energy at rest changes by the load times the change of length."""
+    load = 200.0
+    free, held = (RelaxCell(**{along: value}) for value in (load, None))
+    loaded = relax_yarns(periodic_patch(1, 1), material=KALDOR, quality=EXACT, device="cpu", cell=free)
     axis = 0 if along == "course" else 1
-    length = size_of(pulled.yarns)[axis]
+    length = size_of(loaded.yarns)[axis]
     step = 2e-3
     ends = []
     for side in (1.0, -1.0):
         strain = [0.0, 0.0, 0.0]
         strain[axis] = side * step
-        start = deformed(pulled.yarns, *strain)
+        start = deformed(loaded.yarns, *strain)
         ends.append(relax_yarns(start, material=KALDOR, quality=EXACT, device="cpu", cell=held).report["energy"])
-    # differences of second order in a step of 2e-3, and of 1e-6 of an energy of 100 erg
-    assert (ends[0] - ends[1]) / (2 * step * length) == pytest.approx(pull, rel=0.01)
+    # truncation error of second order in a step of 2e-3, and an error of 1e-6 in an energy of 100 erg
+    assert (ends[0] - ends[1]) / (2 * step * length) == pytest.approx(load, rel=0.01)
 
 
-def test_a_cell_that_was_stopped_and_resumed_ends_in_the_same_bits(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_a_resumed_relaxation_of_a_cell_ends_in_the_same_bits(tmp_path) -> None:  # type: ignore[no-untyped-def]
     yarns, cell = sheared(periodic_patch(2, 1), 0.05), RelaxCell()
     quality = replace(PRESETS["draft"], tolerance=1e-5)
     whole = relax_yarns(yarns, material=KALDOR, quality=quality, device="cpu", cell=cell)
@@ -164,8 +166,8 @@ def test_a_cell_that_was_stopped_and_resumed_ends_in_the_same_bits(tmp_path) -> 
     np.testing.assert_array_equal(whole.yarns.lattice.periods, rest.yarns.lattice.periods)
 
 
-def test_a_cell_that_shrinks_finds_new_images() -> None:
-    """Yarns of a cell twice too wide touch nothing across it; pulled together they do, and stay apart."""
+def test_new_images_are_found_when_a_cell_shrinks() -> None:
+    """In a cell of twice the size, yarns do not touch. When the cell shrinks, they touch and do not interpenetrate."""
     yarns = deformed(woven_cell(), 1.0, 1.0, 0.0)
     shorter = replace(yarns, rest_length=woven_cell().rest_length)
     result = relax_yarns(shorter, material=KALDOR, quality="draft", device="cpu", cell=RelaxCell())
@@ -173,7 +175,7 @@ def test_a_cell_that_shrinks_finds_new_images() -> None:
     assert size_of(result.yarns)[0] < 0.75 * size_of(yarns)[0]
 
 
-def test_what_cannot_go_with_a_cell_is_refused() -> None:
+def test_options_that_exclude_a_free_cell_are_refused() -> None:
     yarns = periodic_patch(1, 1)
     with pytest.raises(ParameterError, match="terms or constraints beside it"):
         relax_yarns(yarns, cell=RelaxCell(), terms=[Gravity()], device="cpu")
@@ -185,9 +187,8 @@ def test_what_cannot_go_with_a_cell_is_refused() -> None:
         RelaxCell(course=float("nan"))
 
 
-
 def bent(yarns: YarnSet, curvature: float, axis: int) -> YarnSet:
-    """Yarns bent around a cylinder, to first order."""
+    """Yarns bent around a cylinder, to first order in the curvature."""
     moved = yarns.points.copy()
     moved[:, axis] -= curvature * yarns.points[:, axis] * yarns.points[:, 2]
     moved[:, 2] += curvature * yarns.points[:, axis] ** 2 / 2
@@ -195,9 +196,12 @@ def bent(yarns: YarnSet, curvature: float, axis: int) -> YarnSet:
 
 
 @pytest.mark.parametrize("axis", [0, 1])
-def test_the_moment_is_the_slope_of_the_energy_by_curvature(axis: int) -> None:
-    """Of a piece that touches none of its images, so that the energy of the bent piece is known; without contacts, for
-    samples between control points that are moved along a parabola do not stay on one, which matters out of balance."""
+def test_the_moment_is_the_derivative_of_the_energy(axis: int) -> None:
+    """The piece touches none of its images, so that the energy of the bent piece can be computed.
+
+    Contacts are switched off: if control points move along a parabola, the samples between them do not stay on the
+    parabola, which changes the energy of yarns that are not in equilibrium.
+    """
     piece, alone = flat_patch(3, 3), replace(KALDOR, k_contact=0.0)
     noise = np.random.default_rng(5).normal(scale=0.01, size=piece.points.shape)
     piece = replace(piece, points=piece.points + noise)
@@ -206,13 +210,13 @@ def test_the_moment_is_the_slope_of_the_energy_by_curvature(axis: int) -> None:
     lone = replace(piece, lattice=far, lattice_step=np.zeros((piece.yarn_count, 2)))
     stress = cell_stress(lone, alone)
     moment = (stress.course_moment, stress.wale_moment)[axis] * far.area
-    step = 1e-6  # central differences, as above
+    step = 1e-6  # central differences: errors as in the test of forces on strains
     ends = [sum(yarn_energies(bent(piece, side * step, axis), alone).values()) for side in (1.0, -1.0)]
     assert (ends[1] - ends[0]) / (2 * step) == pytest.approx(moment, rel=1e-5)
 
 
 def test_the_moment_of_a_contact_is_its_force_times_its_height() -> None:
-    """Straight yarns along the wales: two press each other above the middle, two below it are apart."""
+    """Straight yarns along the wales: two yarns above the middle plane touch, two yarns below it do not."""
     along = np.arange(8)[:, None] * [0.0, 0.1, 0.0]
     places = [[0.0, 0.0, 0.4], [0.2, 0.0, 0.4], [0.0, 0.0, -0.4], [0.6, 0.0, -0.4]]
     rest = [np.full(8, 0.1)] * 4
@@ -221,10 +225,10 @@ def test_the_moment_of_a_contact_is_its_force_times_its_height() -> None:
     stress = cell_stress(replace(yarns, lattice=lattice, lattice_step=np.tile([0, 1], (4, 1))), KALDOR)
     assert stress.course < 0.0
     assert stress.course_moment == pytest.approx(0.4 * stress.course, rel=1e-12)
-    assert stress.wale_moment == pytest.approx(0.4 * stress.wale, rel=1e-12)  # samples push aslant, too
+    assert stress.wale_moment == pytest.approx(0.4 * stress.wale, rel=1e-12)  # contact forces have wale components
 
 
-def test_stress_is_the_slope_of_the_energy_by_strain_and_the_same_for_every_tiling() -> None:
+def test_stress_is_the_derivative_of_the_energy_and_equal_for_every_tiling() -> None:
     yarns = sheared(periodic_patch(1, 1), 0.1)
     assert yarns.lattice is not None
     found = cell_stress(yarns, KALDOR, quadrature_points=3, contact_samples=3)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The solver that follows motion: damping, time steps, repetition, and the state in which it comes to rest."""
+"""The dynamics solver: damping, time steps, reproducibility, and the state of rest that it reaches."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def overlapping_yarns() -> YarnSet:
 
 
 def damping_forces(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) -> Vectors:
-    """Damping of the control points [dyn] at velocities [cm / s], as the solver applies it."""
+    """Damping forces of the solver on the control points [dyn] at given velocities [cm / s]."""
     simulation, solver = started(yarns, material)
     solver.velocity.assign(velocity / simulation.model.unit)
     simulation.state.force.zero_()
@@ -76,7 +76,7 @@ def damping_forces(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) ->
 
 
 def dissipation(yarns: YarnSet, material: YarnMaterial, velocity: Vectors) -> float:
-    """D_global + D_contact [erg / s] of two yarns, written down once more."""
+    """D_global + D_contact [erg / s] of two yarns, computed independently of the solver."""
     nodes, weights = np.polynomial.legendre.leggauss(6)
     moving = basis((nodes + 1) / 2) @ velocity[yarns.segment_points]
     whole = material.k_global * float((weights / 2 @ (moving**2).sum(axis=2).T).sum())
@@ -106,11 +106,11 @@ def test_damping_is_minus_the_derivative_of_the_dissipation(only: str) -> None:
         bump = np.zeros(velocity.size)
         bump[number] = 1.0
         ends = [dissipation(yarns, material, velocity + side * bump.reshape(-1, 3)) for side in (0.5, -0.5)]
-        # central differences of a quadratic are exact; rounding of sums of a few hundred terms is left
+        # central differences of a quadratic are exact; the tolerance is the rounding of sums of a few hundred terms
         assert force.flat[number] == pytest.approx(ends[1] - ends[0], rel=1e-10, abs=1e-12 * ends[0])
 
 
-def test_contact_damping_keeps_momentum_and_takes_twice_the_dissipation() -> None:
+def test_contact_damping_conserves_momentum_and_has_the_power_of_twice_the_dissipation() -> None:
     yarns, material = overlapping_yarns(), replace(LEAF, k_global=0.0)
     velocity = np.random.default_rng(3).normal(scale=10.0, size=yarns.points.shape)
     force = damping_forces(yarns, material, velocity)
@@ -118,7 +118,7 @@ def test_contact_damping_keeps_momentum_and_takes_twice_the_dissipation() -> Non
     assert (force * velocity).sum() == pytest.approx(-2 * dissipation(yarns, material, velocity), rel=1e-12)
 
 
-def test_a_material_without_contact_damping_launches_none() -> None:
+def test_a_material_without_contact_damping_launches_no_damping_kernel() -> None:
     materials = (LEAF, replace(LEAF, k_dt=0.0, k_dn=0.0))
     runs = [started(overlapping_yarns(), material)[0] for material in materials]
     keys = [{launch.kernel.key for launch in simulation.iterations.launches} for simulation in runs]
@@ -130,13 +130,13 @@ def straight_yarn(spacing: float) -> YarnSet:
     return YarnSet.from_curves([line], closed=[False], radius=0.125)
 
 
-def test_the_time_step_is_that_of_the_paper_where_nothing_is_stiff() -> None:
+def test_soft_yarns_take_the_time_step_of_the_paper() -> None:
     simulation, solver = started(straight_yarn(2.0))
     iterate(simulation, 1)
     assert solver.time_step == solver.time == LONGEST_TIME_STEP
 
 
-def test_the_time_step_is_a_part_of_two_over_the_highest_frequency() -> None:
+def test_the_time_step_is_a_fraction_of_two_over_the_highest_frequency() -> None:
     simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
     iterate(simulation, 1)
     stiffness = stiffness_row_sums(simulation.model) / simulation.model.unit**2
@@ -149,12 +149,12 @@ def test_damping_shortens_the_time_step() -> None:
     simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=100.0))
     iterate(simulation, 1)
     mass = LEAF.mass_per_length * 0.2
-    # stiffness counts for little beside a rate of 2 k_global / m l, for which 4 / (2 rate) is stable
+    # The damping rate is 2 k_global / (m l), for which steps up to 2 / rate are stable; stiffness contributes little.
     assert solver.time_step == pytest.approx(STABLE_PART * 2 / (2 * 100.0 / mass), rel=0.05)
 
 
 def test_row_sums_bound_the_highest_frequency() -> None:
-    """What is stable by row sums is stable: a yarn that shivers at the limit keeps its energy within bounds."""
+    """A time step that is stable by the row sums is stable: the energy of a yarn that vibrates stays bounded."""
     simulation, solver = started(straight_yarn(0.2), replace(LEAF, k_global=0.0))
     solver.velocity.assign(np.random.default_rng(5).normal(scale=0.01, size=(9, 3)))
     start = solver.kinetic_energy()
@@ -162,11 +162,12 @@ def test_row_sums_bound_the_highest_frequency() -> None:
     for _ in range(20):
         iterate(simulation, 100)
         most = max(most, simulation.assess().energy + solver.kinetic_energy())
-    # the integrator keeps an energy that is larger by at most 1 / (1 - (w dt / 2)^2) = 1 / (1 - 0.8^2)
+    # The integrator conserves a modified energy; the energy is at most 1 / (1 - (w dt / 2)^2) = 1 / (1 - 0.8^2) times
+    # as large.
     assert most < 3.0 * start
 
 
-def test_no_control_point_goes_farther_than_it_may() -> None:
+def test_no_control_point_moves_more_than_the_step_fraction() -> None:
     yarns = hopf_link(0.8)
     simulation, solver = started(yarns, replace(LEAF, k_global=0.1 * LEAF.k_global))
     shortest = np.inf
@@ -176,7 +177,7 @@ def test_no_control_point_goes_farther_than_it_may() -> None:
         moved = np.linalg.norm(simulation.state.points.numpy() - before, axis=1).max()
         assert moved <= 5 * MOTION.step_fraction * (1 + 1e-12)  # rounding
         shortest = min(shortest, solver.time_step)
-    assert shortest < 0.1 * LONGEST_TIME_STEP  # the limits were felt
+    assert shortest < 0.1 * LONGEST_TIME_STEP  # the limit shortened steps
     relaxed = replace(yarns, points=simulation.model.from_device(simulation.state.points))
     assert linking_certificate(relaxed)[0, 1] == linking_certificate(yarns)[0, 1] != 0
 
@@ -191,7 +192,7 @@ def test_the_same_run_gives_the_same_bits() -> None:
     assert ends[0][1].any()
 
 
-def test_its_arrays_are_all_that_goes_on() -> None:
+def test_the_arrays_of_the_solver_are_its_complete_state() -> None:
     first, second = started(flat_patch(3, 3))[0], started(flat_patch(3, 3))[0]
     iterate(first, 40)
     second.state.points.assign(first.state.points)
@@ -205,7 +206,7 @@ def test_its_arrays_are_all_that_goes_on() -> None:
 
 
 def cell(rows: int, stitches: int) -> YarnSet:
-    """A repeat of plain knit, yarn radius 0.125."""
+    """A periodic cell of stockinette, yarn radius 0.125."""
     scale = 0.125 / FORMULA_RADIUS
     row = scale * loop_curve(stitches, 12)
     curves = [row + np.array([0.0, scale * ROW_HEIGHT * index, 0.0]) for index in range(rows)]
@@ -225,7 +226,7 @@ def segment_length_of_a_loop(points_per_stitch: int) -> float:
     return float(np.linalg.norm(np.diff(np.concatenate([curve, closing]), axis=0), axis=1).sum()) / points_per_stitch
 
 
-def test_a_cell_moves_as_its_tiling_does() -> None:
+def test_a_cell_moves_like_its_tiling() -> None:
     one, four = cell(1, 1), cell(2, 2)
     velocity = np.random.default_rng(9).normal(scale=50.0, size=one.points.shape)
     ends = []
@@ -235,11 +236,11 @@ def test_a_cell_moves_as_its_tiling_does() -> None:
         iterate(simulation, 60)
         ends.append(simulation.model.from_device(simulation.state.points) - yarns.points)
     assert np.abs(ends[0]).max() > 0.1 * one.radius[0]
-    # sixty iterations of float64 rounding, which contact may amplify a thousandfold
+    # float64 rounding of sixty iterations, which contact may amplify a thousandfold
     np.testing.assert_allclose(ends[1], np.tile(ends[0], (4, 1)), rtol=0, atol=1e-10)
 
 
-def test_a_restart_stands_still_and_takes_shorter_steps() -> None:
+def test_a_restart_sets_velocities_to_zero_and_shortens_the_steps() -> None:
     simulation, solver = started(straight_yarn(2.0))
     solver.velocity.fill_(1.0)
     solver.restart(np.array([0.25]))
@@ -251,13 +252,13 @@ def test_a_restart_stands_still_and_takes_shorter_steps() -> None:
     assert solver.time_step == LONGEST_TIME_STEP
 
 
-def test_a_yarn_without_mass_does_not_move() -> None:
+def test_a_yarn_without_mass_is_refused() -> None:
     with pytest.raises(ParameterError, match="mass_per_length"):
         started(straight_yarn(0.2), replace(LEAF, mass_per_length=0.0))
 
 
-def test_it_rests_where_the_other_solver_rests() -> None:
-    """Where motion has died the other solver finds nothing to do, and both end with the same energy."""
+def test_both_solvers_reach_the_same_state_of_rest() -> None:
+    """The quasistatic solver, started from the state of rest of the dynamics solver, ends with the same energy."""
     yarns, fabric = tube(3, 4), fabric_of(3, 4, closed=True)
     moving, still = (
         YarnSimulation.start(yarns, LEAF, replace(MOTION, solver=solver), device_named("cpu"), [KeepShape(fabric)],
@@ -274,7 +275,8 @@ def test_it_rests_where_the_other_solver_rests() -> None:
     iterate(still, 400)
     best = still.assess()
     assert best.residual < 1e-5
-    # forces of 1e-3 are left; energy is of second order in them, places of soft knitting are of first
+    # Relative forces of 1e-3 are left. The error in energy is of second order in them; the error in the positions of
+    # soft stitches is of first order.
     assert end.energy == pytest.approx(best.energy, rel=1e-4)
     moved = still.state.points.numpy() - moving.state.points.numpy()
-    assert np.sqrt((moved**2).sum(axis=1).mean()) < 0.15  # radii, of a tube of twenty
+    assert np.sqrt((moved**2).sum(axis=1).mean()) < 0.15  # in radii; the tube has a size of twenty radii

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The quasistatic solver takes the steps of L-BFGS, and knows when not to."""
+"""The quasistatic solver takes the steps of L-BFGS, and plain steps or none in the defined exceptions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from tests.yarnrelax.stockinette import flat_patch, tube
 
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 LEAF = YarnMaterial.named("leaf")
-"""Places in the numbers of the memory."""
 
 
 def started(yarns: YarnSet, material: YarnMaterial = LEAF) -> YarnSimulation:
@@ -42,36 +41,36 @@ def blocks(rows: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Textbook:
-    """L-BFGS as Nocedal and Wright, algorithm 7.4, have it, on whole vectors of all control points."""
+    """L-BFGS by Nocedal and Wright, algorithm 7.4, on arrays of all control points."""
 
     moves: list[np.ndarray] = field(default_factory=list)
     gradient_change: list[np.ndarray] = field(default_factory=list)
     scale: float = 1.0
 
-    def accept(self, move: np.ndarray, loss: np.ndarray, preconditioner: np.ndarray) -> bool:
-        """Remember a pair if it is sound."""
-        curvature = (move * loss).sum()
-        if curvature <= 1e-8 * np.linalg.norm(move) * np.linalg.norm(loss):
+    def accept(self, move: np.ndarray, change: np.ndarray, preconditioner: np.ndarray) -> bool:
+        """Store a pair (move, change of the gradient) if its curvature is positive; return whether it was stored."""
+        curvature = (move * change).sum()
+        if curvature <= 1e-8 * np.linalg.norm(move) * np.linalg.norm(change):
             return False
-        self.moves, self.gradient_change = [*self.moves, move][-MEMORY:], [*self.gradient_change, loss][-MEMORY:]
-        softened = (loss * np.einsum("nij,nj->ni", preconditioner, loss)).sum()
-        self.scale = float(np.clip(curvature / softened, 0.05, 4.0))
+        self.moves, self.gradient_change = [*self.moves, move][-MEMORY:], [*self.gradient_change, change][-MEMORY:]
+        preconditioned = (change * np.einsum("nij,nj->ni", preconditioner, change)).sum()
+        self.scale = float(np.clip(curvature / preconditioned, 0.05, 4.0))
         return True
 
     def step(self, force: np.ndarray, preconditioner: np.ndarray) -> np.ndarray:
         pairs = list(zip(self.moves, self.gradient_change, strict=True))
-        rest, shares = force.copy(), []
-        for move, loss in reversed(pairs):
-            shares.append((move * rest).sum() / (move * loss).sum())
-            rest -= shares[-1] * loss
+        rest, alphas = force.copy(), []
+        for move, change in reversed(pairs):
+            alphas.append((move * rest).sum() / (move * change).sum())
+            rest -= alphas[-1] * change
         step = self.scale * np.einsum("nij,nj->ni", preconditioner, rest)
-        for (move, loss), point_range in zip(pairs, reversed(shares), strict=True):
-            step += move * (point_range - (loss * step).sum() / (move * loss).sum())
+        for (move, change), alpha in zip(pairs, reversed(alphas), strict=True):
+            step += move * (alpha - (change * step).sum() / (move * change).sum())
         return step
 
 
 def iterate(simulation: YarnSimulation, growth: np.ndarray | None = None) -> np.ndarray:
-    """One iteration; the forces that it stepped by, with ``growth`` added where it is given."""
+    """Run one iteration, with ``growth`` added to the forces if it is given; return the forces that were used."""
     state = simulation.state
     force = np.zeros(0)
     for launch in simulation.iterations.launches:
@@ -83,16 +82,16 @@ def iterate(simulation: YarnSimulation, growth: np.ndarray | None = None) -> np.
     return force
 
 
-def cut(simulation: YarnSimulation, step: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """A step within the limits of an iteration."""
+def limit_step(simulation: YarnSimulation, step: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """The step, shortened to the limits of an iteration."""
     state = simulation.state
     room = state.budget.numpy() - np.linalg.norm(before - state.listed_points.numpy(), axis=1)
     limit = np.minimum(simulation.step_fraction, room)
     return step * np.minimum(1.0, limit / np.linalg.norm(step, axis=1))[:, None]
 
 
-def settled_tube() -> YarnSimulation:
-    """A tube on its way to rest with an empty memory, and so much room that nobody waits for new lists."""
+def partly_relaxed_tube() -> YarnSimulation:
+    """A partly relaxed tube with an empty L-BFGS memory, and budgets so large that no cell waits for new lists."""
     simulation = started(tube(3, 6))
     for _ in range(3):
         loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
@@ -103,13 +102,16 @@ def settled_tube() -> YarnSimulation:
     return simulation
 
 
-def follow(simulation: YarnSimulation, count: int, bad: int = -1) -> tuple[Textbook, list[float]]:
-    """Compare ``count`` iterations with the textbook's; in one of them forces are made to grow along the last move."""
+def compare_with_textbook(simulation: YarnSimulation, count: int, bad: int = -1) -> tuple[Textbook, list[float]]:
+    """Compare ``count`` iterations with the textbook's. In iteration ``bad``, the forces grow along the last move.
+
+    Returns:
+        The textbook's memory, and the iterations whose pairs were not stored.
+    """
     book, left_out = Textbook(), []
     last_points = last_force = None
     for turn in range(count):
         before = simulation.state.points.numpy().copy()
-
         growth = None
         if turn == bad:
             growth = 1e5 * (before - last_points)
@@ -118,30 +120,30 @@ def follow(simulation: YarnSimulation, count: int, bad: int = -1) -> tuple[Textb
         if last_points is not None and not book.accept(before - last_points, last_force - force, preconditioner):
             left_out.append(turn)
         assert record_of(simulation)[PAIRS] == len(book.moves)
-        expected = cut(simulation, book.step(force, preconditioner), before)
+        expected = limit_step(simulation, book.step(force, preconditioner), before)
         moved = simulation.state.points.numpy() - before
-        # float64 sums of some thousand products, whose rounding the recursion and close pairs amplify
+        # rounding of float64 sums of some thousand products; the recursion and nearly parallel pairs amplify it
         np.testing.assert_allclose(moved, expected, atol=1e-8 * np.abs(expected).max(), err_msg=f"iteration {turn}")
         last_points, last_force = before, force
     return book, left_out
 
 
 def test_steps_are_those_of_the_textbook() -> None:
-    book, left_out = follow(settled_tube(), ASSESSMENT_INTERVAL - SMOOTHING)
-    assert len(book.moves) == MEMORY  # more pairs were seen than are kept
+    book, left_out = compare_with_textbook(partly_relaxed_tube(), ASSESSMENT_INTERVAL - SMOOTHING)
+    assert len(book.moves) == MEMORY  # more pairs occurred than the memory holds
     assert not left_out
 
 
 def test_a_pair_along_which_forces_grow_is_left_out() -> None:
-    simulation = settled_tube()
-    book, left_out = follow(simulation, 5, bad=3)
-    # what the forces gained in one iteration they lose in the next: that pair is sound again
+    simulation = partly_relaxed_tube()
+    book, left_out = compare_with_textbook(simulation, 5, bad=3)
+    # the force that one iteration adds vanishes in the next, so the next pair has positive curvature again
     assert left_out == [3]
     assert len(book.moves) == 3
 
 
-def test_the_last_iterations_of_a_period_are_plain_and_leave_the_memory_alone() -> None:
-    simulation = settled_tube()
+def test_the_last_iterations_of_an_interval_are_plain_and_do_not_change_the_memory() -> None:
+    simulation = partly_relaxed_tube()
     for _ in range(ASSESSMENT_INTERVAL - SMOOTHING):
         iterate(simulation)
     kept = None
@@ -152,14 +154,14 @@ def test_the_last_iterations_of_a_period_are_plain_and_leave_the_memory_alone() 
         assert now[PLAIN] == 1.0
         assert kept is None or (now[:2] == kept[:2]).all()
         kept = now
-        expected = cut(simulation, 1.6 * force / simulation.state.stiffness.numpy()[:, None], before)
+        expected = limit_step(simulation, 1.6 * force / simulation.state.stiffness.numpy()[:, None], before)
         # float64 rounding of coordinates of a dozen units
         np.testing.assert_allclose(simulation.state.points.numpy() - before, expected, atol=1e-14 * 20)
     assert kept is not None and kept[ITERATION] == ASSESSMENT_INTERVAL
 
 
-def test_all_stand_still_when_the_iterations_asked_for_are_done() -> None:
-    simulation = settled_tube()
+def test_nothing_moves_after_the_requested_iterations() -> None:
+    simulation = partly_relaxed_tube()
     for _ in range(ASSESSMENT_INTERVAL):
         iterate(simulation)
     done = simulation.state.points.numpy().copy()
@@ -171,14 +173,14 @@ def test_all_stand_still_when_the_iterations_asked_for_are_done() -> None:
     assert not progress.waiting.any() and progress.done == ASSESSMENT_INTERVAL
 
 
-def test_all_wait_when_one_has_used_up_its_budget() -> None:
-    simulation = settled_tube()
+def test_all_points_wait_if_one_has_used_its_budget() -> None:
+    simulation = partly_relaxed_tube()
     for _ in range(5):
         iterate(simulation)
     state = simulation.state
     spent, budget = 17, state.budget.numpy().copy()
-    gone = np.linalg.norm(state.points.numpy()[spent] - state.listed_points.numpy()[spent])
-    budget[spent] = gone / 0.75  # more than seven tenths of it
+    travelled = np.linalg.norm(state.points.numpy()[spent] - state.listed_points.numpy()[spent])
+    budget[spent] = travelled / 0.75  # the point has used more than seven tenths of its budget
     state.budget.assign(budget)
     before, turn, pairs = state.points.numpy().copy(), record_of(simulation)[ITERATION], record_of(simulation)[PAIRS]
     for _ in range(3):
@@ -191,7 +193,7 @@ def test_all_wait_when_one_has_used_up_its_budget() -> None:
     iterate(simulation)
     assert record_of(simulation)[WAITING] == 0.0
     assert not np.array_equal(state.points.numpy(), before)
-    # the last move before the wait is a pair like any other; standing still is none
+    # the last move before the wait gives an ordinary pair; the iterations without motion give none
     assert pairs < record_of(simulation)[PAIRS] <= pairs + 1
 
 
@@ -202,7 +204,7 @@ def energy(simulation: YarnSimulation) -> float:
 
 
 def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
-    """Along a line the energy of stretch is quadratic, with a condition number of about (segments / pi)^2."""
+    """For displacements along the line, the stretch energy is quadratic with a condition number (segments / pi)^2."""
     segments = 40
     place = np.arange(segments + 3) * 0.3
     rest = 0.3 + 0.03 * np.cos(np.arange(segments))
@@ -214,17 +216,17 @@ def test_a_stretched_straight_yarn_relaxes_in_few_iterations() -> None:
     speeds = np.zeros((3 * segments, len(place)))
     for segment in range(segments):
         speeds[3 * segment : 3 * segment + 3, segment : segment + 4] = basis_derivative((nodes + 1) / 2)
-    point_range = np.sqrt(2000.0 * np.tile(weights / 2, segments))
-    strains = speeds * (point_range / np.repeat(rest, 3))[:, None]
-    least = ((strains @ np.linalg.lstsq(strains, point_range, rcond=None)[0] - point_range) ** 2).sum()
+    factors = np.sqrt(2000.0 * np.tile(weights / 2, segments))
+    strains = speeds * (factors / np.repeat(rest, 3))[:, None]
+    least = ((strains @ np.linalg.lstsq(strains, factors, rcond=None)[0] - factors) ** 2).sum()
     start = energy(simulation) - least
     for _ in range(3):
         loop_of(simulation).iterate(ASSESSMENT_INTERVAL)
-    # steps along the forces alone leave (1 - 2 / 160)^120 = 0.2 of it; pairs make up for more than eight digits
+    # Steps along the forces would leave (1 - 2 / 160)^120 = 0.2 of this energy. L-BFGS leaves less than 1e-9 of it.
     assert -1e-12 * least < energy(simulation) - least < 1e-9 * start
 
 
-def test_steps_lower_the_energy_of_knitting() -> None:
+def test_steps_decrease_the_energy_of_a_knitted_patch() -> None:
     simulation = started(flat_patch(3, 3))
     energies = [energy(simulation)]
     for _ in range(4):

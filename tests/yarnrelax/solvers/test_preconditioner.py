@@ -69,7 +69,7 @@ def hessian(simulation: YarnSimulation) -> np.ndarray:
 
 
 def blocks(simulation: YarnSimulation) -> np.ndarray:
-    """The formula of ``preconditioner`` written out, shape (N, 3, 3)."""
+    """The blocks by the formula of the module ``preconditioner``, evaluated in NumPy, shape (N, 3, 3)."""
     model, state, solver = simulation.model, simulation.state, simulation.solver
     assert isinstance(solver, LBFGS)
     along, across = solver.bounds.along.numpy(), solver.bounds.across.numpy()
@@ -86,62 +86,64 @@ def blocks(simulation: YarnSimulation) -> np.ndarray:
     return rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
 
 
-def largest_share(curvature: np.ndarray, bound: np.ndarray) -> float:
-    """Largest v.Hv / v.Bv; directions that the blocks leave out are left out by a millionth of their trace."""
+def largest_ratio(curvature: np.ndarray, bound: np.ndarray) -> float:
+    """Largest v.Hv / v.Bv. A millionth of the mean diagonal is added to B, because B can be singular."""
     whole = block_diag(*bound)
     least = 1e-6 * np.trace(whole) / len(whole) * np.eye(len(whole))
     return float(eigh(curvature, whole + least, eigvals_only=True)[-1])
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_the_compliance_is_the_inverse_of_the_blocks(state: str) -> None:
+def test_the_preconditioner_is_the_inverse_of_the_blocks(state: str) -> None:
     simulation = started(STATES[state], MATERIAL)
     launches = [launch for launch in simulation.iterations.launches if launch.kernel.key == "find_preconditioner"]
     launches[0].launch()
     rows = simulation.state.preconditioner.numpy()
     found = rows[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
-    # a condition number of some thousand times float64 rounding
+    # float64 rounding times a condition number of some thousand
     np.testing.assert_allclose(found @ blocks(simulation), np.tile(np.eye(3), (len(found), 1, 1)), atol=1e-10)
 
 
 @pytest.mark.parametrize("state", STATES)
 @pytest.mark.parametrize(
-    ("term", "looseness"),
+    ("term", "bound"),
     [
-        # the direction of the yarn is a mean over each segment, along which it turns by up to a radian here
+        # The blocks use the mean direction of the yarn in each segment; here it changes by up to 1 rad in a segment.
         ("stretch", 1.3),
         ("length", 1.2),
-        # a row sum counts each pair from both of its sides, and pairs push across as much as they hold
+        # A row sum counts each pair of samples from both samples. The negative curvature of a pair across its contact
+        # normal is at most as large as its positive curvature along the normal.
         ("contact", 1.0),
     ],
 )
-def test_blocks_bound_the_curvature_of_each_term(state: str, term: str, looseness: float) -> None:
+def test_blocks_bound_the_curvature_of_each_term(state: str, term: str, bound: float) -> None:
     simulation = started(STATES[state], only(term))
-    assert 0.1 < largest_share(hessian(simulation), blocks(simulation)) < looseness
+    assert 0.1 < largest_ratio(hessian(simulation), blocks(simulation)) < bound
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_blocks_bound_the_curvature_of_all_terms_together(state: str) -> None:
-    """Bending too: what its blocks leave out acts along the yarn, where stretch is hundreds of times stiffer."""
+    """This includes bending. Its blocks neglect terms along the yarn, where stretch is hundreds of times stiffer."""
     simulation = started(STATES[state], MATERIAL)
-    assert 0.5 < largest_share(hessian(simulation), blocks(simulation)) < 1.1
+    assert 0.5 < largest_ratio(hessian(simulation), blocks(simulation)) < 1.1
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_row_sums_bound_the_curvature_of_all_terms_together(state: str) -> None:
     simulation = started(STATES[state], MATERIAL)
     rows = np.einsum("n,ij->nij", simulation.state.stiffness.numpy(), np.eye(3))
-    # plain steps are 1.6 of a force over them, and stable below 2 / 1.6
-    assert 0.3 < largest_share(hessian(simulation), rows) < 1.0
+    # A plain step is 1.6 times the force over the row sum; it is stable if this ratio is below 2 / 1.6.
+    assert 0.3 < largest_ratio(hessian(simulation), rows) < 1.0
 
 
-def test_blocks_of_bending_bound_a_straight_yarn_and_are_loose_by_the_turn_of_a_segment() -> None:
+def test_blocks_of_bending_are_a_bound_only_for_a_straight_yarn() -> None:
     line = np.arange(16)[:, None] * [0.3, 0.0, 0.0]
     straight = YarnSet.from_curves([line], closed=[False], radius=0.125)
-    shares = []
+    ratios = []
     for yarns in (straight, PATCH):
         simulation = started(yarns, only("bend"))
-        shares.append(largest_share(hessian(simulation), blocks(simulation)))
-    assert shares[0] < 1.0
-    # bending depends on y' too (``preconditioner``), the more the more a segment turns; here it is up to a radian
-    assert 1.0 < shares[1] < 2.0
+        ratios.append(largest_ratio(hessian(simulation), blocks(simulation)))
+    assert ratios[0] < 1.0
+    # The bending energy also depends on y', which the blocks neglect (``preconditioner``). The error grows with the
+    # turning angle of a segment, which is up to 1 rad here.
+    assert 1.0 < ratios[1] < 2.0
