@@ -51,15 +51,13 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     CellRanges,
     PointRange,
     add_direction_products,
+    add_force_products,
     add_strain_products,
     apply_move,
-    apply_point_moves,
     cell_ranges,
-    direction_products,
-    force_products,
     make_memory,
+    move_point,
     propose_move,
-    propose_point_moves,
     trial_slot,
     update_coefficients,
     update_memory,
@@ -93,6 +91,21 @@ def point_range_of(blocks: Blocks, block: int, lane: int, threads: int) -> Point
     point_range.first = blocks.first[block] + lane
     point_range.last = blocks.last[block]
     return point_range
+
+
+@wp.func
+def force_products(
+    point_range: PointRange, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
+    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
+) -> Products:  # fmt: skip
+    """Products over the control points of a thread.
+
+    Measured, ``compare_forces`` is an eighth faster with this loop in a function than with the loop in the kernel.
+    """
+    total, trial = Products(), trial_slot(memory.record[point_range.cell])
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        total = add_force_products(total, i, trial, points, listed_points, budget, force, preconditioner, memory)
+    return total
 
 
 @kernel
@@ -156,6 +169,18 @@ def update_memories(
             for k in range(19):
                 memory.products[cell, k] += own[k]
         update_memory(cell, memory)
+
+
+@wp.func
+def direction_products(
+    point_range: PointRange, force: wp.array[Any], preconditioner: wp.array[Any], stiffness: wp.array[Any],
+    memory: Any
+) -> Slots:  # fmt: skip
+    """Z of the control points of a thread, and its products; a function like ``force_products``."""
+    total, record, alpha = Slots(), memory.record[point_range.cell], memory.alpha[point_range.cell]
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        total = add_direction_products(total, i, record, alpha, force, preconditioner, stiffness, memory)
+    return total
 
 
 @kernel
@@ -232,7 +257,9 @@ def propose_moves(
     """The next move of each control point, no longer than its limit."""
     block, lane = wp.tid()
     point_range = point_range_of(blocks, block, lane, wp.block_dim())
-    propose_point_moves(point_range, step_limit, points, listed_points, budget, memory)
+    record, coefficient = memory.record[point_range.cell], memory.alpha_minus_beta[point_range.cell]
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        propose_move(i, step_limit, record, coefficient, points, listed_points, budget, memory)
 
 
 @kernel
@@ -249,7 +276,9 @@ def apply_moves(
     """Move the control points, store the moves in the slot of the pair on trial, and deform cells."""
     block, lane = wp.tid()
     point_range = point_range_of(blocks, block, lane, wp.block_dim())
-    apply_point_moves(point_range, cells, strains, points, listed_points, memory)
+    trial = trial_slot(memory.record[point_range.cell])
+    for i in range(point_range.first, point_range.last, point_range.threads):
+        move_point(i, trial, point_range.cell, cells, strains, points, listed_points, memory)
 
 
 class LBFGS(Solver):

@@ -5,9 +5,9 @@
 An entry is a control point, or the strains of a cell (``cell_strain``). The values of a cell stand in its row of the
 arrays of the memory. A scene of one piece is one cell.
 
-An iteration has these steps, with sums over the cell between them: ``force_products`` by many threads,
-``update_memory`` by one thread, ``direction_products`` by many, ``update_coefficients`` by one, ``propose_point_moves``
-and ``apply_point_moves`` by many.
+An iteration has these steps, with sums over the cell between them: ``add_force_products`` of each control point,
+``update_memory`` by one thread, ``add_direction_products`` of each control point, ``update_coefficients`` by one
+thread, ``propose_move`` and ``move_point`` of each control point.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.thread_block import Products, Slots
 from stitchmesh.yarnrelax.collision.budget import USED_UP, room_left, shortened
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.cell_strain import deformed
@@ -118,19 +117,6 @@ def add_force_products(
 
 
 @wp.func
-def force_products(
-    point_range: PointRange, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
-    force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
-) -> Products:  # fmt: skip
-    """Products over the control points of a thread."""
-    total = Products()
-    trial = trial_slot(memory.record[point_range.cell])
-    for i in range(point_range.first, point_range.last, point_range.threads):
-        total = add_force_products(total, i, trial, points, listed_points, budget, force, preconditioner, memory)
-    return total
-
-
-@wp.func
 def add_strain_products(
     total: Any, entry: int, trial: int, points: wp.array[Any], listed_points: wp.array[Any], budget: wp.array[Any],
     force: wp.array[Any], preconditioner: wp.array[Any], memory: Any
@@ -183,8 +169,8 @@ def accept_pair(
         record[NEWEST_SLOT] = wp.float64(trial)
         record[PAIRS] = wp.min(record[PAIRS] + wp.float64(1.0), wp.float64(6.0))
         record[PRECONDITIONER_SCALE] = wp.clamp(bend / product[CHANGE_CHANGE_SCALED], LEAST_SCALE, LARGEST_SCALE)
-    finished = record[ITERATION] >= record[WANTED]
-    record[WAITING] = wp.where(product[USED_UP_POINTS] > zero or finished, wp.float64(1.0), zero)
+    waits = product[USED_UP_POINTS] > zero or record[ITERATION] >= record[WANTED]
+    record[WAITING] = wp.where(waits, wp.float64(1.0), zero)
     turn = int(record[ITERATION]) % ASSESSMENT_INTERVAL
     record[ITERATION] = record[ITERATION] + wp.float64(1.0) - record[WAITING]
     plain = turn >= ASSESSMENT_INTERVAL - SMOOTHING
@@ -238,19 +224,6 @@ def add_direction_products(
     memory.step[i] = ready
     for j in range(SLOTS):
         total[j] += wp.float64(wp.dot(memory.gradient_change[j, i], ready))
-    return total
-
-
-@wp.func
-def direction_products(
-    point_range: PointRange, force: wp.array[Any], preconditioner: wp.array[Any], stiffness: wp.array[Any],
-    memory: Any
-) -> Slots:  # fmt: skip
-    """Z of the control points of a thread, and its products."""
-    total = Slots()
-    record, alpha = memory.record[point_range.cell], memory.alpha[point_range.cell]
-    for i in range(point_range.first, point_range.last, point_range.threads):
-        total = add_direction_products(total, i, record, alpha, force, preconditioner, stiffness, memory)
     return total
 
 
@@ -309,39 +282,27 @@ def apply_move(i: int, trial: int, points: wp.array[Any], memory: Any) -> None:
 
 
 @wp.func
-def propose_point_moves(
-    point_range: PointRange, step_limit: Any, points: wp.array[Any], listed_points: wp.array[Any],
-    budget: wp.array[Any], memory: Any
+def move_point(
+    i: int, trial: int, cell: int, cells: CellRanges, strains: Any, points: wp.array[Any],
+    listed_points: wp.array[Any], memory: Any
 ) -> None:  # fmt: skip
-    """Propose moves of the control points of a thread."""
-    record, coefficient = memory.record[point_range.cell], memory.alpha_minus_beta[point_range.cell]
-    for i in range(point_range.first, point_range.last, point_range.threads):
-        propose_move(i, step_limit, record, coefficient, points, listed_points, budget, memory)
+    """Move a control point, and deform it and its listed place as the strains of its cell changed.
 
-
-@wp.func
-def apply_point_moves(
-    point_range: PointRange, cells: CellRanges, strains: Any, points: wp.array[Any], listed_points: wp.array[Any],
-    memory: Any
-) -> None:  # fmt: skip
-    """Move the control points of a thread, and deform them and the listed places as the strains of the cell changed."""
-    cell = point_range.cell
-    trial = trial_slot(memory.record[cell])
-    for i in range(point_range.first, point_range.last, point_range.threads):
-        apply_move(i, trial, points, memory)
+    The first control points of a cell also deform what stands once for each segment and for each period of the cell.
+    """
+    apply_move(i, trial, points, memory)
     if strains.count > 0:
         e1, e2 = strains.frame[2 * cell], strains.frame[2 * cell + 1]
         more = memory.step[cells.point_count + cell] * strains.per_unit
-        for i in range(point_range.first, point_range.last, point_range.threads):
-            points[i] = deformed(points[i], e1, e2, more)
-            listed_points[i] = deformed(listed_points[i], e1, e2, more)
-            # a cell has no more segments than control points
-            number = i - cells.points[cell]
-            s = cells.segments[cell] + number
-            if s < cells.segments[cell + 1]:
-                strains.listed_centre[s] = deformed(strains.listed_centre[s], e1, e2, more)
-            if number < 2:
-                strains.periods[2 * cell + number] = deformed(strains.periods[2 * cell + number], e1, e2, more)
+        points[i] = deformed(points[i], e1, e2, more)
+        listed_points[i] = deformed(listed_points[i], e1, e2, more)
+        # a cell has no more segments than control points
+        number = i - cells.points[cell]
+        s = cells.segments[cell] + number
+        if s < cells.segments[cell + 1]:
+            strains.listed_centre[s] = deformed(strains.listed_centre[s], e1, e2, more)
+        if number < 2:
+            strains.periods[2 * cell + number] = deformed(strains.periods[2 * cell + number], e1, e2, more)
 
 
 def cell_ranges(model: Model) -> Any:
