@@ -111,7 +111,7 @@ class Constants:
     """Remaining forces relative to those of stretch."""
 
     def stiffness(self, radius: float) -> Stiffness:
-        """Factors of the terms."""
+        """Return the stiffnesses of stretch, bending, twist and contact of a rod of some radius [cm]."""
         bend = self.weakening * np.pi * radius**4 / 4
         return Stiffness(np.pi * radius**2, bend, 2 * self.shear * bend, self.contact)
 

@@ -140,7 +140,7 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     """The state that a checkpoint contains.
 
     Raises:
-        FileError: the checkpoint is missing or damaged; the message names the one before it if that one is sound.
+        FileError: the checkpoint is missing or damaged; the message names the one before it if that file is undamaged.
         ParameterError: the checkpoint is of a relaxation with other inputs; the message says which.
     """
     content = read_checkpoint(path)

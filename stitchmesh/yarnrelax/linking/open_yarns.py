@@ -111,7 +111,7 @@ def find_line_crossings(
     first, last = angle_of(tail), angle_of(head)
     low, high = wp.min(first, last), wp.max(first, last)
     turn = cross_product(tail, head)
-    around = low < high and (turn > wp.float64(0.0)) != (first < last)  # it passes the angle at which numbering begins
+    around = low < high and (turn > wp.float64(0.0)) != (first < last)  # the edge passes the angle pi
     if turn == wp.float64(0.0):  # in line with the middle
         if wp.dot(wp.vec2d(tail[0], tail[1]), wp.vec2d(head[0], head[1])) > wp.float64(0.0):
             return  # perhaps on a line, but entirely on one side of the line after the displacement

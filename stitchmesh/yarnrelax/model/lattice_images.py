@@ -195,20 +195,20 @@ def image_of(images: Images64, entry: int, count: int) -> int:
 
 @wp.func
 def entry_shift(images: NoImages, zero: Any, p: int, entry: int) -> Any:
-    """Displacement of the image of an entry of sample ``p``'s list: zero."""
+    """Displacement of the lattice image of an entry in the list of sample ``p``: zero without a lattice."""
     return zero
 
 
 @wp.func
 def entry_shift(images: Images32, zero: Any, p: int, entry: int) -> wp.vec4f:
-    """Displacement of the image of an entry of sample ``p``'s list, and 0."""
+    """Displacement of the lattice image of an entry in the list of sample ``p``; the fourth component is 0."""
     shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4f(shift[0], shift[1], shift[2], zero[3])
 
 
 @wp.func
 def entry_shift(images: Images64, zero: Any, p: int, entry: int) -> wp.vec4d:
-    """Displacement of the image of an entry of sample ``p``'s list, and 0."""
+    """Displacement of the lattice image of an entry in the list of sample ``p``; the fourth component is 0."""
     shift = image_shift(images, images.sample_cell[p], entry // images.sample_count)
     return wp.vec4d(shift[0], shift[1], shift[2], zero[3])
 
