@@ -131,7 +131,7 @@ def _check(
         if yarns.lattice is None:
             raise ParameterError(f"cell {number}: repeats on no lattice; give it one, or relax it by itself")
     if quality.solver != "quasistatic":
-        raise ParameterError(f"cells: got the solver {quality.solver!r}; only the solver quasistatic relaxes several cells")
+        raise ParameterError(f"cells: got the solver {quality.solver!r}; only quasistatic relaxes several cells")
 
 
 class _Run:
