@@ -25,9 +25,9 @@ from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.tessellate import tessellate
 from tests.gallery import ROOT
 from tests.hand_knitting.hand_knitter import HandKnitter, Worked, words_of
-from tests.io.stitch_formats.stitch_charts import chart_fabric
-from tests.io.stitch_formats.test_knitout import FLAT, TUBES, crossed
+from tests.hand_knitting.stitch_charts import chart_fabric
 from tests.io.test_stitches import one_stitch_torus
+from tests.machine_knitting.test_knitout import FLAT, TUBES, crossed
 
 SPECIAL = {"co": Stitch.CAST_ON, "dt": Stitch.DRAW_THROUGH}
 

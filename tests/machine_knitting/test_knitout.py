@@ -21,8 +21,8 @@ from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.tessellate import tessellate
 from tests.gallery import ROOT
-from tests.io.stitch_formats.knitout_machine import Machine, MachineError, Made
-from tests.io.stitch_formats.stitch_charts import chart_fabric
+from tests.hand_knitting.stitch_charts import chart_fabric
+from tests.machine_knitting.knitout_machine import Machine, MachineError, Made
 
 
 class Checked:
