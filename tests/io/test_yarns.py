@@ -204,17 +204,23 @@ def test_an_open_polyline_bcc_of_two_points_is_a_straight_yarn(tmp_path):
     assert yarns.lengths.sum() == pytest.approx(5.0, rel=1e-12)
 
 
-def test_convert_writes_every_format_and_reads_all_but_tubes(tmp_path, capsys):
+@pytest.mark.parametrize("suffix", [suffix for suffix in FORMATS if suffix not in {".pyp", ".glb"}])
+def test_convert_writes_a_format_and_reads_it_again(suffix, tmp_path):
     rings = [ring([0, 0, 0]), ring([0, 0, 0.2])]
     write_yarns(tmp_path / "y.bcc", YarnSet.from_curves(rings, closed=[True, True], radius=1.0))
-    for suffix in set(FORMATS) - {".pyp"}:
-        assert cli.main(["convert", str(tmp_path / "y.bcc"), str(tmp_path / f"z{suffix}")]) == 0
-        status = cli.main(["convert", str(tmp_path / f"z{suffix}"), str(tmp_path / "again.h5")])
-        assert status == (cli.BAD_INPUT if suffix == ".glb" else 0)
-        # Files hold float32, and polylines of 4 points for each segment differ by far less than 1 % in length.
-        expected = read_yarns(tmp_path / "y.bcc").lengths.sum()
-        assert read_yarns(tmp_path / "again.h5").lengths.sum() == pytest.approx(expected, rel=0.01)
+    assert cli.main(["convert", str(tmp_path / "y.bcc"), str(tmp_path / f"z{suffix}")]) == 0
+    assert cli.main(["convert", str(tmp_path / f"z{suffix}"), str(tmp_path / "again.h5")]) == 0
+    # Files hold float32, and polylines of 4 points for each segment differ by far less than 1 % in length.
+    expected = read_yarns(tmp_path / "y.bcc").lengths.sum()
+    assert read_yarns(tmp_path / "again.h5").lengths.sum() == pytest.approx(expected, rel=0.01)
+
+
+def test_convert_writes_tubes_and_does_not_read_them(tmp_path, capsys):
+    write_yarns(tmp_path / "y.h5", YarnSet.from_curves([ring([0, 0, 0])], closed=[True], radius=0.1))
+    assert cli.main(["convert", str(tmp_path / "y.h5"), str(tmp_path / "z.glb")]) == 0
+    assert cli.main(["convert", str(tmp_path / "z.glb"), str(tmp_path / "again.h5")]) == cli.BAD_INPUT
     assert capsys.readouterr().err.count("FileError") == 1
+    assert not (tmp_path / "again.h5").exists()
 
 
 def test_convert_writes_a_cell_in_every_format(tmp_path):
