@@ -19,8 +19,11 @@ from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
 from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
+from .patterns import LaidPattern as LaidPattern
+from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern
 from .patterns import apply_pattern as apply_pattern
+from .patterns import lay_pattern as lay_pattern
 from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
 from .patterns import pattern_names as pattern_names

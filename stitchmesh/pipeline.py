@@ -23,12 +23,11 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.mesh.change import apply_change
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.placement.apply import changed_face_count, pattern_changes
+from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
@@ -241,8 +240,16 @@ def _stitches(
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     if options.pattern is not None:
         progress("pattern", 0.0, options.pattern.name)
-        fabric, faces = with_pattern(fabric, options.pattern, options.pattern_remainder)
-        report["pattern"] = {"name": options.pattern.name, "faces": faces, "seconds": clock.lap()}
+        laid = lay_pattern(fabric, options.pattern, remainder=options.pattern_remainder)
+        fabric = laid.fabric
+        left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
+                    for part in laid.left_out]  # fmt: skip
+        report["pattern"] = {
+            "name": options.pattern.name,
+            "faces": laid.faces_laid,
+            "left_out": left_out,
+            "seconds": clock.lap(),
+        }
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
         fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
@@ -252,29 +259,6 @@ def _stitches(
         rings, relaxed = relaxed, make_spiral(relaxed)
         report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
     return relaxed
-
-
-def with_pattern(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, *, face: int | None = None
-) -> tuple[StitchMesh, int]:
-    """Apply a pattern to a fabric.
-
-    Args:
-        fabric: stitch mesh.
-        pattern: the pattern.
-        remainder: treatment of the stitches that remain beside whole tiles.
-        face: a plain stitch, around which the pattern fills the largest grid; None for the whole fabric.
-
-    Returns:
-        The fabric in the pattern, and the number of faces that the pattern has changed.
-
-    Raises:
-        StitchMeshError: as for ``apply_pattern``.
-    """
-    changes = pattern_changes(fabric, pattern, face=face, remainder=remainder)
-    for change in changes:
-        fabric = apply_change(fabric, change)
-    return fabric, changed_face_count(changes)
 
 
 def _yarns(
