@@ -258,12 +258,14 @@ class _Faces:
             for low, high in spread_loops(below, above).tolist():
                 self.add(low, high, "left")
         elif below or above:
-            left = not on_right and bool(self.loops) and self.loops[-1] == [1, 1]
-            if left:
-                self.loops[-1] = [1 + below, 1 + above]
+            on_left = bool(self.loops) and self.loops[-1] == [1, 1]
+            if on_left and (last or not on_right or below + above > 1):
+                shared = 1 if below + above > 1 and not last else max(below, above)
+                taken = min(below, shared), min(above, shared)
+                self.loops[-1] = [1 + taken[0], 1 + taken[1]]
                 self.keeps[-1] = "left"
-            elif last:
+                below, above = below - taken[0], above - taken[1]
+            if (below or above) and last:
                 return False
-            else:
-                self.pending = [below, above]
+            self.pending = [below, above] if below or above else []
         return True
