@@ -16,7 +16,7 @@ from stitchmesh.tessellate.courses import loops_per_course
 from stitchmesh.tessellate.panel import Panel, StitchFaces, add_stitches, inner_points
 
 STITCH_WIDTH = 0.8
-"""Wale spacing [cm] where a command is given none: worsted yarn by hand, about 13 stitches in 10 cm."""
+"""Wale spacing [cm] where a command is given none: bulky yarn by hand, 12.5 stitches in 10 cm."""
 COURSE_OVER_WALE_SPACING = 0.77
 """Height of a relaxed plain stitch divided by its width, the inverse of Munden's ratio R = 1.3."""
 
