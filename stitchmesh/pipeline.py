@@ -113,6 +113,10 @@ class Knitted:
     history: Sequence[HistoryEntry]
     """Assessments of the relaxation of yarns, in order."""
 
+    def __repr__(self) -> str:
+        """Return one line: the fabric, and the yarns."""
+        return f"Knitted({self.fabric}, {self.yarns})"
+
 
 def no_progress(stage: str, done: float, note: str) -> None:
     """Report no progress (a ``Progress`` function)."""

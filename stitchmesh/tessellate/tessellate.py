@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, TessellationError
+from stitchmesh.errors import ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
@@ -49,6 +49,7 @@ def tessellate(
 
     Source: Yuksel et al. 2012, section 5.2.
     """
+    check_kind("tessellate", labeled, StitchMesh, "sm.label(mesh)")
     if labeled.lattice is not None:
         raise ParameterError("tessellate: got a mesh on a lattice; make periodic stitch meshes from charts instead")
     stitches = np.flatnonzero(labeled.stitch != Stitch.PANEL)
