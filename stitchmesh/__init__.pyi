@@ -47,6 +47,9 @@ from .yarn.radius_estimate import estimate_radius as estimate_radius
 from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths
 from .yarn.tiling import tile_yarns as tile_yarns
+from .yarn.yarn_presets import Gauge as Gauge
+from .yarn.yarn_presets import Yarn as Yarn
+from .yarn.yarn_presets import yarn_names as yarn_names
 from .yarngen import YarnFinish as YarnFinish
 from .yarngen import check_loops as check_loops
 from .yarngen import generate_yarns as generate_yarns

@@ -75,6 +75,8 @@ class KnitOptions:
 
     stitch_width: float = STITCH_WIDTH
     """Wale spacing [cm]."""
+    stitch_height: float | None = None
+    """Course spacing [cm]; by default 0.77 times the stitch width."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; by default an eighth of the stitch width."""
     quality: str | Quality = DEFAULT_QUALITY
@@ -109,6 +111,10 @@ class Knitted:
     """Figures of all stages, as in ``report.json``."""
     history: Sequence[HistoryEntry]
     """Assessments of the relaxation of yarns, in order."""
+
+    def __repr__(self) -> str:
+        """Return one line: the fabric, and the yarns."""
+        return f"Knitted({self.fabric}, {self.yarns})"
 
 
 def no_progress(stage: str, done: float, note: str) -> None:
@@ -235,7 +241,7 @@ def _stitches(
     labeled = label(mesh, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
-    fabric = tessellate(labeled, stitch_width=options.stitch_width)
+    fabric = tessellate(labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height)
     checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     if options.pattern is not None:
