@@ -41,6 +41,11 @@ from .periodic.weave.library import weave_names as weave_names
 from .periodic.weave.weave import Weave as Weave
 from .periodic.weave.yarns import weave_yarns as weave_yarns
 from .quality import Quality as Quality
+from .selection import Border as Border
+from .selection import Selection as Selection
+from .selection import borders as borders
+from .selection import parse_selection as parse_selection
+from .selection import select as select
 from .tessellate import tessellate as tessellate
 from .yarn import YarnSet as YarnSet
 from .yarn.radius_estimate import estimate_radius as estimate_radius
