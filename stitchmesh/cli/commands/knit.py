@@ -15,13 +15,16 @@ from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
+    MeshRelaxation,
     MorePhysics,
     QualityName,
     RestLengthFactors,
     Rows,
     SolverOptions,
+    StitchCounts,
     StitchWidth,
     Unit,
+    YarnStiffness,
 )
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -54,7 +57,10 @@ class Knit:
     no_picture: Flag = False
     """do not write preview.png"""
     rows: Rows = field(default_factory=Rows)
+    stitches: StitchCounts = field(default_factory=StitchCounts)
+    mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
     finish: YarnFinish = field(default_factory=YarnFinish)
+    yarn: YarnStiffness = field(default_factory=YarnStiffness)
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
     solver: SolverOptions = field(default_factory=SolverOptions)
@@ -66,8 +72,13 @@ class Knit:
         from stitchmesh.patterns import read_pattern
         from stitchmesh.pipeline import KnitOptions, knit
 
+        edges, lengths = self.stitches.edge_settings(), self.rest_lengths.rest_lengths()
         options = KnitOptions(
             stitch_width=self.stitch_width,
+            stitch_height=self.stitches.course_height,
+            counts=edges.counts,
+            marked=edges.marked,
+            mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
             yarn_radius=self.yarn_radius,
             quality=self.solver.quality(self.quality),
             device=self.device,
@@ -77,7 +88,7 @@ class Knit:
             pattern_remainder=check_remainder(self.pattern_remainder),
             spiral=self.spiral,
             finish=self.finish,
-            relaxation=self.solver.relax_options(self.physics, self.rest_lengths.rest_lengths(), Path(self.output)),
+            relaxation=self.solver.relax_options(self.physics, lengths, self.yarn, Path(self.output)),
         )
         with output_folder(self.output) as folder:
             mesh = read_mesh(self.mesh, unit=self.unit)

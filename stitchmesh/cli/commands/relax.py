@@ -24,6 +24,7 @@ from stitchmesh.cli.options import (
     RestLengthFactors,
     SolverOptions,
     Unit,
+    YarnStiffness,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -54,6 +55,7 @@ class Relax:
     device: Device = None
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
+    yarn: YarnStiffness = field(default_factory=YarnStiffness)
     solver: SolverOptions = field(default_factory=SolverOptions)
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
 
@@ -65,7 +67,7 @@ class Relax:
         quality = self.solver.quality(self.quality)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         lengths, checkpoints = self.rest_lengths.rest_lengths(), checkpoint_folder(self.output)
-        options = self.solver.relax_options(self.physics, lengths, checkpoints)
+        options = self.solver.relax_options(self.physics, lengths, self.yarn, checkpoints)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric

@@ -18,6 +18,7 @@ from stitchmesh.cli.options import (
     QualityName,
     ReportFolder,
     SolverOptions,
+    YarnStiffness,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -39,6 +40,7 @@ class RelaxEdited:
     device: Device = None
     finish: YarnFinish = field(default_factory=YarnFinish)
     physics: MorePhysics = field(default_factory=MorePhysics)
+    yarn: YarnStiffness = field(default_factory=YarnStiffness)
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
@@ -48,7 +50,9 @@ class RelaxEdited:
         from stitchmesh.yarngen import regenerate_yarns
 
         quality = self.solver.quality(self.quality)
-        options = self.solver.relax_options(self.physics, RestLengths(), checkpoint_folder(self.output))
+        options = self.solver.relax_options(
+            self.physics, RestLengths(), self.yarn, checkpoint_folder(self.output)
+        )
         relaxed = read_yarns(self.yarns)
         check_writable(self.output, relaxed)
         before, after = read_stitches(self.before), read_stitches(self.after)

@@ -4,14 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import WRITTEN_STITCHES, StitchWidth
-from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
+from stitchmesh.cli.options import WRITTEN_STITCHES, StitchCounts, StitchWidth
+from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,7 @@ class Tessellate:
     """labeled mesh, from `stitchmesh label`"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
     stitch_width: StitchWidth = STITCH_WIDTH
-    stitch_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
-    """course spacing [cm]"""
+    stitches: StitchCounts = field(default_factory=StitchCounts)
 
     def run(self) -> None:
         """Divide the panels into stitch faces, and write the stitch mesh."""
@@ -31,6 +30,10 @@ class Tessellate:
         from stitchmesh.mesh.stitch_counts import stitch_counts
 
         labeled = read_stitches(self.labeled)
-        fabric = tessellate(labeled, stitch_width=self.stitch_width, stitch_height=self.stitch_height)
+        edges = self.stitches.edge_settings()
+        fabric = tessellate(
+            labeled, stitch_width=self.stitch_width, stitch_height=self.stitches.course_height, counts=edges.counts,
+            marked=edges.marked,
+        )  # fmt: skip
         write_stitches(self.output, fabric)
         print(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))
