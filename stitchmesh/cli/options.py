@@ -332,6 +332,8 @@ class SwatchFabric:
     """number of repeats of the pattern, side by side"""
     rows: Annotated[int, help_entry("N")] = SwatchOptions.rows
     """number of repeats of the pattern, one above another"""
+    longest_float: Annotated[int, help_entry("N")] = SwatchOptions.longest_float
+    """largest number of stitches behind which a yarn floats; patterns with longer floats are refused"""
 
     def options(self, *, woven: bool) -> dict[str, Any]:
         """Return the fields of ``SwatchOptions`` by name.
