@@ -72,6 +72,9 @@ Material = Annotated[str, help_entry("NAME", help=f"material, scaled to the yarn
 MaxIterations = Annotated[
     int | None, help_entry("N", "that of the quality", help="largest number of iterations of the relaxation")
 ]
+OnSelection = Annotated[
+    str | None, help_entry("SELECTION", "none", help="part of the fabric, such as 'hem 6' (docs/selections.md)")
+]
 ReportFolder = Annotated[
     str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
 ]

@@ -101,7 +101,9 @@ class _Parser:
             raise self._error("is empty; expected a selection such as 'hem 6' or 'rows 10-20'")
         selection = self._either()
         if self._peek():
-            raise self._error(f"got {self._peek()!r} after {selection}; expected 'and', 'or' or the end")
+            near = difflib.get_close_matches(self._peek(), ("and", "or", "panel", *SIDED.values()), n=1)
+            hint = f"did you mean {near[0]!r}?" if near else "expected 'and', 'or' or the end"
+            raise self._error(f"got {self._peek()!r} after {str(selection)!r}; {hint}")
         return selection
 
     def _peek(self) -> str:
