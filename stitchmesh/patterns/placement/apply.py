@@ -141,8 +141,10 @@ def lay_pattern(
         placement = fill_grid(fabric, chosen, grid, remainder)
         inside = np.zeros(fabric.face_count, dtype=bool)
         inside[grid.faces] = True
+    where = "fabric" if faces is None else "region"
+    if not (inside & is_worked(fabric)).any():
+        raise ParameterError(f"{where}: got cast-on rows and drawn-through loops only; expected stitches of other rows")
     if (placement.column == OUTSIDE).all():
-        where = "fabric" if faces is None else "region"
         raise ParameterError(
             f"pattern {chosen.name!r}: its {chosen.width} columns are more than any first row of the {where} has; "
             "use narrower stitches or another pattern"

@@ -29,6 +29,9 @@ from stitchmesh.patterns.placement.whole_tiles import WholeTiles, shaped_faces
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
+LOOPS_PER_SHAPING = 4
+"""Smallest number of loops for each increase or decrease of a run; in a run with fewer, as at a crown, the shaping stays
+where it is."""
 _FIRST_NEW_TILE = 1 << 20
 """Number of the first tile that begins above the first row."""
 
@@ -131,6 +134,8 @@ class _WalePlacement:
     def _keep_tiles_whole(self, tiles: WholeTiles, run: Course, below: IntArray, own: IntArray) -> bool:
         """Give columns to the loops above a shaped run, and plan its faces; return whether its tiles are in order."""
         fabric = self.fabric
+        if len(below) < LOOPS_PER_SHAPING * abs(len(below) - int(fabric.n_top[list(run.faces)].sum())):
+            return False
         start = _tile_start(fabric, run, below, tiles.width) if run.closed else 0
         turned = Course(run.faces[start:] + run.faces[:start], run.closed)
         faces = np.array(turned.faces)
@@ -200,6 +205,8 @@ def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) ->
 def _without_yarn_overs(own: IntArray, n_bottom: IntArray) -> IntArray:
     """Return the columns of faces, in which a face without a loop below continues the face on its left."""
     worked = np.flatnonzero(n_bottom)
+    if not len(worked):
+        return own
     before = np.searchsorted(worked, np.arange(len(own)), side="right") - 1
     return own[worked[np.maximum(before, 0)]]
 
