@@ -30,8 +30,7 @@ from stitchmesh.patterns.placement.whole_tiles import WholeTiles, shaped_faces
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
 LOOPS_PER_SHAPING = 4
-"""Smallest number of loops for each increase or decrease of a run; in a run with fewer, as at a crown, the shaping stays
-where it is."""
+"""Smallest number of loops for each increase or decrease of a run whose shaping moves; a crown has fewer."""
 _FIRST_NEW_TILE = 1 << 20
 """Number of the first tile that begins above the first row."""
 
