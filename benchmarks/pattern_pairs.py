@@ -159,7 +159,7 @@ def print_results(results: Results) -> None:
     print(f"\n{succeeded} of {tried} pairs succeed; least coverage, relative to the plain fabric: {results.least:.1%}")
     median, slow = 1e3 * np.percentile(results.seconds, [50, 95])
     print(f"all meshes valid, cables whole, undo exact; loops of {results.yarns['right']} pairs checked and right")
-    print(f"{results.yarns['too close']} more pairs have a place too crowded for a yarn of an eighth of the stitch width")
+    print(f"{results.yarns['too close']} more pairs have a place that is too crowded for the yarn")
     print(f"one pattern over another: median {median:.0f} ms, 95th percentile {slow:.0f} ms")
     for reason, count in results.reasons.most_common():
         print(f"- {count}: {reason}")

@@ -35,23 +35,9 @@ _FIRST_NEW_TILE = 1 << 20
 """Number of the first tile that begins above the first row."""
 
 
-def move_shaping(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
-) -> Rebuilt | None:
-    """Move the increases and decreases of a region to the limits of the tiles of a pattern (``whole_tiles.py``).
-
-    The arguments and errors are those of ``follow_wales``. The result is None if nothing moves.
-    """
-    if is_elastic(pattern) or not (inside & is_worked(fabric) & ~is_plain(fabric)).any():
-        return None
-    wales = _WalePlacement(fabric, pattern, remainder, inside)
-    wales.placement()
-    return rebuild_runs(fabric, wales.plans, np.zeros((0, 3))) if wales.plans else None
-
-
 def follow_wales(
     fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
-) -> Placement:
+) -> tuple[Placement, Rebuilt | None]:
     """Place a pattern on every stitch of a region; its first row is the first row that is not a cast-on row.
 
     Args:
@@ -60,10 +46,16 @@ def follow_wales(
         remainder: treatment of the loops of a first row that whole tiles do not cover.
         inside: whether each face belongs to the region, shape (F,).
 
+    Returns:
+        The placement, and the change that moves the increases and decreases of the region to the limits of the tiles
+        (``whole_tiles.py``), None if nothing moves. After the change the pattern must be placed again.
+
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover a first row.
     """
-    return _WalePlacement(fabric, pattern, remainder, inside).placement()
+    wales = _WalePlacement(fabric, pattern, remainder, inside)
+    placement = wales.placement()
+    return placement, rebuild_runs(fabric, wales.plans, np.zeros((0, 3))) if wales.plans else None
 
 
 class _WalePlacement:
