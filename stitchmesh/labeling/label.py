@@ -7,6 +7,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
+from stitchmesh.errors import check_kind
 from stitchmesh.labeling.partial_labeling import start_labeling
 from stitchmesh.labeling.seeds import EdgeName
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -44,6 +45,7 @@ def label(
 
     Source: Yuksel et al. 2012, section 5.1.
     """
+    check_kind("label", mesh, Mesh)
     warn_if_inside_out(mesh)
     labeling = start_labeling(mesh)
     for border in borders:
