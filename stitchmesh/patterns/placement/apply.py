@@ -26,6 +26,7 @@ from stitchmesh.patterns.placement.columns import (
 from stitchmesh.patterns.placement.crossing_marks import CrossingMarks
 from stitchmesh.patterns.placement.grid import fill_grid, grid_around
 from stitchmesh.patterns.placement.in_place import changed, changes_in_place
+from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric
 from stitchmesh.patterns.placement.placement import Placement, side_below
 from stitchmesh.patterns.placement.replace import Replacement, Site, border_sides, find_site
 from stitchmesh.patterns.placement.wales import follow_wales
@@ -77,6 +78,7 @@ def pattern_changes(
         ParameterError, PatternError, LabelError, MeshError: as for ``apply_pattern``.
     """
     check_remainder(remainder)
+    pattern, colours = colour_on_fabric(pattern, fabric)
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels):
         raise ParameterError(f"face {panels[0]}: is a panel of a coarse mesh, not a stitch; tessellate the mesh first")
@@ -85,13 +87,13 @@ def pattern_changes(
     else:
         placement = fill_grid(fabric, pattern, grid_around(fabric, face), remainder)
     if not keeps_counts(pattern):
-        return _block_changes(fabric, pattern, placement)
+        return [*colours, *_block_changes(fabric, pattern, placement)]
     if (placement.column == OUTSIDE).all():
         raise ParameterError(
             f"pattern {pattern.name!r}: its {pattern.width} columns are more than any first row of the fabric has; "
             "use narrower stitches or another pattern"
         )
-    return [*changes_in_place(fabric, pattern, placement)]
+    return [*colours, *changes_in_place(fabric, pattern, placement)]
 
 
 def changed_face_count(changes: list[Change]) -> int:
