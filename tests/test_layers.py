@@ -44,7 +44,7 @@ HEAVY = {
     "rich": {"cli"},
     "tyro": {"cli"},
     "msgspec": {"editing", "io"},
-    "PIL": {"render", "patterns", "periodic"},
+    "PIL": {"mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},
     "matplotlib": {"render"},
