@@ -97,6 +97,8 @@ class KnitOptions:
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None
     """Warp's name of the device; None for the preferred device."""
+    borders: Sequence[int | tuple[int, int]] = ()
+    """Edges of borders from which rows start (``label``)."""
     seeds: Sequence[int | tuple[int, int]] = ()
     """Course edges from which rows start (``label``)."""
     flip: Sequence[int] = ()
@@ -260,7 +262,7 @@ def _stitches(
 ) -> StitchMesh:
     clock = _Clock()
     progress("label", 0.0, f"{mesh.face_count} faces")
-    labeled = label(mesh, seeds=options.seeds, flip=options.flip)
+    labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(

@@ -114,12 +114,24 @@ class YarnAndGauge:
 
 @dataclass(frozen=True)
 class Rows:
-    """Seeds and directions of the knitting rows."""
+    """Starts and directions of the knitting rows, and the side of the mesh that is outside."""
 
-    seed: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
-    """course edge from which rows start: its two vertices, counted from 0"""
+    start_border: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """border from which rows start, whole: the two vertices of one of its edges, counted from 0"""
+    start_edge: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W", also="--seed")] = ()
+    """course edge from which rows start: its border up to the next corners, or the edge loop through it"""
     flip: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
     """face whose row is reversed, counted from 0"""
+    turn_inside_out: Flag = False
+    """reverse all faces of the mesh first, so that its other side is outside"""
+
+    def read_mesh(self, path: str, unit: str) -> Mesh:
+        """Read a polygon mesh, and turn it inside out if the option is given."""
+        from stitchmesh.io import read_mesh
+        from stitchmesh.mesh.orientation import turn_inside_out
+
+        mesh = read_mesh(path, unit=unit)
+        return turn_inside_out(mesh) if self.turn_inside_out else mesh
 
 
 @dataclass(frozen=True)

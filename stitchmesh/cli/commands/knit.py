@@ -12,6 +12,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.labeling_faults import faults_drawn
 from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
@@ -70,7 +71,6 @@ class Knit:
     def run(self) -> None:
         """Run all stages, write their results, draw the pictures and print the report."""
         from stitchmesh.cli.progress import show_progress
-        from stitchmesh.io import read_mesh
         from stitchmesh.patterns import read_pattern
         from stitchmesh.pipeline import KnitOptions, knit
 
@@ -87,7 +87,8 @@ class Knit:
             yarn_radius=size.yarn_radius,
             quality=self.solver.quality(self.quality),
             device=self.device,
-            seeds=self.rows.seed,
+            borders=self.rows.start_border,
+            seeds=self.rows.start_edge,
             flip=self.rows.flip,
             pattern=None if self.pattern is None else read_pattern(self.pattern),
             pattern_remainder=check_remainder(self.pattern_remainder),
@@ -96,8 +97,8 @@ class Knit:
             relaxation=self.solver.relax_options(self.physics, lengths, self.material, Path(self.output)),
         )
         with output_folder(self.output) as folder:
-            mesh = read_mesh(self.mesh, unit=self.unit)
-            with show_progress() as progress:
+            mesh = self.rows.read_mesh(self.mesh, self.unit)
+            with show_progress() as progress, faults_drawn(folder):
                 made = knit(mesh, folder, options, progress=progress)
         plot_history(made.history, folder, options.quality)
         if not self.no_picture:
