@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 
 import numpy as np
@@ -39,7 +40,7 @@ from stitchmesh.patterns.placement.region import region_of
 from stitchmesh.patterns.placement.replace import Replacement
 from stitchmesh.patterns.placement.sites import CellNumbers, find_sites
 from stitchmesh.patterns.placement.units import units_of
-from stitchmesh.patterns.placement.wales import follow_wales
+from stitchmesh.patterns.placement.wales import follow_wales, move_shaping
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +124,8 @@ def lay_pattern(
     chosen = _pattern_of(pattern)
     check_remainder(remainder)
     _check_fabric(fabric)
+    if not keeps_counts(chosen):
+        check_closes(chosen)
     if face is not None and faces is not None:
         raise ParameterError("got a face and a region; expected one of them")
     inside = region_of(fabric, faces)
@@ -131,10 +134,11 @@ def lay_pattern(
     for change in colours:
         fabric = apply_change(fabric, change)
     if face is None:
-        ground = plain_ground(fabric, inside)
-        if ground:
-            changes.append(ground.patch)
-            fabric, inside = apply_change(fabric, ground.patch), ground.faces.merged(inside, ground.is_new)
+        for rebuilt in (plain_ground, partial(move_shaping, pattern=chosen, remainder=remainder)):
+            made = rebuilt(fabric, inside=inside)
+            if made:
+                changes.append(made.patch)
+                fabric, inside = apply_change(fabric, made.patch), made.faces.merged(inside, made.is_new)
         placement = follow_wales(fabric, chosen, remainder, inside)
     else:
         grid = grid_around(fabric, face)
@@ -173,8 +177,6 @@ class _Laying:
     def __init__(
         self, fabric: StitchMesh, pattern: Pattern, placement: Placement, inside: NDArray[np.bool_]
     ) -> None:
-        if not keeps_counts(pattern):
-            check_closes(pattern)
         self.fabric, self.pattern, self.placement, self.inside = fabric, pattern, placement, inside
         self.cells = CellNumbers(pattern, placement)
         units = units_of(pattern)
