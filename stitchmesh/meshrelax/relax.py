@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from stitchmesh.meshrelax.limit_surface import limit_surface
 from stitchmesh.meshrelax.preconditioner import patches
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
+from stitchmesh.progress import relaxing_progress, shown_progress
 
 ASPECT = 0.77
 """Course spacing divided by wale spacing of relaxed plain knit."""
@@ -62,7 +65,7 @@ def relax_mesh(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> StitchMesh:
     """Equalize the sizes of the stitches of a fabric on the subdivision surface of a mesh.
 
@@ -74,7 +77,8 @@ def relax_mesh(
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
         device: Warp's name of the device that finds closest points; None for the preferred device.
-        progress: called after each iteration with the number of the iteration and the residual.
+        progress: called after each iteration with the number of the iteration and the residual; by default a line shows
+            the progress on a terminal or in a notebook, and False shows nothing.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge.
@@ -106,7 +110,7 @@ def relax_mesh_with_report(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
@@ -120,7 +124,8 @@ def relax_mesh_with_report(
     model = springs(fabric, rest)
     whole = patches(placement.position, placement.normal, limit.area)
     relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole)
-    outcome = relaxation.run(placement, tolerance, max_iterations, progress)
+    with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
+        outcome = relaxation.run(placement, tolerance, max_iterations, report_iteration)
     stretch = edge_stretch(fabric, outcome.placement.position, rest)
     relaxed = replace(fabric, vertices=outcome.placement.position, stretch=stretch)
     report = MeshRelaxReport(

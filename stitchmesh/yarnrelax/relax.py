@@ -8,7 +8,8 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from stitchmesh.errors import ParameterError, SolverError, check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.progress import Progress as StageProgress
+from stitchmesh.progress import relaxing_progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
@@ -63,7 +66,7 @@ def relax_yarns(
     terms: Sequence[TermChoice] = (),
     constraints: Sequence[ConstraintChoice] = (),
     cell: RelaxCell | None = None,
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
     on_state: Callable[[YarnSet], None] | None = None,
     checkpoint: Checkpoints | None = None,
     resume: FilePath | None = None,
@@ -86,7 +89,8 @@ def relax_yarns(
         constraints: constraints on control points.
         cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
             terms and constraints, which do not support a cell that deforms.
-        progress: called about every half second.
+        progress: called about every half second; by default a line shows the progress on a terminal or in a notebook,
+            and False shows nothing.
         on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
         checkpoint: where and how often to write what is needed to resume; also written at the start and at any end.
         resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
@@ -116,15 +120,16 @@ def relax_yarns(
         kind = simulation.model.device
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
     loop = RelaxationLoop(simulation, quality.tolerance)
-    observer = Observer(loop, progress, on_state, checkpoint, inputs, began)
-    if resume is not None:
-        observer.resume(read_state(resume, inputs))
-    try:
-        _run_to_rest(loop, quality, observer.note)
-    except (KeyboardInterrupt, SolverError):
-        observer.hand_over()
-        raise
-    observer.write_checkpoint()
+    with shown_progress(progress, partial(_report_entries, quality)) as report_entry:
+        observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began)
+        if resume is not None:
+            observer.resume(read_state(resume, inputs))
+        try:
+            _run_to_rest(loop, quality, observer.note)
+        except (KeyboardInterrupt, SolverError):
+            observer.hand_over()
+            raise
+        observer.write_checkpoint()
     if not loop.at_rest[0]:
         _warn(loop)
     relaxed = simulation.good_yarns()
@@ -145,6 +150,12 @@ def relax_partly(
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
     RelaxationLoop(simulation, quality.tolerance).run(iterations)
     return simulation.good_yarns()
+
+
+def _report_entries(quality: Quality, progress: StageProgress) -> Progress:
+    """Return a function that reports the entries of the history as the progress of a stage."""
+    report = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+    return lambda entry: report(entry["iteration"], entry["residual"], entry["energies"])
 
 
 def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
