@@ -23,6 +23,7 @@ LAYERS = [
     {"hand_knitting"},
     {"machine_knitting"},
     {"io"},
+    {"selection"},
     {"patterns"},
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
     {"periodic"},

@@ -18,8 +18,7 @@ from stitchmesh.errors import ParameterError, SolverError, check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.progress import Progress as StageProgress
-from stitchmesh.progress import relaxing_progress, shown_progress
+from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
@@ -29,7 +28,7 @@ from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.observer import Observer, Progress
+from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
@@ -120,7 +119,7 @@ def relax_yarns(
         kind = simulation.model.device
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
     loop = RelaxationLoop(simulation, quality.tolerance)
-    with shown_progress(progress, partial(_report_entries, quality)) as report_entry:
+    with shown_progress(progress, partial(report_entries, quality)) as report_entry:
         observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began)
         if resume is not None:
             observer.resume(read_state(resume, inputs))
@@ -150,12 +149,6 @@ def relax_partly(
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
     RelaxationLoop(simulation, quality.tolerance).run(iterations)
     return simulation.good_yarns()
-
-
-def _report_entries(quality: Quality, progress: StageProgress) -> Progress:
-    """Return a function that reports the entries of the history as the progress of a stage."""
-    report = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
-    return lambda entry: report(entry["iteration"], entry["residual"], entry["energies"])
 
 
 def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
