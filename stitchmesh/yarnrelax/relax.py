@@ -8,7 +8,6 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -119,7 +118,7 @@ def relax_yarns(
         kind = simulation.model.device
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
     loop = RelaxationLoop(simulation, quality.tolerance)
-    with shown_progress(progress, partial(report_entries, quality)) as report_entry:
+    with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
         observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began)
         if resume is not None:
             observer.resume(read_state(resume, inputs))
