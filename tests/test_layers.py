@@ -17,7 +17,7 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"compute", "lattice", "quality"},
+    {"compute", "lattice", "progress", "quality"},
     {"mesh"},
     {"yarn"},
     {"hand_knitting"},

@@ -15,7 +15,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -92,7 +92,7 @@ def swatch(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
-    progress: Callable[[HistoryEntry], None] | None = None,
+    progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
     """Relax one repeat of a pattern.
@@ -106,7 +106,8 @@ def swatch(
         relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell`` with the degrees of
             freedom of the cell. With ``RelaxCell()`` the cell can also shear; ribs without friction do so to one of
             the two sides.
-        progress: function that is called about every half second.
+        progress: function that is called about every half second; by default a line shows the progress on a terminal or
+            in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
 
     Raises:
