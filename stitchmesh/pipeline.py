@@ -4,15 +4,12 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
@@ -30,6 +27,7 @@ from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import Pattern
 from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
+from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
@@ -41,9 +39,6 @@ from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, rel
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
-
-Progress = Callable[[str, float, str], None]
-"""Function that reports progress: called with the stage, its completed part (0 to 1), and one or two lines of text."""
 
 
 @dataclass(frozen=True)
@@ -141,13 +136,10 @@ class Knitted:
         return f"Knitted({self.fabric}, {self.yarns})"
 
 
-def no_progress(stage: str, done: float, note: str) -> None:
-    """Report no progress (a ``Progress`` function)."""
-
-
 def knit(
-    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress
-) -> Knitted:
+    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress,
+    seconds_after: Callable[[YarnSet], float] | None = None,
+) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh, and write them.
 
     The function writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc``, ``report.json`` and ``convergence.csv`` into the
@@ -159,6 +151,8 @@ def knit(
         folder: output folder.
         options: options of all stages.
         progress: called with the progress of each stage.
+        seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
+            the progress of the last stage counts this time.
 
     Raises:
         StitchMeshError: a stage cannot continue; the error is that of the stage.
@@ -175,7 +169,7 @@ def knit(
     try:
         relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
-            progress=progress, on_state=saver.keep,
+            progress=progress, on_state=saver.keep, seconds_after=seconds_after(yarns) if seconds_after else 0.0,
         )  # fmt: skip
     except KeyboardInterrupt:
         saver.save()
@@ -189,7 +183,7 @@ def knit(
 def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
-    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None,
+    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
 
@@ -203,12 +197,15 @@ def relax_with_options(
         start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
+        seconds_after: estimated time of work after the relaxation [s], which the progress counts.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
     quality = quality_named(quality)
-    report_progress = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+    report_progress = relaxing_progress(
+        "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
+    )
     return relax_yarns(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
         start=start,
@@ -309,45 +306,6 @@ def _yarns(
     }
     progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     return yarns
-
-
-def relaxing_progress(
-    stage: str, tolerance: float, progress: Progress, *, max_iterations: float = math.inf
-) -> Callable[..., None]:
-    """Return a function that converts the assessments of a solver into the completed part of a stage.
-
-    The returned function is called with the iteration, the residual and, optionally, the energies by term. Residuals
-    decrease approximately geometrically, so that the completed part is computed from the logarithm of the residual, or
-    from the number of iterations if that gives a larger part.
-
-    Args:
-        stage: name of the stage.
-        tolerance: residual at which the stage is complete.
-        progress: called with the completed part and a line of text.
-        max_iterations: iterations at which the stage is complete.
-    """
-    start: list[tuple[int, float]] = []
-
-    def report_assessment(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
-        """Report one assessment."""
-        if not start and residual > tolerance and math.isfinite(residual):
-            start.append((iteration, residual))
-        done = 0.0
-        if start and residual > 0.0:
-            first, highest = start[0]
-            decrease = math.log(highest / residual) / math.log(highest / tolerance)
-            done = max(decrease, (iteration - first) / max(max_iterations - first, 1.0))
-        progress(stage, float(np.clip(done, 0.0, 1.0)), _note(iteration, residual, energies or {}))
-
-    return report_assessment
-
-
-def _note(iteration: int, residual: float, energies: Mapping[str, float]) -> str:
-    """Iteration and residual of a relaxation, and its energies in a second line."""
-    line = f"iteration {iteration}, residual {residual:.3g}"
-    if not energies:
-        return line
-    return f"{line}\n{', '.join(f'{term} {energy:.2g}' for term, energy in energies.items())} erg"
 
 
 class _Clock:
