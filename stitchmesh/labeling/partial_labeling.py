@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError, ParameterError, check_kind
-from stitchmesh.labeling.direction import seam_sides, turned_rows
+from stitchmesh.labeling.direction import is_top, seam_sides, turned_rows
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.frame import in_knitting_frame
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, Labels, RowGrowth, no_labels
@@ -252,7 +252,7 @@ class PartialLabeling(Labels):
         sides = seam_sides(self.mesh, self)
         across = self.mesh.twin[sides]
         faces, others = self.mesh.side_face[sides], self.mesh.side_face[across]
-        top, other_top = (self._is_top(s, left, right) for s in (sides, across))
+        top, other_top = (is_top(self.mesh, some, left, right) for some in (sides, across))
         matched = top != other_top
         lower = np.where(top, self.row[faces], self.row[others])[matched]
         upper = np.where(top, self.row[others], self.row[faces])[matched]
@@ -262,13 +262,8 @@ class PartialLabeling(Labels):
         """Return one side of each edge at which the wale directions of two rows do not match."""
         left, right = self.directed_wales()
         sides = seam_sides(self.mesh, self)
-        return sides[self._is_top(sides, left, right) == self._is_top(self.mesh.twin[sides], left, right)]
-
-    def _is_top(self, sides: IntArray, left: IntArray, right: IntArray) -> NDArray[np.bool_]:
-        """Whether course sides of labeled faces are top sides for these wale sides of the faces."""
-        faces = self.mesh.side_face[sides]
-        size = np.diff(self.mesh.face_start)[faces]
-        return (sides - left[faces]) % size > (right[faces] - left[faces]) % size
+        across = self.mesh.twin[sides]
+        return sides[is_top(self.mesh, sides, left, right) == is_top(self.mesh, across, left, right)]
 
     def _started(self, chain: list[int]) -> PartialLabeling:
         """Start at a chain of sides.
