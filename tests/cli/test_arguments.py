@@ -116,7 +116,7 @@ def test_a_period_is_two_sizes_or_free(words, period):
         (["knit", "a.obj", "-o", "o", "--max-iterations", "1.5"], "--max-iterations: got '1.5'; expected a whole"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "down", "0"], "--gravity: got '0 down 0'; expected numbers"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "0"], "--gravity"),
-        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--seed/--start-edge: got '3'; expected two whole numbers with a comma"),
+        (["knit", "a.obj", "-o", "o", "--seed", "3"], "got '3'; expected two whole numbers with a comma"),
         (["knit", "a.obj", "-o", "o", "--friction", "a,b"], "--friction: got 'a,b'; expected one number, or two"),
         (["knit", "a.obj", "-o", "o", "--solver", "quick"], "got 'quick'; expected one of quasistatic, dynamics"),
         (["knit", "a.obj", "-o", "o", "--stich-width", "2"], "Perhaps you meant: --stitch-width CM"),
