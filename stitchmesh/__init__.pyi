@@ -19,8 +19,11 @@ from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
 from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
+from .patterns import LaidPattern as LaidPattern
+from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern
 from .patterns import apply_pattern as apply_pattern
+from .patterns import lay_pattern as lay_pattern
 from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
 from .patterns import pattern_names as pattern_names
@@ -49,6 +52,9 @@ from .yarn.radius_estimate import estimate_radius as estimate_radius
 from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths
 from .yarn.tiling import tile_yarns as tile_yarns
+from .yarn.yarn_presets import Gauge as Gauge
+from .yarn.yarn_presets import Yarn as Yarn
+from .yarn.yarn_presets import yarn_names as yarn_names
 from .yarngen import YarnFinish as YarnFinish
 from .yarngen import check_loops as check_loops
 from .yarngen import generate_yarns as generate_yarns

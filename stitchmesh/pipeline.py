@@ -23,12 +23,11 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.mesh.change import apply_change
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.placement.apply import changed_face_count, pattern_changes
+from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
@@ -76,6 +75,8 @@ class KnitOptions:
 
     stitch_width: float = STITCH_WIDTH
     """Wale spacing [cm]."""
+    stitch_height: float | None = None
+    """Course spacing [cm]; by default 0.77 times the stitch width."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; by default an eighth of the stitch width."""
     quality: str | Quality = DEFAULT_QUALITY
@@ -110,6 +111,10 @@ class Knitted:
     """Figures of all stages, as in ``report.json``."""
     history: Sequence[HistoryEntry]
     """Assessments of the relaxation of yarns, in order."""
+
+    def __repr__(self) -> str:
+        """Return one line: the fabric, and the yarns."""
+        return f"Knitted({self.fabric}, {self.yarns})"
 
 
 def no_progress(stage: str, done: float, note: str) -> None:
@@ -236,13 +241,21 @@ def _stitches(
     labeled = label(mesh, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
-    fabric = tessellate(labeled, stitch_width=options.stitch_width)
+    fabric = tessellate(labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height)
     checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     if options.pattern is not None:
         progress("pattern", 0.0, options.pattern.name)
-        fabric, faces = with_pattern(fabric, options.pattern, options.pattern_remainder)
-        report["pattern"] = {"name": options.pattern.name, "faces": faces, "seconds": clock.lap()}
+        laid = lay_pattern(fabric, options.pattern, remainder=options.pattern_remainder)
+        fabric = laid.fabric
+        left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
+                    for part in laid.left_out]  # fmt: skip
+        report["pattern"] = {
+            "name": options.pattern.name,
+            "faces": laid.faces_laid,
+            "left_out": left_out,
+            "seconds": clock.lap(),
+        }
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
         fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
@@ -252,29 +265,6 @@ def _stitches(
         rings, relaxed = relaxed, make_spiral(relaxed)
         report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
     return relaxed
-
-
-def with_pattern(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, *, face: int | None = None
-) -> tuple[StitchMesh, int]:
-    """Apply a pattern to a fabric.
-
-    Args:
-        fabric: stitch mesh.
-        pattern: the pattern.
-        remainder: treatment of the stitches that remain beside whole tiles.
-        face: a plain stitch, around which the pattern fills the largest grid; None for the whole fabric.
-
-    Returns:
-        The fabric in the pattern, and the number of faces that the pattern has changed.
-
-    Raises:
-        StitchMeshError: as for ``apply_pattern``.
-    """
-    changes = pattern_changes(fabric, pattern, face=face, remainder=remainder)
-    for change in changes:
-        fabric = apply_change(fabric, change)
-    return fabric, changed_face_count(changes)
 
 
 def _yarns(

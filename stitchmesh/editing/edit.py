@@ -27,8 +27,8 @@ from stitchmesh.editing.wale_columns import remove_wale
 from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
 from stitchmesh.editing.wale_lines import insert_wale
 from stitchmesh.editing.whole_mesh import graft, spiral, ungraft, unspiral
-from stitchmesh.errors import MeshError, ParameterError
-from stitchmesh.io.checked import check_value
+from stitchmesh.errors import MeshError, ParameterError, check_kind, described
+from stitchmesh.io.checked import check_value, plain_value
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Change, Marks, apply_change, inverse_change
@@ -58,15 +58,27 @@ WholeNumber = Annotated[int, msgspec.Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)
 
 @dataclass(frozen=True)
 class Edit:
-    """One edit of a stitch mesh."""
+    """One edit of a stitch mesh.
+
+    Raises:
+        ParameterError: the arguments are not given by name.
+    """
 
     name: str
     """A key of ``EDITS``."""
     arguments: Mapping[str, object] = field(default_factory=dict)
     """Arguments of the edit by name, without the stitch mesh: numbers, texts and lists of numbers.
 
-    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side.
+    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side; a
+    ``Selection`` becomes its text. NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when the edit is made.
     """
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.arguments, Mapping) or not all(isinstance(name, str) for name in self.arguments):
+            expected = 'arguments by name, such as {"faces": [3, 4]}'
+            raise ParameterError(f"edit {self.name!r}: got {described(self.arguments)}; expected {expected}")
+        values = {name: str(value) if name == ON else value for name, value in self.arguments.items()}
+        object.__setattr__(self, "arguments", plain_value(values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +91,10 @@ class Edited:
     """Changes of the edit, in the order in which they are applied."""
     inverse: tuple[Change, ...]
     """Changes that undo the edit exactly, in the order in which they are applied."""
+
+    def __repr__(self) -> str:
+        """Return one line: the number of changes, and the fabric."""
+        return f"Edited({len(self.changes)} changes, {self.fabric})"
 
 
 def apply_edit(fabric: StitchMesh, edit: Edit) -> Edited:
@@ -95,6 +111,8 @@ def apply_edit(fabric: StitchMesh, edit: Edit) -> Edited:
         MeshError: the mesh would not be an oriented manifold surface, is not tessellated, or is periodic.
         LabelError: a face would not be a legal stitch face, or a cable would be cut.
     """
+    check_kind("apply_edit", fabric, StitchMesh)
+    check_kind("apply_edit, edit", edit, Edit)
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels) or fabric.lattice is not None:
         what = "is periodic" if fabric.lattice is not None else f"has panels (face {panels[0]})"

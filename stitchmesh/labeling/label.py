@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stitchmesh.errors import LabelError, ParameterError
+from stitchmesh.errors import LabelError, ParameterError, check_kind
 from stitchmesh.labeling.direction import turned_rows
 from stitchmesh.labeling.frame import in_knitting_frame
 from stitchmesh.labeling.growth import Conflict, RowGrowth
@@ -45,6 +45,7 @@ def label(mesh: Mesh, *, seeds: Sequence[EdgeName] = (), flip: Sequence[int] = (
 
     Source: Yuksel et al. 2012, section 5.1.
     """
+    check_kind("label", mesh, Mesh)
     growth, seeded = _grow_rows(mesh, seeds)
     turned = turned_rows(mesh, growth, seeded)
     for face in flip:

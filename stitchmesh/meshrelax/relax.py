@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stitchmesh.compute.device import alone
-from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.errors import MeshError, ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.meshrelax.attachment import attach
 from stitchmesh.meshrelax.dynamics import Progress, Relaxation
@@ -110,6 +110,8 @@ def relax_mesh_with_report(
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
+    check_kind("relax_mesh", fabric, StitchMesh)
+    check_kind("relax_mesh, surface", surface, Mesh)
     _check(fabric, aspect=aspect, alpha=alpha, tolerance=tolerance, max_iterations=max_iterations)
     spacing = SURFACE_SPACING * float(np.sqrt(np.linalg.norm(fabric.face_vector_area, axis=1).mean()))
     limit = limit_surface(surface, spacing)

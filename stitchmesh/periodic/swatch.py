@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -39,6 +39,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 LOOP_OVER_WIDTH = 4.07
@@ -70,6 +71,12 @@ class Swatch:
     """The stitch mesh from which the yarns were generated; None for a weave."""
     history: list[HistoryEntry]
     """Entries of the history of the relaxation, one for each assessment."""
+
+    def __repr__(self) -> str:
+        """Return one line: stitches (of a weave: crossings), size, state of rest, and yarns."""
+        counts = f"{self.report['wales']} x {self.report['courses']}"
+        size = f"{self.report['width']:.3g} x {self.report['height']:.3g} cm"
+        return f"Swatch({counts}, {size}, {rest_text(self.report)}, {self.yarns})"
 
     @property
     def lattice(self) -> Lattice:
@@ -111,6 +118,7 @@ def swatch(
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     if material is None:
         material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
+    check_kind("swatch, material", material, YarnMaterial)
     began = time.perf_counter()
     source = resolve_pattern(pattern)
     fabric, first = draw_swatch(source, chosen, quality)

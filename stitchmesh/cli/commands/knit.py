@@ -22,6 +22,7 @@ from stitchmesh.cli.options import (
     SolverOptions,
     StitchWidth,
     Unit,
+    YarnAndGauge,
 )
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -40,7 +41,7 @@ class Knit:
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for the stitches, the yarns, a picture, a report and the convergence"""
     unit: Unit = DEFAULT_UNIT
-    stitch_width: StitchWidth = STITCH_WIDTH
+    stitch_width: StitchWidth = None
     pattern: Annotated[str | None, help_entry("NAME|FILE", "all knit")] = None
     """pattern of the stitches: a name of `stitchmesh patterns`, or a file"""
     pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
@@ -53,6 +54,7 @@ class Knit:
     device: Device = None
     no_picture: Flag = False
     """do not write preview.png"""
+    yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     rows: Rows = field(default_factory=Rows)
     finish: YarnFinish = field(default_factory=YarnFinish)
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
@@ -66,9 +68,12 @@ class Knit:
         from stitchmesh.patterns import read_pattern
         from stitchmesh.pipeline import KnitOptions, knit
 
+        size = self.yarn.size(stitch_width=self.stitch_width, yarn_radius=self.yarn_radius)
+        rest_lengths = self.rest_lengths.rest_lengths(size.loop_length)
         options = KnitOptions(
-            stitch_width=self.stitch_width,
-            yarn_radius=self.yarn_radius,
+            stitch_width=STITCH_WIDTH if size.stitch_width is None else size.stitch_width,
+            stitch_height=size.stitch_height,
+            yarn_radius=size.yarn_radius,
             quality=self.solver.quality(self.quality),
             device=self.device,
             seeds=self.rows.seed,
@@ -77,7 +82,7 @@ class Knit:
             pattern_remainder=check_remainder(self.pattern_remainder),
             spiral=self.spiral,
             finish=self.finish,
-            relaxation=self.solver.relax_options(self.physics, self.rest_lengths.rest_lengths(), Path(self.output)),
+            relaxation=self.solver.relax_options(self.physics, rest_lengths, Path(self.output)),
         )
         with output_folder(self.output) as folder:
             mesh = read_mesh(self.mesh, unit=self.unit)

@@ -46,15 +46,19 @@ class Stretch:
     def run(self) -> None:
         """Compute the stretch curve, and write its table and its plot."""
         directions = stretch_directions(self.course, self.wale)
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
         from stitchmesh.periodic.stretch import stretch_test
         from stitchmesh.periodic.stretch_table import write_stretch
+        from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render.stretch_plot import plot_stretch
         from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
 
-        material = YarnMaterial.named(self.material).scaled(self.fabric.yarn_radius / REFERENCE_RADIUS)
+        pattern = resolve_pattern(self.pattern)
+        options = self.fabric.options(woven=isinstance(pattern, Weave))
+        material = YarnMaterial.named(self.material).scaled(options["yarn_radius"] / REFERENCE_RADIUS)
         curve = stretch_test(
-            self.pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
-            progress=_print_state, **self.fabric.options(),
+            pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
+            progress=_print_state, **options,
         )  # fmt: skip
         write_stretch(Path(self.output) / "stretch.csv", curve)
         plot_stretch(curve, Path(self.output) / "stretch.png")

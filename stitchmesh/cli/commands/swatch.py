@@ -57,11 +57,14 @@ class Swatch:
 
     def run(self) -> None:
         """Relax the repeat, write it with its pictures, and print the report."""
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
+        from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render import render_swatch
 
         tiles, pixels = check_tiles(self.tile), check_texture(self.texture)
+        woven = isinstance(resolve_pattern(self.pattern), Weave)
         options = SwatchOptions(
-            **self.fabric.options(), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
+            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
         )
         with output_folder(self.output) as folder:
             made = self._relaxed(options)
