@@ -70,7 +70,8 @@ class Edit:
     """Arguments of the edit by name, without the stitch mesh: numbers, texts and lists of numbers.
 
     The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side; a
-    ``Selection`` becomes its text. NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when the edit is made.
+    ``Selection`` becomes its text. NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when
+    the edit is made.
     """
 
     def __post_init__(self) -> None:
