@@ -5,6 +5,7 @@ from .editing.edit import apply_edit as apply_edit
 from .editing.history import History as History
 from .editing.log import replay_edits as replay_edits
 from .editing.spiral import make_spiral as make_spiral
+from .errors import LabelError as LabelError
 from .errors import StitchMeshError as StitchMeshError
 from .hand_knitting import knitting_instructions as knitting_instructions
 from .io import read_mesh as read_mesh
@@ -13,10 +14,15 @@ from .io import read_yarns as read_yarns
 from .io import write_mesh as write_mesh
 from .io import write_stitches as write_stitches
 from .io import write_yarns as write_yarns
+from .labeling import LabelingFault as LabelingFault
+from .labeling import PartialLabeling as PartialLabeling
 from .labeling import label as label
+from .labeling import start_labeling as start_labeling
 from .lattice import Lattice as Lattice
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
+from .mesh.orientation import is_inside_out as is_inside_out
+from .mesh.orientation import turn_inside_out as turn_inside_out
 from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
 from .patterns import LaidPattern as LaidPattern

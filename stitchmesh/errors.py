@@ -50,6 +50,11 @@ class MeshError(StitchMeshError):
 class LabelError(StitchMeshError):
     """A mesh cannot be separated into knitting rows."""
 
+    def __init__(self, message: str, *, labeling: object | None = None) -> None:
+        """Make an error; ``labeling`` is the ``PartialLabeling`` that shows the faces at fault, if there is one."""
+        super().__init__(message)
+        self.labeling = labeling
+
 
 class TessellationError(StitchMeshError):
     """A labeled mesh cannot be divided into legal stitch faces with the requested counts."""

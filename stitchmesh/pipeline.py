@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,13 +25,14 @@ from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch_counts import stitch_counts
-from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import Pattern
 from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
-from stitchmesh.tessellate import STITCH_WIDTH, tessellate
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
+from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
@@ -49,11 +51,13 @@ class RelaxOptions:
     """Options of the relaxation of yarns, except for quality and device.
 
     Raises:
-        ParameterError: there is no material of that name.
+        ParameterError: there is no material or no value of that name, or a value is out of bounds.
     """
 
     material: str = DEFAULT_MATERIAL
     """Name of a material, which is scaled to the radius of the yarns."""
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    """New values of single fields of the material, by name, for a yarn of ``REFERENCE_RADIUS``."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
     """Changes of the rest lengths."""
     terms: Sequence[TermChoice] = ()
@@ -66,7 +70,11 @@ class RelaxOptions:
     """Checkpoint file from which the relaxation continues; None starts a new relaxation."""
 
     def __post_init__(self) -> None:
-        YarnMaterial.named(self.material)
+        YarnMaterial.named(self.material, self.stiffness)
+
+    def yarn_material(self, yarn_radius: float) -> YarnMaterial:
+        """Return the material of a yarn of some radius [cm]."""
+        return YarnMaterial.named(self.material, self.stiffness).scaled(yarn_radius / REFERENCE_RADIUS)
 
 
 @dataclass(frozen=True)
@@ -77,6 +85,12 @@ class KnitOptions:
     """Wale spacing [cm]."""
     stitch_height: float | None = None
     """Course spacing [cm]; by default 0.77 times the stitch width."""
+    counts: Mapping[EdgeName, int] = field(default_factory=dict)
+    """Number of stitches along single edges (``tessellate``)."""
+    marked: Sequence[EdgeName] = ()
+    """Wale edges at which all increases and decreases of their faces stand (``tessellate``)."""
+    mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
+    """Options of the relaxation of the stitch mesh."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; by default an eighth of the stitch width."""
     quality: str | Quality = DEFAULT_QUALITY
@@ -97,6 +111,14 @@ class KnitOptions:
     """How rows are cast on and bound off, and which floats are cut."""
     relaxation: RelaxOptions = field(default_factory=RelaxOptions)
     """Options of the relaxation of yarns."""
+
+    @property
+    def mesh_arguments(self) -> dict[str, Any]:
+        """Arguments of ``relax_mesh``; the aspect is that of the stitches where it is not given."""
+        height = self.stitch_height
+        aspect = COURSE_OVER_WALE_SPACING if height is None else height / self.stitch_width
+        given = self.mesh_relaxation.aspect
+        return {**asdict(self.mesh_relaxation), "aspect": aspect if given is None else given}
 
 
 @dataclass(frozen=True)
@@ -188,7 +210,7 @@ def relax_with_options(
     return relax_yarns(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
         start=start,
-        material=YarnMaterial.named(options.material).scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS),
+        material=options.yarn_material(float(yarns.radius.mean())),
         quality=quality,
         device=device,
         keep_shape=fabric if keep_shape else None,
@@ -241,7 +263,10 @@ def _stitches(
     labeled = label(mesh, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
-    fabric = tessellate(labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height)
+    fabric = tessellate(
+        labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
+        marked=options.marked,
+    )  # fmt: skip
     checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     if options.pattern is not None:
@@ -258,8 +283,9 @@ def _stitches(
         }
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
-        fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
-    )
+        fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
+        **options.mesh_arguments,
+    )  # fmt: skip
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     if options.spiral:
         rings, relaxed = relaxed, make_spiral(relaxed)

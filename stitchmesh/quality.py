@@ -36,7 +36,7 @@ class Quality:
 
 
 PRESETS: dict[str, Quality] = {
-    "draft": Quality("float32", 3, 3, 12, 0.2, 0.01, 6000),
+    "draft": Quality("float32", 3, 3, 12, 0.2, 0.01, 20_000),
     "standard": Quality("float32", 3, 3, 20, 0.2, 0.005, 20_000),
     "reference": Quality("float64", 11, 11, 24, 0.1, 1e-4, 200_000),
 }

@@ -7,26 +7,34 @@ The docstring of a field is the help text of the option.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import UseAppendAction, arg
 
-from stitchmesh.cli.arguments import OneOrTwo, Pair, help_entry
+from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
-from stitchmesh.tessellate import STITCH_WIDTH
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
 from stitchmesh.yarn.yarn_presets import yarn_names
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, NAMED
+from stitchmesh.yarnrelax.model.material import (
+    DEFAULT_MATERIAL,
+    NAMED,
+    REFERENCE_RADIUS,
+    YarnMaterial,
+    parse_stiffnesses,
+)
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline import RelaxOptions
+    from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
     from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -43,6 +51,12 @@ GENERATED_RADIUS = "that of the yarn, or an eighth of the stitch width"
 FACTORS = (
     "for a stitch type (k=1.1), a row (row:3=0.9), a yarn (yarn:12=1.2), or the floats or held loops of slip stitches "
     "(floats=F, held=F)"
+)
+
+ASPECT_UNSET = f"that of the stitches, {COURSE_OVER_WALE_SPACING} if it is not known"
+STIFFNESS_HELP = (
+    f"one value of the material, of a yarn with a radius of {REFERENCE_RADIUS} cm; the values are "
+    f"{', '.join(field.name for field in fields(YarnMaterial))}"
 )
 
 QualityName = Annotated[str, help_entry("NAME", help=f"preset of accuracy and cost: {', '.join(PRESETS)}")]
@@ -106,6 +120,76 @@ class Rows:
     """course edge from which rows start: its two vertices, counted from 0"""
     flip: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
     """face whose row is reversed, counted from 0"""
+
+
+@dataclass(frozen=True)
+class StitchCounts:
+    """Height of the stitches, and numbers of stitches along single edges of the mesh."""
+
+    course_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
+    """course spacing [cm]"""
+    count: Annotated[UseAppendAction[tuple[str, ...]], help_entry("V,W=COUNT")] = ()
+    """number of stitches along an edge, named by its two vertices, counted from 0; for a wale edge of its whole row"""
+    mark: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """wale edge at which all increases and decreases of its faces stand: its two vertices, counted from 0"""
+    edges: Annotated[str | None, help_entry("FILE", "no file")] = None
+    """text file of counts V,W=COUNT and marked edges V,W, one on each line"""
+
+    def edge_settings(self) -> EdgeSettings:
+        """Return the counts and marked edges of the options and of the file.
+
+        Raises:
+            FileError: the file cannot be read, or a line is malformed.
+            ParameterError: a count is malformed, or two counts for one edge differ.
+        """
+        from stitchmesh.tessellate.edge_file import EdgeSettings, parse_edge_counts, read_edge_settings
+
+        given = parse_edge_counts(self.count).joined(EdgeSettings(marked=self.mark))
+        return given if self.edges is None else read_edge_settings(self.edges).joined(given)
+
+
+@dataclass(frozen=True)
+class MeshRelaxation:
+    """Relaxation of the stitch mesh."""
+
+    aspect: Annotated[float | None, help_entry("R", ASPECT_UNSET)] = None
+    """height of an unstressed stitch divided by its width"""
+    alpha: Annotated[float, help_entry("PART")] = MeshRelaxOptions.alpha
+    """part of the surface that unstressed stitches cover, above 0 and at most 1"""
+    no_area_force: Flag = not MeshRelaxOptions.area_force
+    """let crowded stitches lose area without resistance; compressed openwork may then fold over"""
+
+    def mesh_relax_options(self) -> MeshRelaxOptions:
+        """Return the options of the relaxation of the stitch mesh.
+
+        Raises:
+            ParameterError: a number is out of bounds.
+        """
+        return MeshRelaxOptions(aspect=self.aspect, alpha=self.alpha, area_force=not self.no_area_force)
+
+
+@dataclass(frozen=True)
+class MaterialOptions:
+    """Material of the yarn."""
+
+    material: Material = DEFAULT_MATERIAL
+    stiffness: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME=VALUE", help=STIFFNESS_HELP)] = ()
+
+    def values(self) -> dict[str, float]:
+        """Return the changed values of the material, by name.
+
+        Raises:
+            ParameterError: a value is malformed, or its name is unknown.
+        """
+        return parse_stiffnesses(self.stiffness)
+
+    def yarn_material(self, yarn_radius: float) -> YarnMaterial:
+        """Return the material of a yarn of some radius [cm].
+
+        Raises:
+            ParameterError: the material or a value is unknown, or a value is out of bounds.
+        """
+        return YarnMaterial.named(self.material, self.values()).scaled(yarn_radius / REFERENCE_RADIUS)
 
 
 @dataclass(frozen=True)
@@ -174,7 +258,6 @@ class MorePhysics:
 class SolverOptions:
     """Method and limits of the relaxation of yarns."""
 
-    material: Material = DEFAULT_MATERIAL
     solver: Annotated[Solver | None, help_entry("NAME", "that of the quality")] = None
     """method: quasistatic, or dynamics (Leaf et al. 2018)"""
     max_iterations: MaxIterations = None
@@ -187,18 +270,22 @@ class SolverOptions:
         """Return the preset, changed by these options."""
         return quality_with(preset, solver=self.solver, max_iterations=self.max_iterations)
 
-    def relax_options(self, physics: MorePhysics, rest_lengths: RestLengths, checkpoints: Path) -> RelaxOptions:
+    def relax_options(
+        self, physics: MorePhysics, rest_lengths: RestLengths, material: MaterialOptions, checkpoints: Path
+    ) -> RelaxOptions:
         """Return the options of the relaxation.
 
         Args:
             physics: additional energies.
             rest_lengths: changes of the rest lengths.
+            material: material of the yarn.
             checkpoints: folder for checkpoints, if checkpoints are written.
         """
         from stitchmesh.pipeline import RelaxOptions
 
         return RelaxOptions(
-            material=self.material,
+            material=material.material,
+            stiffness=material.values(),
             rest_lengths=rest_lengths,
             terms=physics.terms(),
             checkpoint=self._checkpoints(checkpoints),
@@ -248,6 +335,8 @@ class SwatchFabric:
     """number of repeats of the pattern, side by side"""
     rows: Annotated[int, help_entry("N")] = SwatchOptions.rows
     """number of repeats of the pattern, one above another"""
+    longest_float: Annotated[int, help_entry("N")] = SwatchOptions.longest_float
+    """largest number of stitches behind which a yarn floats; patterns with longer floats are refused"""
 
     def options(self, *, woven: bool) -> dict[str, Any]:
         """Return the fields of ``SwatchOptions`` by name.

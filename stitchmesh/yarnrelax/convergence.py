@@ -147,7 +147,7 @@ class Assessment:
     def remedy(self) -> str:
         """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
         if self.residual <= ABOVE_NOISE * self.rounding:
-            return f"rounding of coordinates alone leaves {self.rounding:.2g}: set precision to float64"
+            return f"rounding of coordinates alone leaves {self.rounding:.2g}: take quality reference (float64)"
         return "raise max_iterations"
 
     @property

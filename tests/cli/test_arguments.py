@@ -69,7 +69,7 @@ def test_defaults_are_those_of_the_library():
     assert (knit.yarn_radius, knit.spiral) == (library.yarn_radius, library.spiral)
     assert knit.pattern_remainder == library.pattern_remainder
     assert knit.finish == library.finish == YarnFinish()
-    assert knit.solver.material == RelaxOptions().material
+    assert knit.material.material == RelaxOptions().material
     assert knit.rest_lengths.rest_lengths() == RestLengths()
     assert SwatchOptions(**swatch.fabric.options(woven=False), period=swatch.period) == SwatchOptions()
 

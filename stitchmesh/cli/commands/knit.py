@@ -15,11 +15,14 @@ from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
+    MaterialOptions,
+    MeshRelaxation,
     MorePhysics,
     QualityName,
     RestLengthFactors,
     Rows,
     SolverOptions,
+    StitchCounts,
     StitchWidth,
     Unit,
     YarnAndGauge,
@@ -56,7 +59,10 @@ class Knit:
     """do not write preview.png"""
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     rows: Rows = field(default_factory=Rows)
+    stitches: StitchCounts = field(default_factory=StitchCounts)
+    mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
     finish: YarnFinish = field(default_factory=YarnFinish)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
     solver: SolverOptions = field(default_factory=SolverOptions)
@@ -68,11 +74,16 @@ class Knit:
         from stitchmesh.patterns import read_pattern
         from stitchmesh.pipeline import KnitOptions, knit
 
-        size = self.yarn.size(stitch_width=self.stitch_width, yarn_radius=self.yarn_radius)
-        rest_lengths = self.rest_lengths.rest_lengths(size.loop_length)
+        size = self.yarn.size(
+            stitch_width=self.stitch_width, stitch_height=self.stitches.course_height, yarn_radius=self.yarn_radius
+        )
+        edges, lengths = self.stitches.edge_settings(), self.rest_lengths.rest_lengths(size.loop_length)
         options = KnitOptions(
             stitch_width=STITCH_WIDTH if size.stitch_width is None else size.stitch_width,
             stitch_height=size.stitch_height,
+            counts=edges.counts,
+            marked=edges.marked,
+            mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
             yarn_radius=size.yarn_radius,
             quality=self.solver.quality(self.quality),
             device=self.device,
@@ -82,7 +93,7 @@ class Knit:
             pattern_remainder=check_remainder(self.pattern_remainder),
             spiral=self.spiral,
             finish=self.finish,
-            relaxation=self.solver.relax_options(self.physics, rest_lengths, Path(self.output)),
+            relaxation=self.solver.relax_options(self.physics, lengths, self.material, Path(self.output)),
         )
         with output_folder(self.output) as folder:
             mesh = read_mesh(self.mesh, unit=self.unit)

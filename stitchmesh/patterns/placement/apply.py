@@ -33,6 +33,7 @@ from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
 from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
 from stitchmesh.patterns.placement.loop_marks import LoopMarks
 from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
+from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.patterns.placement.region import region_of
 from stitchmesh.patterns.placement.replace import Replacement
 from stitchmesh.patterns.placement.sites import CellNumbers, find_sites
@@ -124,7 +125,12 @@ def lay_pattern(
     if face is not None and faces is not None:
         raise ParameterError("got a face and a region; expected one of them")
     inside = region_of(fabric, faces)
+    changes: list[Change] = []
     if face is None:
+        ground = plain_ground(fabric, inside)
+        if ground:
+            changes.append(ground.patch)
+            fabric, inside = apply_change(fabric, ground.patch), ground.faces.merged(inside, ground.is_new)
         placement = follow_wales(fabric, chosen, remainder, inside)
     else:
         grid = grid_around(fabric, face)
@@ -137,7 +143,7 @@ def lay_pattern(
             f"pattern {chosen.name!r}: its {chosen.width} columns are more than any first row of the {where} has; "
             "use narrower stitches or another pattern"
         )
-    return _Laying(fabric, chosen, placement, inside).laid()
+    return _Laying(fabric, chosen, placement, inside).laid(changes)
 
 
 def _pattern_of(pattern: object) -> Pattern:
@@ -171,8 +177,12 @@ class _Laying:
         self.table = CellTable(pattern, units, self.cells)
         self.sites, self.in_site = find_sites(fabric, placement, self.cells, units.larger)
 
-    def laid(self) -> LaidPattern:
-        """Apply the changes: stitches of faces that stay, then new faces, then the marks of loops."""
+    def laid(self, before: list[Change]) -> LaidPattern:
+        """Apply the changes: stitches of faces that stay, then new faces, then the marks of loops.
+
+        Args:
+            before: changes that have made the fabric.
+        """
         fabric = self.fabric
         loops = LoopMarks(fabric, self.pattern, self.placement, self.cells, self.sites)
         crossings, uncrossed = loops.crossings()
@@ -202,7 +212,7 @@ class _Laying:
             if len(mark.places):
                 changes.append(mark)
                 after = apply_change(after, mark)
-        return LaidPattern(after, tuple(changes), laid, find_left_out(after, reason, _REASONS))
+        return LaidPattern(after, (*before, *changes), laid, find_left_out(after, reason, _REASONS))
 
     def _reasons(self, uncrossed: IntArray) -> IntArray:
         """Return the index of the reason why each face is left out, -1 for the other faces, shape (F,)."""
