@@ -137,7 +137,7 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
             material=recipe.material.name,
             stiffness=recipe.material.values(),
             rest_lengths=recipe.rest_lengths.rest_lengths(size.loop_length),
-            terms=recipe.physics.terms(),
+            terms=tuple(recipe.physics.terms()),
         ),
     )
 

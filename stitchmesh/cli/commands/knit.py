@@ -42,7 +42,7 @@ RECIPE_SUFFIX = ".toml"
 
 @dataclass(frozen=True)
 class Knit:
-    """Make relaxed yarns, a picture and a report from a polygon mesh, or from a recipe."""
+    """Make relaxed yarns, a picture and a report from a polygon mesh or a recipe."""
 
     mesh: Annotated[Positional[str], help_entry("MESH|RECIPE")]
     """polygon mesh: OBJ, PLY, OFF, STL, VTK ...; or a recipe: TOML (docs/recipes.md)"""
@@ -79,7 +79,7 @@ class Knit:
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.recipe.knit_recipe import knit_recipe
 
-        recipe = self._recipe_of_file() if self.mesh.lower().endswith(RECIPE_SUFFIX) else self._recipe()
+        recipe = self._recipe_of_file() if self.mesh.lower().endswith(RECIPE_SUFFIX) else self.recipe()
         checkpoint = self.solver.checkpoints(Path(self.output))
         with output_folder(self.output) as folder, show_progress() as progress:
             made = knit_recipe(recipe, folder, checkpoint=checkpoint, resume=self.solver.resume, progress=progress)
@@ -108,7 +108,7 @@ class Knit:
         recipe = read_recipe(self.mesh)
         return replace(recipe, quality=self.quality or recipe.quality, device=self.device or recipe.device)
 
-    def _recipe(self) -> Recipe:
+    def recipe(self) -> Recipe:
         """Return the recipe that the options describe."""
         from stitchmesh.recipe.recipe import Recipe
         from stitchmesh.recipe.sections import LabelSection, SolverSection

@@ -21,7 +21,7 @@ PICTURE_SUFFIX = ".png"
 
 @dataclass(frozen=True)
 class Select:
-    """Show parts of a stitch mesh: the names that selections can use, or the faces of selections."""
+    """Show parts of a stitch mesh by name, as counts, a picture or a list."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
     selections: Annotated[Positional[tuple[str, ...]], help_entry("SELECTION", "list the names")] = ()
