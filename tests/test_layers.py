@@ -17,7 +17,7 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"compute", "lattice", "quality"},
+    {"compute", "lattice", "progress", "quality"},
     {"mesh"},
     {"yarn"},
     {"hand_knitting"},
@@ -45,7 +45,7 @@ HEAVY = {
     "rich": {"cli"},
     "tyro": {"cli"},
     "msgspec": {"editing", "io"},
-    "PIL": {"render", "patterns", "periodic"},
+    "PIL": {"mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},
     "matplotlib": {"render"},

@@ -19,7 +19,13 @@ from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
-from stitchmesh.recipe.sections import MaterialSection, PhysicsSection, RestLengthsSection, StitchesSection
+from stitchmesh.recipe.sections import (
+    LabelSection,
+    MaterialSection,
+    PhysicsSection,
+    RestLengthsSection,
+    StitchesSection,
+)
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
@@ -113,12 +119,25 @@ class YarnAndGauge:
 
 @dataclass(frozen=True)
 class Rows:
-    """Seeds and directions of the knitting rows."""
+    """Starts and directions of the knitting rows, and the side of the mesh that is outside."""
 
-    seed: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
-    """course edge from which rows start: its two vertices, counted from 0"""
+    start_border: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """border from which rows start, whole: the two vertices of one of its edges, counted from 0"""
+    start_edge: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W", also="--seed")] = ()
+    """course edge from which rows start: its border up to the next corners, or the edge loop through it"""
     flip: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
     """face whose row is reversed, counted from 0"""
+    turn_inside_out: Flag = False
+    """reverse all faces of the mesh first, so that its other side is outside"""
+
+    def section(self) -> LabelSection:
+        """Return the section of a recipe."""
+        return LabelSection(
+            start_borders=self.start_border,
+            start_edges=self.start_edge,
+            flip=self.flip,
+            turn_inside_out=self.turn_inside_out,
+        )
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import LabelError, ParameterError
+from stitchmesh.errors import LabelError, ParameterError, check_kind
 from stitchmesh.labeling.direction import seam_sides, turned_rows
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.frame import in_knitting_frame
@@ -40,6 +40,7 @@ def start_labeling(mesh: Mesh) -> PartialLabeling:
     Args:
         mesh: any oriented polygon mesh.
     """
+    check_kind("start_labeling", mesh, Mesh)
     rows = {"seeded": np.zeros(0, dtype=bool), "held_direction": np.zeros(0, dtype=np.int64)}
     return PartialLabeling(mesh=mesh, **vars(no_labels(mesh)), **rows)
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
-from stitchmesh.io import read_mesh
 from stitchmesh.io.contents import FilePath
-from stitchmesh.pipeline import Knitted, Progress, knit, no_progress
+from stitchmesh.pipeline import Knitted, knit
+from stitchmesh.progress import Progress, no_progress
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -40,6 +40,6 @@ def knit_recipe(
     """
     options = recipe_options(recipe)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
-    made = knit(read_mesh(recipe.mesh, unit=recipe.unit), folder, options, progress=progress)
+    made = knit(recipe.label.read_mesh(recipe.mesh, recipe.unit), folder, options, progress=progress)
     write_recipe(Path(folder) / RECIPE_FILE, recipe)
     return made

@@ -15,6 +15,7 @@ from stitchmesh.editing.on_selection import ON
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colour
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.patterns import read_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
@@ -48,12 +49,22 @@ class RecipePattern:
 
 @dataclass(frozen=True, kw_only=True)
 class RecipeColour:
-    """A yarn on a part of the garment."""
+    """A colour on a part of the garment: the number of a yarn, or its colour.
 
-    yarn: int
-    """Number of the yarn, a place in the palette counted from 0."""
+    Raises:
+        ParameterError: both are given, or none.
+    """
+
     on: str
     """Selection."""
+    yarn: int | None = None
+    """Number of the yarn, a place in the palette counted from 0."""
+    colour: str | None = None
+    """Colour (``parse_colour``); a colour that the palette does not have is added to it."""
+
+    def __post_init__(self) -> None:
+        if (self.yarn is None) == (self.colour is None):
+            raise ParameterError(f"colours: on '{self.on}': expected either a yarn number or a colour")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,12 +92,14 @@ class Recipe:
     """Processor, ``cpu`` or ``cuda:0``; None for the first GPU, or the CPU without a GPU."""
     spiral: bool = False
     """Whether tubes are knitted in one spiral row instead of rings."""
+    palette: tuple[str, ...] = ()
+    """Colours of the yarns by number, each ``#rrggbb`` or a name such as ``navy``; a chart adds its own colours."""
     patterns: tuple[RecipePattern, ...] = ()
     """Patterns, each on its part of the garment."""
     edits: tuple[Edit, ...] = ()
     """Edits that are applied one after another, after the patterns."""
     colours: tuple[RecipeColour, ...] = ()
-    """Yarns of parts of the garment, set one after another, after the edits."""
+    """Colours of parts of the garment, set one after another, after the edits."""
     label: LabelSection = field(default_factory=LabelSection)
     stitches: StitchesSection = field(default_factory=StitchesSection)
     mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
@@ -118,6 +131,7 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
         PatternError: a file does not describe a valid pattern.
     """
     size, edges = recipe.size, recipe.stitches.edge_settings()
+    palette, stripes = _colours(recipe)
     return KnitOptions(
         stitch_width=STITCH_WIDTH if size.stitch_width is None else size.stitch_width,
         stitch_height=size.stitch_height,
@@ -125,12 +139,15 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
         marked=edges.marked,
         mesh_relaxation=recipe.mesh_relaxation,
         yarn_radius=size.yarn_radius,
+        drawn_radius=size.drawn_radius,
         quality=recipe.solver.quality(recipe.quality),
         device=recipe.device,
-        seeds=recipe.label.seeds,
+        borders=recipe.label.start_borders,
+        seeds=recipe.label.start_edges,
         flip=recipe.label.flip,
+        palette=palette,
         patterns=tuple(_region(part, number) for number, part in enumerate(recipe.patterns)),
-        edits=(*recipe.edits, *(_striped(part, number) for number, part in enumerate(recipe.colours))),
+        edits=(*recipe.edits, *stripes),
         spiral=recipe.spiral,
         finish=recipe.finish,
         relaxation=RelaxOptions(
@@ -150,10 +167,25 @@ def _region(part: RecipePattern, number: int) -> PatternRegion:
         raise type(error)(f"patterns[{number}]: {error}") from error
 
 
-def _striped(part: RecipeColour, number: int) -> Edit:
-    """Return the edit that sets the yarn of a part of the garment."""
+def _colours(recipe: Recipe) -> tuple[tuple[str, ...], list[Edit]]:
+    """Return the palette, and the edits that set the yarns of parts of the garment."""
     try:
-        parse_selection(part.on)
+        colours = [colour_text(colour) for colour in make_palette(recipe.palette)]
     except ParameterError as error:
-        raise ParameterError(f"colours[{number}]: {error}") from error
-    return Edit("stripe", {ON: part.on, "yarn": part.yarn})
+        raise ParameterError(f"palette: {error}") from error
+    stripes = []
+    for number, part in enumerate(recipe.colours):
+        try:
+            parse_selection(part.on)
+            yarn = part.yarn if part.colour is None else _yarn_of(colours, colour_text(parse_colour(part.colour)))
+        except ParameterError as error:
+            raise ParameterError(f"colours[{number}]: {error}") from error
+        stripes.append(Edit("stripe", {ON: part.on, "yarn": yarn}))
+    return tuple(colours), stripes
+
+
+def _yarn_of(colours: list[str], colour: str) -> int:
+    """Return the number of a colour in a palette; a new colour is added, after the stock colour of yarn 0."""
+    if colour not in colours:
+        colours += [colour] if colours else [colour_text(STOCK[0]), colour]
+    return colours.index(colour)

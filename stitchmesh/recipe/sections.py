@@ -16,18 +16,35 @@ from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
 
 if TYPE_CHECKING:
+    from stitchmesh.mesh import Mesh
     from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarnrelax.energies.term import TermChoice
 
 
 @dataclass(frozen=True, kw_only=True)
 class LabelSection:
-    """How the knitting rows are found."""
+    """How the knitting rows are found, and which side of the mesh is outside."""
 
-    seeds: tuple[tuple[int, int], ...] = ()
+    start_borders: tuple[tuple[int, int], ...] = ()
+    """Borders from which rows start, whole: each named by the two vertices of one of its edges."""
+    start_edges: tuple[tuple[int, int], ...] = ()
     """Course edges from which rows start, each named by its two vertices."""
     flip: tuple[int, ...] = ()
     """Faces whose rows are reversed."""
+    turn_inside_out: bool = False
+    """Whether all faces of the mesh are reversed first, so that its other side is outside."""
+
+    def read_mesh(self, path: str, unit: str) -> Mesh:
+        """Read a polygon mesh, and turn it inside out if the section says so.
+
+        Raises:
+            StitchMeshError: as for ``read_mesh`` of ``stitchmesh``.
+        """
+        from stitchmesh.io import read_mesh
+        from stitchmesh.mesh.orientation import turn_inside_out
+
+        mesh = read_mesh(path, unit=unit)
+        return turn_inside_out(mesh) if self.turn_inside_out else mesh
 
 
 @dataclass(frozen=True, kw_only=True)

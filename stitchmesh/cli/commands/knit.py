@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.labeling_faults import faults_drawn
 from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
@@ -81,7 +82,7 @@ class Knit:
 
         recipe = self._recipe_of_file() if self.mesh.lower().endswith(RECIPE_SUFFIX) else self.recipe()
         checkpoint = self.solver.checkpoints(Path(self.output))
-        with output_folder(self.output) as folder, show_progress() as progress:
+        with output_folder(self.output) as folder, show_progress() as progress, faults_drawn(folder):
             made = knit_recipe(recipe, folder, checkpoint=checkpoint, resume=self.solver.resume, progress=progress)
         plot_history(made.history, folder, recipe.solver.quality(recipe.quality))
         if not self.no_picture:
@@ -111,7 +112,7 @@ class Knit:
     def recipe(self) -> Recipe:
         """Return the recipe that the options describe."""
         from stitchmesh.recipe.recipe import Recipe
-        from stitchmesh.recipe.sections import LabelSection, SolverSection
+        from stitchmesh.recipe.sections import SolverSection
 
         return Recipe(
             mesh=self.mesh,
@@ -124,7 +125,7 @@ class Knit:
             device=self.device,
             spiral=self.spiral,
             patterns=self._patterns(),
-            label=LabelSection(seeds=self.rows.seed, flip=self.rows.flip),
+            label=self.rows.section(),
             stitches=self.stitches.section(),
             mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
             finish=self.finish,

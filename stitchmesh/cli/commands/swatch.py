@@ -77,7 +77,7 @@ class Swatch:
         """Relax the repeat, and show the progress."""
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.swatch import swatch
-        from stitchmesh.pipeline import relaxing_progress
+        from stitchmesh.progress import relaxing_progress
 
         quality = quality_named(quality_with(self.quality, max_iterations=self.max_iterations))
         material = self.material.yarn_material(options.yarn_radius)
