@@ -85,7 +85,7 @@ class Label:
             if self.starts.turn_inside_out:
                 raise ParameterError("--turn-inside-out: the mesh is partly labeled already; turn the polygon mesh")
             return read_labeling(self.mesh)
-        mesh = self.starts.read_mesh(self.mesh, self.unit)
+        mesh = self.starts.section().read_mesh(self.mesh, self.unit)
         warn_if_inside_out(mesh)
         return start_labeling(mesh)
 
