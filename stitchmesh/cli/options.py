@@ -22,7 +22,7 @@ from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
-from stitchmesh.yarn.yarn_presets import yarn_names
+from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 from stitchmesh.yarnrelax.model.material import (
     DEFAULT_MATERIAL,
     NAMED,
@@ -110,6 +110,14 @@ class YarnAndGauge:
             ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
         """
         return stitch_size(self.yarn, self.gauge, **lengths)
+
+    def named(self) -> Yarn | None:
+        """Return the yarn that is named; None if there is none.
+
+        Raises:
+            ParameterError: the yarn is unknown.
+        """
+        return None if self.yarn is None else Yarn.named(self.yarn)
 
 
 @dataclass(frozen=True)

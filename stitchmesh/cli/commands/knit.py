@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -27,7 +26,8 @@ from stitchmesh.cli.options import (
     Unit,
     YarnAndGauge,
 )
-from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
+from stitchmesh.cli.output_folder import draw_if_possible, output_folder, picture_seconds, plot_history
+from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -57,6 +57,7 @@ class Knit:
     device: Device = None
     no_picture: Flag = False
     """do not write preview.png"""
+    json: AsJson = False
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     rows: Rows = field(default_factory=Rows)
     stitches: StitchCounts = field(default_factory=StitchCounts)
@@ -68,7 +69,7 @@ class Knit:
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
-        """Run all stages, write their results, draw the pictures and print the report."""
+        """Run all stages, write their results, draw the pictures and print a summary."""
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_mesh
         from stitchmesh.patterns import read_pattern
@@ -95,13 +96,16 @@ class Knit:
             finish=self.finish,
             relaxation=self.solver.relax_options(self.physics, lengths, self.material, Path(self.output)),
         )
-        with output_folder(self.output) as folder:
+        seconds_after = None if self.no_picture else picture_seconds
+        with output_folder(self.output) as folder, show_progress() as progress:
             mesh = read_mesh(self.mesh, unit=self.unit)
-            with show_progress() as progress:
-                made = knit(mesh, folder, options, progress=progress)
-        plot_history(made.history, folder, options.quality)
-        if not self.no_picture:
-            from stitchmesh.render import render_yarns
+            made = knit(mesh, folder, options, progress=progress, seconds_after=seconds_after)
+            plot_history(made.history, folder, options.quality)
+            drawn = False
+            if not self.no_picture:
+                progress("picture", 0.0, "preview.png")
+                from stitchmesh.render import render_yarns
 
-            draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
-        print(json.dumps(made.report, indent=2))
+                drawn = draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
+        lines = knit_summary(made.fabric, made.yarns, made.report, self.yarn.named())
+        print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
