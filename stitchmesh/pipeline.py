@@ -35,6 +35,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
@@ -283,6 +284,7 @@ def _stitches(
         **options.mesh_arguments,
     )  # fmt: skip
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
+    report["gauge"] = asdict(fabric_gauge(relaxed))
     if options.spiral:
         rings, relaxed = relaxed, make_spiral(relaxed)
         report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}

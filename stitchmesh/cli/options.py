@@ -29,7 +29,7 @@ from stitchmesh.recipe.sections import (
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
-from stitchmesh.yarn.yarn_presets import yarn_names
+from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 from stitchmesh.yarnrelax.model.material import (
     DEFAULT_MATERIAL,
     NAMED,
@@ -115,6 +115,14 @@ class YarnAndGauge:
             ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
         """
         return stitch_size(self.yarn, self.gauge, **lengths)
+
+    def named(self) -> Yarn | None:
+        """Return the yarn that is named; None if there is none.
+
+        Raises:
+            ParameterError: the yarn is unknown.
+        """
+        return None if self.yarn is None else Yarn.named(self.yarn)
 
 
 @dataclass(frozen=True)

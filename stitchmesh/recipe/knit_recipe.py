@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -13,6 +14,7 @@ from stitchmesh.pipeline import Knitted, knit
 from stitchmesh.progress import Progress, no_progress
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 
 RECIPE_FILE = "garment.toml"
@@ -22,6 +24,7 @@ RECIPE_FILE = "garment.toml"
 def knit_recipe(
     recipe: Recipe, folder: str | PathLike[str], *, checkpoint: Checkpoints | None = None,
     resume: FilePath | None = None, progress: Progress = no_progress,
+    seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
     """Make the garment of a recipe, and write it.
 
@@ -34,12 +37,14 @@ def knit_recipe(
         checkpoint: file and interval of checkpoints; None writes no checkpoints.
         resume: checkpoint file from which the relaxation continues; None starts a new relaxation.
         progress: called with the progress of each stage.
+        seconds_after: estimated time of the caller's own work afterwards, as for ``pipeline.knit``.
 
     Raises:
         StitchMeshError: the recipe cannot be carried out; nothing is written if the error is in the recipe.
     """
     options = recipe_options(recipe)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
-    made = knit(recipe.label.read_mesh(recipe.mesh, recipe.unit), folder, options, progress=progress)
+    mesh = recipe.label.read_mesh(recipe.mesh, recipe.unit)
+    made = knit(mesh, folder, options, progress=progress, seconds_after=seconds_after)
     write_recipe(Path(folder) / RECIPE_FILE, recipe)
     return made

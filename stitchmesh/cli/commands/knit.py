@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -28,11 +27,13 @@ from stitchmesh.cli.options import (
     Unit,
     YarnAndGauge,
 )
-from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
+from stitchmesh.cli.output_folder import draw_if_possible, output_folder, picture_seconds, plot_history
+from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ class Knit:
     device: Device = None
     no_picture: Flag = False
     """do not write preview.png"""
+    json: AsJson = False
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     rows: Rows = field(default_factory=Rows)
     stitches: StitchCounts = field(default_factory=StitchCounts)
@@ -76,20 +78,25 @@ class Knit:
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
-        """Run all stages, write their results, draw the pictures and print the report."""
+        """Run all stages, write their results, draw the pictures and print a summary."""
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.recipe.knit_recipe import knit_recipe
 
         recipe = self._recipe_of_file() if self.mesh.lower().endswith(RECIPE_SUFFIX) else self.recipe()
         checkpoint = self.solver.checkpoints(Path(self.output))
+        seconds_after = None if self.no_picture else picture_seconds
         with output_folder(self.output) as folder, show_progress() as progress, faults_drawn(folder):
-            made = knit_recipe(recipe, folder, checkpoint=checkpoint, resume=self.solver.resume, progress=progress)
-        plot_history(made.history, folder, recipe.solver.quality(recipe.quality))
-        if not self.no_picture:
-            from stitchmesh.render import render_yarns
+            made = knit_recipe(recipe, folder, checkpoint=checkpoint, resume=self.solver.resume, progress=progress,
+                               seconds_after=seconds_after)  # fmt: skip
+            plot_history(made.history, folder, recipe.solver.quality(recipe.quality))
+            drawn = False
+            if not self.no_picture:
+                progress("picture", 0.0, "preview.png")
+                from stitchmesh.render import render_yarns
 
-            draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
-        print(json.dumps(made.report, indent=2))
+                drawn = draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
+        lines = knit_summary(made.fabric, made.yarns, made.report, None if recipe.yarn is None else Yarn.named(recipe.yarn))
+        print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
 
     def _recipe_of_file(self) -> Recipe:
         """Return the recipe of a file, with the quality and the device of the options.
@@ -102,7 +109,7 @@ class Knit:
 
         solver = SolverOptions(checkpoint_every=self.solver.checkpoint_every, resume=self.solver.resume)
         free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, no_picture=self.no_picture,
-                    solver=solver)  # fmt: skip
+                    json=self.json, solver=solver)  # fmt: skip
         given = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
         if given:
             raise ParameterError(f"{given[0].replace('_', '-')}: is part of a recipe; write it into {self.mesh}")
