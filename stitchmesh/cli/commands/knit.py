@@ -95,7 +95,8 @@ class Knit:
                 from stitchmesh.render import render_yarns
 
                 drawn = draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
-        lines = knit_summary(made.fabric, made.yarns, made.report, None if recipe.yarn is None else Yarn.named(recipe.yarn))
+        yarn = None if recipe.yarn is None else Yarn.named(recipe.yarn)
+        lines = knit_summary(made.fabric, made.yarns, made.report, yarn)
         print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
 
     def _recipe_of_file(self) -> Recipe:
