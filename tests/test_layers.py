@@ -28,6 +28,7 @@ LAYERS = [
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
     {"periodic"},
     {"pipeline"},
+    {"recipe"},
     {"render"},
     {"cli"},
     {"__main__"},

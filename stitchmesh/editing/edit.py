@@ -69,15 +69,17 @@ class Edit:
     arguments: Mapping[str, object] = field(default_factory=dict)
     """Arguments of the edit by name, without the stitch mesh: numbers, texts and lists of numbers.
 
-    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side.
-    NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when the edit is made.
+    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side; a
+    ``Selection`` becomes its text. NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when
+    the edit is made.
     """
 
     def __post_init__(self) -> None:
         if not isinstance(self.arguments, Mapping) or not all(isinstance(name, str) for name in self.arguments):
             expected = 'arguments by name, such as {"faces": [3, 4]}'
             raise ParameterError(f"edit {self.name!r}: got {described(self.arguments)}; expected {expected}")
-        object.__setattr__(self, "arguments", plain_value(self.arguments))
+        values = {name: str(value) if name == ON else value for name, value in self.arguments.items()}
+        object.__setattr__(self, "arguments", plain_value(values))
 
 
 @dataclass(frozen=True, eq=False)

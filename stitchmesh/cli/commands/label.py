@@ -89,7 +89,7 @@ class Label:
             if holds_labeling(self.mesh):
                 return read_labeling(self.mesh)
             return PartialLabeling.of_rows(read_stitches(self.mesh))
-        mesh = self.starts.read_mesh(self.mesh, self.unit)
+        mesh = self.starts.section().read_mesh(self.mesh, self.unit)
         warn_if_inside_out(mesh)
         return start_labeling(mesh)
 
