@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, LEFT, TOP, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, LEFT, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Change, Patch
 from stitchmesh.mesh.courses import faces_across
@@ -150,7 +150,7 @@ def place_arguments(fabric: StitchMesh, name: str, face: int) -> dict[str, objec
 
 
 def places_after(places: IntArray, face_count: int, changes: Iterable[Change]) -> IntArray:
-    """Return the numbers of faces after some changes; faces that the changes remove are left out.
+    """Return the numbers of faces after some changes, ``REMOVED`` for the faces that the changes remove, shape (n,).
 
     Args:
         places: numbers of faces before the changes, shape (n,).
@@ -160,7 +160,36 @@ def places_after(places: IntArray, face_count: int, changes: Iterable[Change]) -
     for change in changes:
         if isinstance(change, Patch):
             numbers = Renumbering.of(face_count, change.removed_faces, change.added_faces)
-            places = numbers.after[places]
-            places = places[places != REMOVED]
+            places = np.where(places == REMOVED, REMOVED, numbers.after[places])
             face_count = len(numbers.moved) + len(numbers.added)
     return places
+
+
+def followed_places(places: IntArray, before: StitchMesh, after: StitchMesh, changes: Iterable[Change]) -> IntArray:
+    """Return the faces of an edited fabric that stand in the places of faces before the edit, shape (n,).
+
+    An edit makes the neighbours of its place anew. A face that it removes is followed to the nearest new face.
+
+    Args:
+        places: numbers of faces before the edit, shape (n,).
+        before: the fabric before the edit.
+        after: the fabric after the edit.
+        changes: the changes of the edit.
+    """
+    moved = places_after(np.arange(before.face_count), before.face_count, changes)
+    is_new = np.ones(after.face_count, dtype=bool)
+    is_new[moved[moved != REMOVED]] = False
+    new = np.flatnonzero(is_new)
+    lost = np.flatnonzero(moved[places] == REMOVED)
+    result = moved[places]
+    if len(lost) and len(new):
+        offset = _centres(after, new)[None, :] - _centres(before, places[lost])[:, None]
+        result[lost] = new[np.linalg.norm(offset, axis=2).argmin(axis=1)]
+    return result[result != REMOVED]
+
+
+def _centres(fabric: StitchMesh, faces: IntArray) -> FloatArray:
+    """Mean of the corners of some faces [cm], shape (n, 3)."""
+    sizes = np.diff(fabric.face_start)[faces]
+    position = fabric.vertices[fabric.face_vertex[fabric.sides_of(faces)]]
+    return np.add.reduceat(position, np.cumsum(sizes) - sizes, axis=0) / sizes[:, None]

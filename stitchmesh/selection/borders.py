@@ -26,6 +26,8 @@ TIP_LENGTH = 15.0
 """Length of a border below which it can be a tip [cm]; the hand of a small child does not go through it."""
 CONVERGING = 0.8
 """Largest alignment of the wales at a tip: length of the sum of their vectors, divided by the sum of their lengths."""
+SPIRAL_STEP = 1
+"""Number of wale sides at the border of a spiral, where its first or its last turn begins."""
 OFF_MIDDLE = 0.2
 """Distance from the middle plane from which a border lies on one side, divided by half the width of the garment."""
 TALLEST = 0.5
@@ -47,7 +49,7 @@ class Border:
     centre: FloatArray
     """Centre of the border line [cm], shape (3,)."""
     along_rows: bool
-    """Whether all sides are course sides, so that the border is a first or a last row."""
+    """Whether the border is a first or a last row: all sides are course sides, except for the step of a spiral."""
 
 
 def borders(fabric: StitchMesh) -> list[Border]:
@@ -115,7 +117,7 @@ def _measured(fabric: StitchMesh, number: int, sides: IntArray) -> Border:
         sides=sides,
         length=float(length.sum()),
         centre=np.average(middle, axis=0, weights=length),
-        along_rows=not fabric.is_wale[sides].any(),
+        along_rows=bool(fabric.is_wale[sides].sum() <= SPIRAL_STEP),
     )
 
 
