@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, LEFT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, LEFT, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Change, Patch
 from stitchmesh.mesh.courses import faces_across
 from stitchmesh.mesh.renumbering import REMOVED, Renumbering
 from stitchmesh.selection import select
+from stitchmesh.selection.parts import face_centres
 
 ON = "on"
 """Argument of an edit that holds a selection."""
@@ -183,13 +184,6 @@ def followed_places(places: IntArray, before: StitchMesh, after: StitchMesh, cha
     lost = np.flatnonzero(moved[places] == REMOVED)
     result = moved[places]
     if len(lost) and len(new):
-        offset = _centres(after, new)[None, :] - _centres(before, places[lost])[:, None]
+        offset = face_centres(after, new)[None, :] - face_centres(before, places[lost])[:, None]
         result[lost] = new[np.linalg.norm(offset, axis=2).argmin(axis=1)]
     return result[result != REMOVED]
-
-
-def _centres(fabric: StitchMesh, faces: IntArray) -> FloatArray:
-    """Mean of the corners of some faces [cm], shape (n, 3)."""
-    sizes = np.diff(fabric.face_start)[faces]
-    position = fabric.vertices[fabric.face_vertex[fabric.sides_of(faces)]]
-    return np.add.reduceat(position, np.cumsum(sizes) - sizes, axis=0) / sizes[:, None]
