@@ -38,6 +38,8 @@ from .periodic.weave.library import weave_names as weave_names
 from .periodic.weave.weave import Weave as Weave
 from .periodic.weave.yarns import weave_yarns as weave_yarns
 from .quality import Quality as Quality
+from .render import PictureOptions as PictureOptions
+from .render import render as render
 from .tessellate import tessellate as tessellate
 from .yarn import YarnSet as YarnSet
 from .yarn.radius_estimate import estimate_radius as estimate_radius

@@ -86,6 +86,18 @@ def filled_palette(palette: Palette, count: int) -> Palette:
     return np.concatenate([palette.reshape(-1, 3), STOCK[beyond % len(STOCK)]])
 
 
+def linear_colour(srgb: ArrayLike) -> NDArray[np.float64]:
+    """Return sRGB colours from 0 to 1 in linear light, any shape (IEC 61966-2-1)."""
+    value = np.asarray(srgb, dtype=np.float64)
+    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_colour(linear: ArrayLike) -> NDArray[np.float64]:
+    """Return colours in linear light as sRGB from 0 to 1, any shape; the inverse of ``linear_colour``."""
+    value = np.asarray(linear, dtype=np.float64)
+    return np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 1e-9) ** (1 / 2.4) - 0.055)
+
+
 def empty_palette() -> Palette:
     """Return a palette without colours, shape (0, 3)."""
     return np.zeros((0, 3), dtype=np.uint8)

@@ -109,7 +109,7 @@ def test_info_check_and_convert(knitted, tmp_path, capsys):
 def test_render_draws_each_kind(knitted, tube_obj, tmp_path):
     for source, words in [
         (knitted / "yarns.h5", []),
-        (knitted / "stitches.h5", ["--what", "stretch"]),
+        (knitted / "stitches.h5", ["--colour-by", "strain"]),
         (tube_obj, []),
     ]:
         picture = tmp_path / "picture.png"
