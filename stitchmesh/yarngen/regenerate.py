@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarn import YarnSet
@@ -62,6 +62,9 @@ def regenerate_yarns(
 
     Source: Leaf et al. 2018 (the limitation). Moving least squares is described by Levin 1998.
     """
+    check_kind("regenerate_yarns", relaxed, YarnSet)
+    check_kind("regenerate_yarns, before", before, StitchMesh)
+    check_kind("regenerate_yarns, after", after, StitchMesh)
     # the mean of equal radii could differ by rounding
     options = {"yarn_radius": float(relaxed.radius[0]), "drawn_radius": float(relaxed.drawn_radius[0]), **options}
     old = generate_yarns(before, quality=quality, **options)

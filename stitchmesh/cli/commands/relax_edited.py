@@ -14,12 +14,14 @@ from stitchmesh.cli.options import (
     READ_STITCHES,
     WRITTEN_YARNS,
     Device,
+    MaterialOptions,
     MorePhysics,
     QualityName,
     ReportFolder,
     SolverOptions,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
+from stitchmesh.cli.summary import AsJson
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen.finish import YarnFinish
@@ -35,10 +37,12 @@ class RelaxEdited:
     after: Annotated[str, help_entry("FABRIC", help=f"{READ_STITCHES}, after the edit; the yarns keep its shape")]
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
     report: ReportFolder = None
+    json: AsJson = False
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     finish: YarnFinish = field(default_factory=YarnFinish)
     physics: MorePhysics = field(default_factory=MorePhysics)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
@@ -48,12 +52,14 @@ class RelaxEdited:
         from stitchmesh.yarngen import regenerate_yarns
 
         quality = self.solver.quality(self.quality)
-        options = self.solver.relax_options(self.physics, RestLengths(), checkpoint_folder(self.output))
+        options = self.solver.relax_options(
+            self.physics, RestLengths(), self.material, checkpoint_folder(self.output)
+        )
         relaxed = read_yarns(self.yarns)
         check_writable(self.output, relaxed)
         before, after = read_stitches(self.before), read_stitches(self.after)
         generated, start = regenerate_yarns(relaxed, before, after, quality=quality, **asdict(self.finish))
         relax_to_file(
             self.output, self.report, generated, options, quality=quality, device=self.device, fabric=after,
-            keep_shape=True, start=start,
+            keep_shape=True, start=start, as_json=self.json,
         )  # fmt: skip
