@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 from stitchmesh.errors import ParameterError
@@ -14,11 +14,13 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.periodic.swatch import Swatch
+from stitchmesh.render.close_up import KINDS
 from stitchmesh.render.colouring import COLOUR_BY, one_colour
 from stitchmesh.render.fabric_pictures import render_faces, render_mesh, render_rows, render_stitches, render_stretch
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import render_yarns
 from stitchmesh.render.swatch_picture import DEFAULT_TILES, render_swatch
+from stitchmesh.selection import select
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 
@@ -57,7 +59,7 @@ def render(
         chosen = _options({"fabric": thing.fabric, **options})
         thing = thing.yarns
     if isinstance(thing, YarnSet):
-        _render_yarns(thing, path, tiles, chosen)
+        _render_yarns(thing, path, tiles, _with_selection(chosen, chosen.fabric))
         return
     if not isinstance(thing, Mesh):
         raise ParameterError(f"render: got a {type(thing).__name__}; expected a mesh, yarns or a swatch")
@@ -65,7 +67,7 @@ def render(
         raise ParameterError("tiles: got tiles of a mesh; only yarns that repeat have them")
     if chosen.plies > 1:
         raise ParameterError("plies: got plies of a mesh; only yarns have them")
-    _render_mesh(thing, path, chosen)
+    _render_mesh(thing, path, _with_selection(chosen, thing if isinstance(thing, StitchMesh) else None))
 
 
 def _options(options: dict[str, Any]) -> PictureOptions:
@@ -75,6 +77,14 @@ def _options(options: dict[str, Any]) -> PictureOptions:
         near = difflib.get_close_matches(unknown[0], known, n=1) or [", ".join(known)]
         raise ParameterError(f"render: got {unknown[0]!r}; expected {near[0]}")
     return PictureOptions(**options)
+
+
+def _with_selection(options: PictureOptions, fabric: StitchMesh | None) -> PictureOptions:
+    """Return the options with the faces of a selection, if the text of the close-up is a selection of a fabric."""
+    text = options.close_up
+    if fabric is None or not isinstance(text, str) or text.split(" ")[0].lower() in KINDS:
+        return options
+    return replace(options, close_up=select(fabric, text))
 
 
 def _render_yarns(yarns: YarnSet, path: FilePath, tiles: tuple[int, int] | None, options: PictureOptions) -> None:

@@ -40,7 +40,9 @@ class PictureOptions:
     view: View | None = None
     """Direction of the camera (``view.VIEWS``); the front by default, and the outward normal in a close-up."""
     close_up: str | int | Iterable[int] | None = None
-    """Place that the picture shows, as in ``close_up.place_of``; the whole object by default."""
+    """Place that the picture shows; the whole object by default. A text is ``face 120``, ``row 12``, ``point X Y Z``
+    [cm], ``share U V`` of the picture of the whole object, or a selection if a stitch mesh is there; numbers are faces.
+    """
     extent: float | None = None
     """Width of the region of a close-up [cm]; about twelve stitches by default."""
     inset: bool = True
@@ -54,7 +56,7 @@ class PictureOptions:
     body: Mesh | None = None
     """A body that is drawn too."""
     fabric: StitchMesh | None = None
-    """The stitch mesh of yarns, for colours by stitch."""
+    """The stitch mesh of yarns, for colours by stitch and close-ups of a selection."""
     plies: int = 1
     """Number of twisted strands of each yarn; a smooth tube by default."""
     occlusion: bool = True

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import json
 import os
 import re
@@ -339,7 +340,7 @@ def test_an_output_folder_that_cannot_be_written_is_an_error(tube_obj, tmp_path,
 
 
 def test_a_machine_that_cannot_draw_writes_all_other_files(tube_obj, tmp_path, capsys, monkeypatch):
-    from stitchmesh import render
+    render = importlib.import_module("stitchmesh.render")  # the package; sm.render is its function
     from stitchmesh.errors import DisplayError
 
     def cannot(*_args, **_options):

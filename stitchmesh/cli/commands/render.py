@@ -25,7 +25,8 @@ class Render:
     view: Annotated[str | None, help_entry("VIEW", "front; the outward direction in a close-up")] = None
     """front, back, left, right, top, bottom, or azimuth,elevation in degrees"""
     close_up: Annotated[str | None, help_entry("PLACE", "the whole object")] = None
-    """place to look at: "face 120", "row 12", "point X Y Z" in cm, or "share U V" of the picture of the whole object"""
+    """place to look at: 'face 120', 'row 12', 'point X Y Z' in cm, 'share U V' of the picture of the whole object, or a
+    selection such as 'hem 6'"""
     extent: Annotated[float | None, help_entry("CM", "about twelve stitches")] = None
     """width of the region of a close-up [cm]"""
     colour_by: Annotated[str | None, help_entry("WHAT", "the colours of the yarns; rows or stitches of a mesh")] = None
@@ -33,7 +34,7 @@ class Render:
     blend: Annotated[float, help_entry("X")] = 1.0
     """weight of the colours of rows or stitches over those of the yarns, 0 to 1"""
     stitches: Annotated[str | None, help_entry("FILE", "none")] = None
-    """stitch mesh of the yarns, for colours by stitch"""
+    """stitch mesh of the yarns, for colours by stitch and close-ups of a selection"""
     size: Annotated[tuple[int, int], help_entry("W H")] = (1600, 1000)
     """width and height [pixels]"""
     background: Annotated[str | None, help_entry("COLOUR", "a pale gradient")] = None
