@@ -4,14 +4,12 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
@@ -23,15 +21,16 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.mesh.change import apply_change
 from stitchmesh.mesh.stitch_counts import stitch_counts
-from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.placement.apply import changed_face_count, pattern_changes
+from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
+from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
-from stitchmesh.tessellate import STITCH_WIDTH, tessellate
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
+from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
@@ -41,20 +40,19 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
-Progress = Callable[[str, float, str], None]
-"""Function that reports progress: called with the stage, its completed part (0 to 1), and one or two lines of text."""
-
 
 @dataclass(frozen=True)
 class RelaxOptions:
     """Options of the relaxation of yarns, except for quality and device.
 
     Raises:
-        ParameterError: there is no material of that name.
+        ParameterError: there is no material or no value of that name, or a value is out of bounds.
     """
 
     material: str = DEFAULT_MATERIAL
     """Name of a material, which is scaled to the radius of the yarns."""
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    """New values of single fields of the material, by name, for a yarn of ``REFERENCE_RADIUS``."""
     rest_lengths: RestLengths = field(default_factory=RestLengths)
     """Changes of the rest lengths."""
     terms: Sequence[TermChoice] = ()
@@ -67,7 +65,11 @@ class RelaxOptions:
     """Checkpoint file from which the relaxation continues; None starts a new relaxation."""
 
     def __post_init__(self) -> None:
-        YarnMaterial.named(self.material)
+        YarnMaterial.named(self.material, self.stiffness)
+
+    def yarn_material(self, yarn_radius: float) -> YarnMaterial:
+        """Return the material of a yarn of some radius [cm]."""
+        return YarnMaterial.named(self.material, self.stiffness).scaled(yarn_radius / REFERENCE_RADIUS)
 
 
 @dataclass(frozen=True)
@@ -76,12 +78,22 @@ class KnitOptions:
 
     stitch_width: float = STITCH_WIDTH
     """Wale spacing [cm]."""
+    stitch_height: float | None = None
+    """Course spacing [cm]; by default 0.77 times the stitch width."""
+    counts: Mapping[EdgeName, int] = field(default_factory=dict)
+    """Number of stitches along single edges (``tessellate``)."""
+    marked: Sequence[EdgeName] = ()
+    """Wale edges at which all increases and decreases of their faces stand (``tessellate``)."""
+    mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
+    """Options of the relaxation of the stitch mesh."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; by default an eighth of the stitch width."""
     quality: str | Quality = DEFAULT_QUALITY
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None
     """Warp's name of the device; None for the preferred device."""
+    borders: Sequence[int | tuple[int, int]] = ()
+    """Edges of borders from which rows start (``label``)."""
     seeds: Sequence[int | tuple[int, int]] = ()
     """Course edges from which rows start (``label``)."""
     flip: Sequence[int] = ()
@@ -97,6 +109,14 @@ class KnitOptions:
     relaxation: RelaxOptions = field(default_factory=RelaxOptions)
     """Options of the relaxation of yarns."""
 
+    @property
+    def mesh_arguments(self) -> dict[str, Any]:
+        """Arguments of ``relax_mesh``; the aspect is that of the stitches where it is not given."""
+        height = self.stitch_height
+        aspect = COURSE_OVER_WALE_SPACING if height is None else height / self.stitch_width
+        given = self.mesh_relaxation.aspect
+        return {**asdict(self.mesh_relaxation), "aspect": aspect if given is None else given}
+
 
 @dataclass(frozen=True)
 class Knitted:
@@ -111,14 +131,15 @@ class Knitted:
     history: Sequence[HistoryEntry]
     """Assessments of the relaxation of yarns, in order."""
 
-
-def no_progress(stage: str, done: float, note: str) -> None:
-    """Report no progress (a ``Progress`` function)."""
+    def __repr__(self) -> str:
+        """Return one line: the fabric, and the yarns."""
+        return f"Knitted({self.fabric}, {self.yarns})"
 
 
 def knit(
-    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress
-) -> Knitted:
+    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress,
+    seconds_after: Callable[[YarnSet], float] | None = None,
+) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh, and write them.
 
     The function writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc``, ``report.json`` and ``convergence.csv`` into the
@@ -130,6 +151,8 @@ def knit(
         folder: output folder.
         options: options of all stages.
         progress: called with the progress of each stage.
+        seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
+            the progress of the last stage counts this time.
 
     Raises:
         StitchMeshError: a stage cannot continue; the error is that of the stage.
@@ -146,7 +169,7 @@ def knit(
     try:
         relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
-            progress=progress, on_state=saver.keep,
+            progress=progress, on_state=saver.keep, seconds_after=seconds_after(yarns) if seconds_after else 0.0,
         )  # fmt: skip
     except KeyboardInterrupt:
         saver.save()
@@ -160,7 +183,7 @@ def knit(
 def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
-    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None,
+    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
 
@@ -174,16 +197,19 @@ def relax_with_options(
         start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
+        seconds_after: estimated time of work after the relaxation [s], which the progress counts.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
     quality = quality_named(quality)
-    report_progress = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+    report_progress = relaxing_progress(
+        "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
+    )
     return relax_yarns(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
         start=start,
-        material=YarnMaterial.named(options.material).scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS),
+        material=options.yarn_material(float(yarns.radius.mean())),
         quality=quality,
         device=device,
         keep_shape=fabric if keep_shape else None,
@@ -233,48 +259,37 @@ def _stitches(
 ) -> StitchMesh:
     clock = _Clock()
     progress("label", 0.0, f"{mesh.face_count} faces")
-    labeled = label(mesh, seeds=options.seeds, flip=options.flip)
+    labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
-    fabric = tessellate(labeled, stitch_width=options.stitch_width)
+    fabric = tessellate(
+        labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
+        marked=options.marked,
+    )  # fmt: skip
     checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     if options.pattern is not None:
         progress("pattern", 0.0, options.pattern.name)
-        fabric, faces = with_pattern(fabric, options.pattern, options.pattern_remainder)
-        report["pattern"] = {"name": options.pattern.name, "faces": faces, "seconds": clock.lap()}
+        laid = lay_pattern(fabric, options.pattern, remainder=options.pattern_remainder)
+        fabric = laid.fabric
+        left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
+                    for part in laid.left_out]  # fmt: skip
+        report["pattern"] = {
+            "name": options.pattern.name,
+            "faces": laid.faces_laid,
+            "left_out": left_out,
+            "seconds": clock.lap(),
+        }
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
-        fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
-    )
+        fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
+        **options.mesh_arguments,
+    )  # fmt: skip
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     if options.spiral:
         rings, relaxed = relaxed, make_spiral(relaxed)
         report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
     return relaxed
-
-
-def with_pattern(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, *, face: int | None = None
-) -> tuple[StitchMesh, int]:
-    """Apply a pattern to a fabric.
-
-    Args:
-        fabric: stitch mesh.
-        pattern: the pattern.
-        remainder: treatment of the stitches that remain beside whole tiles.
-        face: a plain stitch, around which the pattern fills the largest grid; None for the whole fabric.
-
-    Returns:
-        The fabric in the pattern, and the number of faces that the pattern has changed.
-
-    Raises:
-        StitchMeshError: as for ``apply_pattern``.
-    """
-    changes = pattern_changes(fabric, pattern, face=face, remainder=remainder)
-    for change in changes:
-        fabric = apply_change(fabric, change)
-    return fabric, changed_face_count(changes)
 
 
 def _yarns(
@@ -291,45 +306,6 @@ def _yarns(
     }
     progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     return yarns
-
-
-def relaxing_progress(
-    stage: str, tolerance: float, progress: Progress, *, max_iterations: float = math.inf
-) -> Callable[..., None]:
-    """Return a function that converts the assessments of a solver into the completed part of a stage.
-
-    The returned function is called with the iteration, the residual and, optionally, the energies by term. Residuals
-    decrease approximately geometrically, so that the completed part is computed from the logarithm of the residual, or
-    from the number of iterations if that gives a larger part.
-
-    Args:
-        stage: name of the stage.
-        tolerance: residual at which the stage is complete.
-        progress: called with the completed part and a line of text.
-        max_iterations: iterations at which the stage is complete.
-    """
-    start: list[tuple[int, float]] = []
-
-    def report_assessment(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
-        """Report one assessment."""
-        if not start and residual > tolerance and math.isfinite(residual):
-            start.append((iteration, residual))
-        done = 0.0
-        if start and residual > 0.0:
-            first, highest = start[0]
-            decrease = math.log(highest / residual) / math.log(highest / tolerance)
-            done = max(decrease, (iteration - first) / max(max_iterations - first, 1.0))
-        progress(stage, float(np.clip(done, 0.0, 1.0)), _note(iteration, residual, energies or {}))
-
-    return report_assessment
-
-
-def _note(iteration: int, residual: float, energies: Mapping[str, float]) -> str:
-    """Iteration and residual of a relaxation, and its energies in a second line."""
-    line = f"iteration {iteration}, residual {residual:.3g}"
-    if not energies:
-        return line
-    return f"{line}\n{', '.join(f'{term} {energy:.2g}' for term, energy in energies.items())} erg"
 
 
 class _Clock:

@@ -17,12 +17,13 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"compute", "lattice", "quality"},
+    {"compute", "lattice", "progress", "quality"},
     {"mesh"},
     {"yarn"},
     {"hand_knitting"},
     {"machine_knitting"},
     {"io"},
+    {"selection"},
     {"patterns"},
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
     {"periodic"},
@@ -43,7 +44,7 @@ HEAVY = {
     "rich": {"cli"},
     "tyro": {"cli"},
     "msgspec": {"editing", "io"},
-    "PIL": {"render", "patterns", "periodic"},
+    "PIL": {"mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},
     "matplotlib": {"render"},

@@ -7,23 +7,34 @@ The docstring of a field is the help text of the option.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from tyro.conf import UseAppendAction
+from tyro.conf import UseAppendAction, arg
 
-from stitchmesh.cli.arguments import OneOrTwo, Pair, help_entry
+from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, NAMED
+from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.yarn_presets import yarn_names
+from stitchmesh.yarnrelax.model.material import (
+    DEFAULT_MATERIAL,
+    NAMED,
+    REFERENCE_RADIUS,
+    YarnMaterial,
+    parse_stiffnesses,
+)
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline import RelaxOptions
+    from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
     from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -33,11 +44,19 @@ WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
 READ_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp or .obj"
 WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp, .glb or .obj"
 FOUND_RADIUS = "from the file, or estimated from the distances between yarns"
-GENERATED_RADIUS = "an eighth of the stitch width"
+SWATCH_RADIUS = f"that of the yarn, or {SwatchOptions.yarn_radius}"
+SWATCH_LOOP = f"that of the gauge or of the yarn, or {COMPACT_LOOP} diameters"
+GENERATED_RADIUS = "that of the yarn, or an eighth of the stitch width"
 
 FACTORS = (
     "for a stitch type (k=1.1), a row (row:3=0.9), a yarn (yarn:12=1.2), or the floats or held loops of slip stitches "
     "(floats=F, held=F)"
+)
+
+ASPECT_UNSET = f"that of the stitches, {COURSE_OVER_WALE_SPACING} if it is not known"
+STIFFNESS_HELP = (
+    f"one value of the material, of a yarn with a radius of {REFERENCE_RADIUS} cm; the values are "
+    f"{', '.join(field.name for field in fields(YarnMaterial))}"
 )
 
 QualityName = Annotated[str, help_entry("NAME", help=f"preset of accuracy and cost: {', '.join(PRESETS)}")]
@@ -45,10 +64,16 @@ Device = Annotated[
     str | None, help_entry("NAME", "the first GPU, or the CPU without a GPU", help="processor: cpu or cuda:0")
 ]
 Unit = Annotated[str, help_entry("UNIT", help=f"unit of a file that states no unit: {', '.join(CENTIMETRES)}")]
-StitchWidth = Annotated[float, help_entry("CM", help="wale spacing [cm]")]
+StitchWidth = Annotated[
+    float | None, help_entry("CM", f"that of the gauge or of the yarn, or {STITCH_WIDTH}", help="wale spacing [cm]")
+]
+YarnName = Annotated[str | None, help_entry("NAME", "none", help=f"hand-knitting yarn: {', '.join(yarn_names())}")]
 Material = Annotated[str, help_entry("NAME", help=f"material, scaled to the yarn radius: {', '.join(sorted(NAMED))}")]
 MaxIterations = Annotated[
     int | None, help_entry("N", "that of the quality", help="largest number of iterations of the relaxation")
+]
+OnSelection = Annotated[
+    str | None, help_entry("SELECTION", "none", help="part of the fabric, such as 'hem 6' (docs/selections.md)")
 ]
 ReportFolder = Annotated[
     str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
@@ -71,13 +96,112 @@ class FileReading:
 
 
 @dataclass(frozen=True)
-class Rows:
-    """Seeds and directions of the knitting rows."""
+class YarnAndGauge:
+    """A yarn and a gauge, from which the sizes follow that are not given."""
 
-    seed: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
-    """course edge from which rows start: its two vertices, counted from 0"""
+    yarn: YarnName = None
+    gauge: Annotated[str | None, help_entry("STITCHES[xROWS]", "that of the yarn")] = None
+    """stitches and rows in 10 cm of stockinette, for example 22 or 22x30"""
+
+    def size(self, **lengths: float | None) -> StitchSize:
+        """Return the sizes of stitches and yarn; ``lengths`` are the given ones, as for ``stitch_size``.
+
+        Raises:
+            ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
+        """
+        return stitch_size(self.yarn, self.gauge, **lengths)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Starts and directions of the knitting rows, and the side of the mesh that is outside."""
+
+    start_border: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """border from which rows start, whole: the two vertices of one of its edges, counted from 0"""
+    start_edge: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W", also="--seed")] = ()
+    """course edge from which rows start: its border up to the next corners, or the edge loop through it"""
     flip: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
     """face whose row is reversed, counted from 0"""
+    turn_inside_out: Flag = False
+    """reverse all faces of the mesh first, so that its other side is outside"""
+
+    def read_mesh(self, path: str, unit: str) -> Mesh:
+        """Read a polygon mesh, and turn it inside out if the option is given."""
+        from stitchmesh.io import read_mesh
+        from stitchmesh.mesh.orientation import turn_inside_out
+
+        mesh = read_mesh(path, unit=unit)
+        return turn_inside_out(mesh) if self.turn_inside_out else mesh
+
+
+@dataclass(frozen=True)
+class StitchCounts:
+    """Height of the stitches, and numbers of stitches along single edges of the mesh."""
+
+    course_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
+    """course spacing [cm]"""
+    count: Annotated[UseAppendAction[tuple[str, ...]], help_entry("V,W=COUNT")] = ()
+    """number of stitches along an edge, named by its two vertices, counted from 0; for a wale edge of its whole row"""
+    mark: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """wale edge at which all increases and decreases of its faces stand: its two vertices, counted from 0"""
+    edges: Annotated[str | None, help_entry("FILE", "no file")] = None
+    """text file of counts V,W=COUNT and marked edges V,W, one on each line"""
+
+    def edge_settings(self) -> EdgeSettings:
+        """Return the counts and marked edges of the options and of the file.
+
+        Raises:
+            FileError: the file cannot be read, or a line is malformed.
+            ParameterError: a count is malformed, or two counts for one edge differ.
+        """
+        from stitchmesh.tessellate.edge_file import EdgeSettings, parse_edge_counts, read_edge_settings
+
+        given = parse_edge_counts(self.count).joined(EdgeSettings(marked=self.mark))
+        return given if self.edges is None else read_edge_settings(self.edges).joined(given)
+
+
+@dataclass(frozen=True)
+class MeshRelaxation:
+    """Relaxation of the stitch mesh."""
+
+    aspect: Annotated[float | None, help_entry("R", ASPECT_UNSET)] = None
+    """height of an unstressed stitch divided by its width"""
+    alpha: Annotated[float, help_entry("PART")] = MeshRelaxOptions.alpha
+    """part of the surface that unstressed stitches cover, above 0 and at most 1"""
+    no_area_force: Flag = not MeshRelaxOptions.area_force
+    """let crowded stitches lose area without resistance; compressed openwork may then fold over"""
+
+    def mesh_relax_options(self) -> MeshRelaxOptions:
+        """Return the options of the relaxation of the stitch mesh.
+
+        Raises:
+            ParameterError: a number is out of bounds.
+        """
+        return MeshRelaxOptions(aspect=self.aspect, alpha=self.alpha, area_force=not self.no_area_force)
+
+
+@dataclass(frozen=True)
+class MaterialOptions:
+    """Material of the yarn."""
+
+    material: Material = DEFAULT_MATERIAL
+    stiffness: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME=VALUE", help=STIFFNESS_HELP)] = ()
+
+    def values(self) -> dict[str, float]:
+        """Return the changed values of the material, by name.
+
+        Raises:
+            ParameterError: a value is malformed, or its name is unknown.
+        """
+        return parse_stiffnesses(self.stiffness)
+
+    def yarn_material(self, yarn_radius: float) -> YarnMaterial:
+        """Return the material of a yarn of some radius [cm].
+
+        Raises:
+            ParameterError: the material or a value is unknown, or a value is out of bounds.
+        """
+        return YarnMaterial.named(self.material, self.values()).scaled(yarn_radius / REFERENCE_RADIUS)
 
 
 @dataclass(frozen=True)
@@ -90,13 +214,17 @@ class RestLengthFactors:
     """yarn length of every plain stitch before the factors apply [cm]"""
     rest_length: Annotated[UseAppendAction[tuple[str, ...]], help_entry("KEY=F", help=f"factor {FACTORS}")] = ()
 
-    def rest_lengths(self) -> RestLengths:
+    def rest_lengths(self, loop_length: float | None = None) -> RestLengths:
         """Return the changes of the rest lengths.
+
+        Args:
+            loop_length: yarn length of every plain stitch if the option is not given [cm].
 
         Raises:
             ParameterError: a factor is malformed or out of bounds.
         """
-        return parse_rest_lengths(self.rest_length, factor=self.rest_length_factor, loop_length=self.loop_length)
+        length = loop_length if self.loop_length is None else self.loop_length
+        return parse_rest_lengths(self.rest_length, factor=self.rest_length_factor, loop_length=length)
 
 
 @dataclass(frozen=True)
@@ -142,7 +270,6 @@ class MorePhysics:
 class SolverOptions:
     """Method and limits of the relaxation of yarns."""
 
-    material: Material = DEFAULT_MATERIAL
     solver: Annotated[Solver | None, help_entry("NAME", "that of the quality")] = None
     """method: quasistatic, or dynamics (Leaf et al. 2018)"""
     max_iterations: MaxIterations = None
@@ -155,18 +282,22 @@ class SolverOptions:
         """Return the preset, changed by these options."""
         return quality_with(preset, solver=self.solver, max_iterations=self.max_iterations)
 
-    def relax_options(self, physics: MorePhysics, rest_lengths: RestLengths, checkpoints: Path) -> RelaxOptions:
+    def relax_options(
+        self, physics: MorePhysics, rest_lengths: RestLengths, material: MaterialOptions, checkpoints: Path
+    ) -> RelaxOptions:
         """Return the options of the relaxation.
 
         Args:
             physics: additional energies.
             rest_lengths: changes of the rest lengths.
+            material: material of the yarn.
             checkpoints: folder for checkpoints, if checkpoints are written.
         """
         from stitchmesh.pipeline import RelaxOptions
 
         return RelaxOptions(
-            material=self.material,
+            material=material.material,
+            stiffness=material.values(),
             rest_lengths=rest_lengths,
             terms=physics.terms(),
             checkpoint=self._checkpoints(checkpoints),
@@ -203,9 +334,10 @@ class PinnedPlaces:
 class SwatchFabric:
     """The fabric of a swatch."""
 
-    yarn_radius: Annotated[float, help_entry("CM")] = SwatchOptions.yarn_radius
+    yarn: Annotated[YarnAndGauge, arg(name="")] = field(default_factory=YarnAndGauge)
+    yarn_radius: Annotated[float | None, help_entry("CM", SWATCH_RADIUS)] = None
     """yarn radius [cm]"""
-    loop_length: Annotated[float | None, help_entry("CM", f"{COMPACT_LOOP} diameters")] = SwatchOptions.loop_length
+    loop_length: Annotated[float | None, help_entry("CM", SWATCH_LOOP)] = None
     """yarn length of a plain stitch [cm]"""
     spacing: Annotated[tuple[float, ...] | None, help_entry("CM [CM]", f"{SPACING} diameters")] = None
     """distance between the yarns of a weave [cm], or between its warps and between its wefts"""
@@ -218,13 +350,25 @@ class SwatchFabric:
     longest_float: Annotated[int, help_entry("N")] = SwatchOptions.longest_float
     """largest number of stitches behind which a yarn floats; patterns with longer floats are refused"""
 
-    def options(self) -> dict[str, Any]:
+    def options(self, *, woven: bool) -> dict[str, Any]:
         """Return the fields of ``SwatchOptions`` by name.
 
+        Args:
+            woven: whether the swatch is a weave, for which a yarn sets no loop length.
+
         Raises:
-            ParameterError: there are more than two spacings.
+            ParameterError: there are more than two spacings, the yarn is unknown, or the gauge is malformed.
         """
-        return {**asdict(self), "spacing": self._spacing()}
+        size = self.yarn.size(yarn_radius=self.yarn_radius, loop_length=self.loop_length)
+        only_yarn = self.loop_length is None and self.yarn.gauge is None
+        return {
+            "yarn_radius": SwatchOptions.yarn_radius if size.yarn_radius is None else size.yarn_radius,
+            "loop_length": None if woven and only_yarn else size.loop_length,
+            "spacing": self._spacing(),
+            "gamma": self.gamma,
+            "columns": self.columns,
+            "rows": self.rows,
+        }
 
     def _spacing(self) -> float | tuple[float, float] | None:
         """Return one spacing, the spacings of warps and of wefts, or None [cm]."""

@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Attachment of a fabric to its surface.
 
-Inner vertices stay on the surface, border vertices stay on their border, and vertices at corners are fixed. The first
-association of vertices and surface follows Yuksel et al. 2012, section 6.1: vertices are projected onto the input
-polygons, which are refined like the surface but not smoothed, and the resulting barycentric coordinates are evaluated
-on the limit surface.
+Inner vertices stay on the surface, border vertices stay on their border, and vertices at corners are fixed. A border of
+the fabric that lies on no border of the surface, for example between two rows that an edit has separated, may move
+anywhere on the surface. Vertices that are held stay where they are.
+
+The first association of vertices and surface follows Yuksel et al. 2012, section 6.1: vertices are projected onto the
+input polygons, which are refined like the surface but not smoothed, and the resulting barycentric coordinates are
+evaluated on the limit surface.
 """
 
 from __future__ import annotations
@@ -17,10 +20,14 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.catmull_clark import border_vertices
 from stitchmesh.meshrelax.closest_point import ClosestPoint
 from stitchmesh.meshrelax.limit_surface import LimitSurface
 
+FREE_BORDER_REACHES = 5.0
+"""Distance from every border of the surface, divided by the reach of the search, from which a border of the fabric is
+free: it lies on the surface and not on a border of it. With the reach of ``relax`` this is the size of a stitch."""
 TINY = np.finfo(np.float64).tiny
 RIGHT_ANGLE = 1e-9
 """Tolerance of the cosine of a right angle; a border that turns by a right angle, up to rounding, has no corner."""
@@ -55,7 +62,7 @@ class Attachment:
     border: IntArray
     """Number of the border of each vertex, -1 for inner vertices, shape (V,)."""
     fixed: NDArray[np.bool_]
-    """Whether each vertex is at a corner and does not move, shape (V,)."""
+    """Whether each vertex is at a corner or is held, and does not move, shape (V,)."""
 
     def projector(self, placement: Placement) -> FloatArray:
         """Return the projector onto the allowed directions of each vertex, shape (V, 3, 3)."""
@@ -82,6 +89,7 @@ class Attachment:
         for _ in range(strides):
             found = self.closest.find(position + part, normal)
             position, normal = self.surface.evaluate(*found)
+            position = np.where(self.fixed[:, None], placement.position, position)
             turned = part - np.einsum("vi,vi->v", part, normal)[:, None] * normal
             part = turned * (length / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), TINY))
         arc = placement.arc + np.einsum("vi,vi->v", step, placement.tangent)
@@ -105,7 +113,10 @@ class Attachment:
         return Placement(position, normal, shape, arc, tangent, curvature)
 
 
-def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None) -> tuple[Attachment, Placement]:
+def attach(
+    fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None, *, bobbles: Bobbles = NO_BOBBLES,
+    held: NDArray[np.bool_] | None = None,
+) -> tuple[Attachment, Placement]:  # fmt: skip
     """Attach a fabric whose vertices are on the input polygons to the limit surface of these polygons.
 
     Args:
@@ -113,6 +124,8 @@ def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str 
         surface: limit surface of the input polygons.
         reach: distance within which a vertex usually finds its triangle [cm].
         device: Warp's name of the device.
+        bobbles: the bobbles of the fabric, whose slits are no borders of the surface.
+        held: whether each vertex stays where it is, shape (V,); None if all vertices may move.
 
     Returns:
         The attachment, and the placement of the vertices on the limit surface.
@@ -121,14 +134,31 @@ def attach(fabric: StitchMesh, surface: LimitSurface, reach: float, device: str 
         MeshError: the fabric has a border and the surface has none.
     """
     flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
-    triangle, weights = flat.find(fabric.vertices, fabric.vertex_normal)
+    triangle, weights = flat.find(fabric.vertices, _normals_beside(fabric, bobbles))
     position, normal = surface.evaluate(triangle, weights)
-    border, arc = _locate_borders(fabric, surface)
+    border, arc = _locate_borders(fabric, surface, FREE_BORDER_REACHES * reach, bobbles)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
     without_corners = Attachment(surface, closest, border, np.zeros(len(border), dtype=bool))
-    fixed = border_corners(fabric, without_corners.place(triangle, position, normal, arc).position)
-    attachment = replace(without_corners, fixed=fixed)
+    placement = without_corners.place(triangle, position, normal, arc)
+    corner = border_corners(fabric, placement.position) & (border >= 0)
+    if held is None:
+        attachment = replace(without_corners, fixed=corner)
+        return attachment, attachment.place(triangle, position, normal, arc)
+    attachment = replace(without_corners, fixed=corner | held, border=np.where(held, -1, border))
+    position = np.where(held[:, None], fabric.vertices, placement.position)
     return attachment, attachment.place(triangle, position, normal, arc)
+
+
+def _normals_beside(fabric: StitchMesh, bobbles: Bobbles) -> FloatArray:
+    """Unit normals of the vertices without the faces of bobbles, which do not lie on the surface, shape (V, 3)."""
+    if bobbles.count == 0:
+        return fabric.vertex_normal
+    area = fabric.face_vector_area.copy()
+    area[bobbles.faces] = 0.0
+    total = np.zeros_like(fabric.vertices)
+    np.add.at(total, fabric.face_vertex, area[fabric.side_face])
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.where(length > 0.0, total / np.where(length > 0.0, length, 1.0), fabric.vertex_normal)
 
 
 def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_]:
@@ -152,21 +182,32 @@ def border_corners(fabric: StitchMesh, position: FloatArray) -> NDArray[np.bool_
     return corner
 
 
-def _locate_borders(fabric: StitchMesh, surface: LimitSurface) -> tuple[IntArray, FloatArray]:
-    """Border of the surface and arc length [cm] of each border vertex of the fabric.
+def _locate_borders(
+    fabric: StitchMesh, surface: LimitSurface, within: float, bobbles: Bobbles
+) -> tuple[IntArray, FloatArray]:
+    """Border of the surface, or -1, and arc length [cm] of each vertex of the fabric.
 
-    Each border loop of the fabric belongs to the border of the surface with the smallest mean square distance.
+    Each border loop of the fabric belongs to the border of the surface with the smallest mean square distance, and to
+    none if that distance is large.
+
+    Args:
+        fabric: stitch mesh.
+        surface: the surface.
+        within: largest root mean square distance from a border of the surface [cm].
+        bobbles: the bobbles of the fabric, whose slits belong to no border.
     """
     border, arc = np.full(len(fabric.vertices), -1), np.zeros(len(fabric.vertices))
-    if border_vertices(fabric).any() and not surface.borders:
-        side = fabric.side_name(int(fabric.boundary_loops[0][0]))
+    loops = [loop for loop in fabric.boundary_loops if not np.isin(fabric.side_face[loop], bobbles.faces).all()]
+    if loops and not surface.borders:
         raise MeshError(
-            f"{side}: is on a border of the fabric, but the surface has no border; expected the mesh from which the "
-            "fabric was made"
+            f"{fabric.side_name(int(loops[0][0]))}: is on a border of the fabric, but the surface has no border; "
+            "expected the mesh from which the fabric was made"
         )
-    for loop in fabric.boundary_loops:
+    for loop in loops:
         members = fabric.face_vertex[loop]
         found = [curve.locate(fabric.vertices[members]) for curve in surface.borders]
-        best = int(np.argmin([np.mean(distance**2) for _, distance in found]))
-        border[members], arc[members] = best, found[best][0]
+        distance = [np.sqrt(np.mean(apart**2)) for _, apart in found]
+        best = int(np.argmin(distance))
+        if min(distance[best], surface.borders[best].distance(fabric.vertices[members])) <= within:
+            border[members], arc[members] = best, found[best][0]
     return border, arc

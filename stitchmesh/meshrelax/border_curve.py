@@ -57,6 +57,14 @@ class BorderCurve:
         segment, along = segment[best], along[best]
         return self.arc[segment] + along * np.diff(self.arc)[segment], distance[best]
 
+    def distance(self, targets: FloatArray) -> float:
+        """Root mean square distance of points from the vertices of the border on the limit surface [cm].
+
+        Args:
+            targets: points [cm], shape (M, 3).
+        """
+        return float(np.sqrt(np.mean(cKDTree(self.points).query(targets)[0] ** 2)))
+
     @cached_property
     def tangents(self) -> FloatArray:
         """Unit tangent at each vertex, the mean of the directions of its two segments, shape (N, 3)."""

@@ -46,6 +46,8 @@ Above the upper bound the identity matrix is too small to regularize motions wit
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.01, 200
 """Tolerance and largest number of iterations of the conjugate gradients. With a larger tolerance the solution keeps
 jumps between the patches of the preconditioner."""
+RECENT, FALLING = 10, 0.5
+"""A residual is falling if it is less than this part of the residual that many iterations before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +60,8 @@ class Outcome:
     """Residual of that placement."""
     iterations: int
     """Number of iterations, rejected steps included."""
+    falling: bool
+    """Whether the residual is less than half of what it was ten iterations before the last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +93,8 @@ class Relaxation:
     """Attachment of the vertices to the surface."""
     patches: Patches
     """Patches of the preconditioner."""
+    moving_count: int
+    """Number of vertices that are not held, over which the residual is averaged."""
 
     def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
         """Iterate until the residual is at most the tolerance or the iterations reach their limit.
@@ -99,7 +105,7 @@ class Relaxation:
         state = self.state(placement)
         shortest, longest = SHORTEST_TIME * self.springs.rest.unit, LONGEST_TIME * self.springs.rest.unit
         time_step = self.springs.rest.unit
-        iteration = 0
+        iteration, residuals = 0, [state.residual]
         while state.residual > tolerance and iteration < max_iterations:
             trial = self.state(self.next_placement(state, time_step))
             iteration += 1
@@ -109,9 +115,11 @@ class Relaxation:
             else:
                 time_step *= STEP_CUT
             time_step = min(max(time_step, shortest), longest)
+            residuals.append(state.residual)
             if progress is not None:
                 progress(iteration, state.residual)
-        return Outcome(state.placement, state.residual, iteration)
+        falling = state.residual < FALLING * residuals[max(0, iteration - RECENT)]
+        return Outcome(state.placement, state.residual, iteration, falling)
 
     def state(self, placement: Placement) -> State:
         """Compute the forces at a placement.
@@ -123,7 +131,7 @@ class Relaxation:
         projector = self.attachment.projector(placement)
         whole = self.assembly.force(element_force)
         force = np.einsum("vij,vj->vi", projector, whole)
-        residual = float(np.sqrt(np.mean(np.einsum("vi,vi->v", force, force))))
+        residual = float(np.sqrt(np.einsum("vi,vi->v", force, force).sum() / self.moving_count))
         if not np.isfinite(residual):
             bad = int(np.flatnonzero(~np.isfinite(force).all(axis=1))[0])
             raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")

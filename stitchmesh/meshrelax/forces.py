@@ -27,17 +27,17 @@ def force_assembly(springs: Springs, vertex_count: int) -> Assembly:
         (springs.stretch_ends, [1.0, -1.0]),
         (springs.corners, [-0.5, 1.0, -0.5]),
         (springs.struts[:, [0, 2]], [1.0, -1.0]),
-        (springs.quads[:, [2, 0]], [1.0, -1.0]),
-        (springs.quads[:, [3, 1]], [1.0, -1.0]),
     ]
+    if springs.area_force:
+        groups += [(springs.quads[:, [2, 0]], [1.0, -1.0]), (springs.quads[:, [3, 1]], [1.0, -1.0])]
     return assembly(vertex_count, groups)
 
 
 def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, FloatArray]:
     """Compute the force and the negative semidefinite Jacobian of each element.
 
-    The elements are springs, corners of sub-quads, struts, first diagonals and second diagonals of sub-quads, in this
-    order.
+    The elements are springs, corners of sub-quads, struts and, if the area force acts, first diagonals and second
+    diagonals of sub-quads, in this order.
 
     Args:
         springs: vertices and rest lengths of the elements.
@@ -53,9 +53,11 @@ def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, 
     shear = shear_force(i - j, k - j, rest.unit, SHEAR)
     i, j, k = (position[springs.struts[:, place]] for place in range(3))
     strut = strut_force(i - j, k - j, rest.wale, WALE)
-    a, b, c, d = (position[springs.quads[:, place]] for place in range(4))
-    area = area_forces(c - a, d - b, _mean_normal(springs, placement), rest.course * rest.wale, AREA)
-    force, jacobian = zip(stretch, shear, strut, area, strict=True)
+    terms = [stretch, shear, strut]
+    if springs.area_force:
+        a, b, c, d = (position[springs.quads[:, place]] for place in range(4))
+        terms.append(area_forces(c - a, d - b, _mean_normal(springs, placement), rest.course * rest.wale, AREA))
+    force, jacobian = zip(*terms, strict=True)
     return np.concatenate(force), np.concatenate(jacobian)
 
 

@@ -4,29 +4,36 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone
-from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.errors import MeshError, ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
+from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.meshrelax.attachment import attach
-from stitchmesh.meshrelax.dynamics import Progress, Relaxation
+from stitchmesh.meshrelax.bobbles import carried, find_bobbles
+from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
 from stitchmesh.meshrelax.forces import force_assembly
 from stitchmesh.meshrelax.limit_surface import limit_surface
+from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
 from stitchmesh.meshrelax.preconditioner import patches
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
+from stitchmesh.progress import relaxing_progress, shown_progress
 
-ASPECT = 0.77
-"""Course spacing divided by wale spacing of relaxed plain knit."""
-ALPHA = 0.9
-"""Part of the surface that unstressed stitches cover; with 1, rows in narrow places are compressed until they buckle
-sideways."""
+logger = logging.getLogger(__name__)
+
 TOLERANCE = 2e-3
 """Residual at which a relaxation has converged (``dynamics``)."""
+SMALL_ALPHA = 0.7
+"""Part of the surface below which a smaller one is not recommended, because all stitches are then stretched."""
 MAX_ITERATIONS = 60
 """Iterations after which a relaxation stops without having converged."""
 SURFACE_SPACING = 0.5
@@ -47,6 +54,10 @@ class MeshRelaxReport:
     """Whether the residual is at most the tolerance."""
     residual: float
     """Root mean square of the net force along the surface, dimensionless."""
+    tolerance: float
+    """Residual at which a relaxation has converged."""
+    remedy: str
+    """What helps if the relaxation has not converged; empty if it has."""
     max_stretch: float
     """Largest stretch (length divided by rest length) of an edge."""
     rms_stretch: float
@@ -59,22 +70,32 @@ def relax_mesh(
     surface: Mesh,
     aspect: float = ASPECT,
     alpha: float = ALPHA,
+    area_force: bool = True,
+    moving: NDArray[np.bool_] | None = None,
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> StitchMesh:
     """Equalize the sizes of the stitches of a fabric on the subdivision surface of a mesh.
+
+    A relaxation that reaches the limit of iterations without having converged logs a warning. Bobbles, which stand off
+    the surface, keep their shape and follow the stitches around them. A border of the fabric that lies on no border of
+    the surface, for example after two rows have been separated, may move anywhere on the surface.
 
     Args:
         fabric: stitch mesh whose vertices are on the polygons of ``surface``.
         surface: the mesh from which the fabric was tessellated [cm]; the fabric moves onto its Catmull-Clark surface.
         aspect: rest length of a wale edge divided by the rest length of a course edge.
         alpha: part of the area of the surface that unstressed stitches cover, in (0, 1].
+        area_force: whether stitches that are smaller than at rest resist a further loss of area. Without this force
+            compressed openwork may fold over.
+        moving: whether each vertex may move, shape (V,); None if all may. The others stay where they are.
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
         device: Warp's name of the device that finds closest points; None for the preferred device.
-        progress: called after each iteration with the number of the iteration and the residual.
+        progress: called after each iteration with the number of the iteration and the residual; by default a line shows
+            the progress on a terminal or in a notebook, and False shows nothing.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge.
@@ -89,6 +110,8 @@ def relax_mesh(
         surface=surface,
         aspect=aspect,
         alpha=alpha,
+        area_force=area_force,
+        moving=moving,
         tolerance=tolerance,
         max_iterations=max_iterations,
         device=device,
@@ -103,33 +126,64 @@ def relax_mesh_with_report(
     surface: Mesh,
     aspect: float = ASPECT,
     alpha: float = ALPHA,
+    area_force: bool = True,
+    moving: NDArray[np.bool_] | None = None,
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
-    _check(fabric, aspect=aspect, alpha=alpha, tolerance=tolerance, max_iterations=max_iterations)
+    check_kind("relax_mesh", fabric, StitchMesh)
+    check_kind("relax_mesh, surface", surface, Mesh)
+    MeshRelaxOptions(aspect=aspect, alpha=alpha)  # This checks the numbers.
+    _check(fabric, tolerance=tolerance, max_iterations=max_iterations, moving=moving)
     spacing = SURFACE_SPACING * float(np.sqrt(np.linalg.norm(fabric.face_vector_area, axis=1).mean()))
     limit = limit_surface(surface, spacing)
-    rest = rest_lengths(fabric, limit.area, aspect=aspect, alpha=alpha)
-    attachment, placement = attach(fabric, limit, REACH * rest.unit, device)
-    model = springs(fabric, rest)
+    bobbles = find_bobbles(fabric)
+    rest = rest_lengths(fabric, limit.area, aspect=aspect, alpha=alpha, bobbles=bobbles)
+    held = None if moving is None else ~moving
+    attachment, placement = attach(fabric, limit, REACH * rest.unit, device, bobbles=bobbles, held=held)
+    model = springs(fabric, rest, bobbles=bobbles, area_force=area_force)
     whole = patches(placement.position, placement.normal, limit.area)
-    relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole)
-    outcome = relaxation.run(placement, tolerance, max_iterations, progress)
-    stretch = edge_stretch(fabric, outcome.placement.position, rest)
-    relaxed = replace(fabric, vertices=outcome.placement.position, stretch=stretch)
+    count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
+    relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole, count)
+    with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
+        outcome = relaxation.run(placement, tolerance, max_iterations, report_iteration)
+    position = outcome.placement.position.copy()
+    position[bobbles.raised] = carried(bobbles, fabric.vertices, position)
+    stretch = edge_stretch(fabric, position, rest)
+    on_surface = ~np.isin(edge_ends(fabric), bobbles.raised).any(axis=1)
+    relaxed = replace(fabric, vertices=position, stretch=np.where(on_surface, stretch, UNKNOWN_STRETCH))
     report = MeshRelaxReport(
         seconds=time.perf_counter() - start,
         iterations=outcome.iterations,
         converged=outcome.residual <= tolerance,
         residual=outcome.residual,
-        max_stretch=float(stretch.max()),
-        rms_stretch=float(np.sqrt(np.mean(stretch**2))),
+        tolerance=tolerance,
+        remedy="" if outcome.residual <= tolerance else _remedy(outcome, alpha),
+        max_stretch=float(stretch[on_surface].max()),
+        rms_stretch=float(np.sqrt(np.mean(stretch[on_surface] ** 2))),
     )
+    if not report.converged:
+        logger.warning(not_converged(report))
     return relaxed, report
+
+
+def not_converged(report: MeshRelaxReport) -> str:
+    """Return the line that says that a relaxation has not converged, and what helps."""
+    found = f"residual {report.residual:.2g} (expected {report.tolerance:g}) after {report.iterations} iterations"
+    return f"stitches are not even: {found}; {report.remedy}"
+
+
+def _remedy(outcome: Outcome, alpha: float) -> str:
+    """Return what helps a relaxation that stopped after its last iteration."""
+    if outcome.falling:
+        return "the residual still falls: allow more iterations"
+    room = f"a smaller alpha than {alpha:g} gives crowded rows more room" if alpha > SMALL_ALPHA else ""
+    check = "check that the surface is that of the fabric and that no stitch is inverted"
+    return f"{room}; {check}" if room else check
 
 
 def edge_stretch(fabric: StitchMesh, position: FloatArray, rest: RestLengths) -> FloatArray:
@@ -145,14 +199,15 @@ def edge_stretch(fabric: StitchMesh, position: FloatArray, rest: RestLengths) ->
     return length / np.where(fabric.is_wale[fabric.edge_side], rest.wale, rest.course)
 
 
-def _check(fabric: StitchMesh, *, aspect: float, alpha: float, tolerance: float, max_iterations: int) -> None:
+def _check(
+    fabric: StitchMesh, *, tolerance: float, max_iterations: int, moving: NDArray[np.bool_] | None
+) -> None:
     if fabric.lattice is not None:
         raise MeshError("mesh relaxation: got a fabric on a lattice; expected one that lies on a surface")
-    if not (np.isfinite(aspect) and aspect > 0.0):
-        raise ParameterError(f"aspect: got {aspect}; expected a positive number, course spacing over wale spacing")
-    if not 0.0 < alpha <= 1.0:
-        raise ParameterError(f"alpha: got {alpha}; expected a part of the area, above 0 and at most 1")
     if not tolerance > 0.0:
         raise ParameterError(f"tolerance: got {tolerance}; expected a positive number")
+    if moving is not None and (moving.dtype != bool or moving.shape != (len(fabric.vertices),)):
+        expected = f"one truth value for each of {len(fabric.vertices)} vertices"
+        raise ParameterError(f"moving: got an array of {moving.dtype} and shape {moving.shape}; expected {expected}")
     if max_iterations < 0:
         raise ParameterError(f"max_iterations: got {max_iterations}; expected 0 or more")

@@ -5,7 +5,7 @@
 The rest lengths satisfy N r_wale r_course = alpha A and r_wale = a r_course, where A is the area of the surface and a
 the aspect. An unstressed face with b bottom and t top sides is a trapezoid of area (b + t) / 2 r_course r_wale. It
 therefore counts as (b + t) / 2 stitches in N: a plain stitch as 1, a 1-to-3 increase as 2, and the triangle at the end
-of a short row as 1/2.
+of a short row as 1/2. A bobble counts as the one stitch in whose place it stands.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,9 @@ class RestLengths:
         return float(np.sqrt(self.course * self.wale))
 
 
-def rest_lengths(fabric: StitchMesh, area: float, *, aspect: float, alpha: float) -> RestLengths:
+def rest_lengths(
+    fabric: StitchMesh, area: float, *, aspect: float, alpha: float, bobbles: Bobbles = NO_BOBBLES
+) -> RestLengths:
     """Compute the rest lengths with which the unstressed stitches cover the part ``alpha`` of an area.
 
     Args:
@@ -45,7 +48,9 @@ def rest_lengths(fabric: StitchMesh, area: float, *, aspect: float, alpha: float
         area: area A of the surface [cm^2].
         aspect: rest length of a wale edge divided by that of a course edge.
         alpha: covered part of the area.
+        bobbles: the bobbles of the fabric.
     """
-    stitches = 0.5 * float((fabric.n_bottom + fabric.n_top).sum())
+    loops = fabric.n_bottom + fabric.n_top
+    stitches = 0.5 * float(loops.sum() - loops[bobbles.faces].sum()) + bobbles.count
     course = float(np.sqrt(alpha * area / (stitches * aspect)))
     return RestLengths(course, aspect * course)

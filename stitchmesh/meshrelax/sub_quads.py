@@ -7,8 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.rest_lengths import RestLengths
 
 
@@ -28,18 +30,26 @@ class Springs:
     """Corners of each sub-quad, counter-clockwise from the lower left, shape (Q, 4)."""
     rest: RestLengths
     """Rest lengths of course and wale edges."""
+    area_force: bool = True
+    """Whether sub-quads that are smaller than at rest resist a further loss of area (``area``)."""
 
 
-def springs(fabric: StitchMesh, rest: RestLengths) -> Springs:
-    """Find the vertices and rest lengths of all forces of a fabric."""
+def springs(
+    fabric: StitchMesh, rest: RestLengths, *, bobbles: Bobbles = NO_BOBBLES, area_force: bool = True
+) -> Springs:
+    """Find the vertices and rest lengths of all forces of a fabric, in which each bobble counts as one stitch."""
+    raised = bobbles.is_raised(len(fabric.vertices))
     quads = sub_quads(fabric)
+    quads = np.concatenate([quads[~raised[quads].any(axis=1)], bobbles.corners])
     diagonals = np.concatenate([quads[:, [0, 2]], quads[:, [1, 3]]])
     ends = edge_ends(fabric)
-    edge_rest = np.where(fabric.is_wale[fabric.edge_side], rest.wale, rest.course)
+    on_surface = ~raised[ends].any(axis=1)
+    wale = fabric.is_wale[fabric.edge_side][on_surface]
+    ends, edge_rest = ends[on_surface], np.where(wale, rest.wale, rest.course)
     lengths = np.concatenate([edge_rest, np.full(len(diagonals), rest.diagonal)])
     around = [quads[:, [(corner - 1) % 4, corner, (corner + 1) % 4]] for corner in range(4)]
     every_end = np.concatenate([ends, diagonals])
-    return Springs(every_end, lengths, np.concatenate(around), wale_struts(fabric), quads, rest)
+    return Springs(every_end, lengths, np.concatenate(around), wale_struts(fabric, raised), quads, rest, area_force)
 
 
 def edge_ends(fabric: StitchMesh) -> IntArray:
@@ -64,13 +74,19 @@ def sub_quads(fabric: StitchMesh) -> IntArray:
     return fabric.face_vertex[np.stack([lower, lower + 1, upper - 1, upper], axis=1)]
 
 
-def wale_struts(fabric: StitchMesh) -> IntArray:
+def wale_struts(fabric: StitchMesh, raised: NDArray[np.bool_] | None = None) -> IntArray:
     """Return the three vertices of each two consecutive wale edges; the shared vertex is the second, shape (W, 3).
 
     A wale continues through a vertex if exactly two wale edges meet there. An exception are the two wale sides of one
     face, which meet at the end of a short row. There is no strut where wales begin, end or merge.
+
+    Args:
+        fabric: stitch mesh.
+        raised: whether each vertex stands off the surface, shape (V,); its edges have no struts. None if no vertex
+            does.
     """
     ends = edge_ends(fabric)[fabric.is_wale[fabric.edge_side]]
+    ends = ends if raised is None else ends[~raised[ends].any(axis=1)]
     middle, far = ends.ravel(), ends[:, ::-1].ravel()
     order = np.argsort(middle, kind="stable")
     regular = np.bincount(middle, minlength=len(fabric.vertices)) == 2

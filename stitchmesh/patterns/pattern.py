@@ -153,6 +153,8 @@ class Pattern:
     """The publication or tradition from which the pattern comes."""
     rows: tuple[Row, ...]
     """Rows of the pattern, from the bottom up."""
+    palette: tuple[tuple[int, int, int], ...] = ()
+    """Colour of each yarn number (sRGB, 0 to 255); empty if the pattern numbers its yarns only."""
 
     def __post_init__(self) -> None:
         for text in (self.name, self.source):
@@ -163,6 +165,10 @@ class Pattern:
         fault = first_fault(self.rows)
         if fault:
             raise PatternError(f"pattern {self.name!r}, row {fault[0] + 1}: {fault[1]}")
+
+    def __repr__(self) -> str:
+        """Return one line: the name and the size."""
+        return f"Pattern({self.name!r}, {self.width} loops x {self.height} rows)"
 
     @property
     def width(self) -> int:

@@ -36,7 +36,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.yarn.yarn_set import FLOATING, UNKNOWN_FACE, YarnSet
@@ -139,6 +139,8 @@ def apply_rest_lengths(yarns: YarnSet, change: RestLengths, *, fabric: StitchMes
             fabric of the yarns, the yarns do not store which stitches made them, or a loop length is given and the
             fabric has no plain stitch.
     """
+    check_kind("apply_rest_lengths", yarns, YarnSet)
+    check_kind("apply_rest_lengths, change", change, RestLengths)
     scale = np.full(len(yarns.rest_length), change.factor)
     if change.loop_length is not None:
         scale *= _loop_length_scale(yarns, _own_fabric(yarns, fabric, "loop length"), change.loop_length)

@@ -91,10 +91,6 @@ class RelaxationLoop:
         chosen = np.ones(len(self.last), dtype=bool) if cells is None else cells
         self.iterate(int(ASSESSMENT_INTERVAL), chosen)
         self.iteration += int(ASSESSMENT_INTERVAL)
-        self.judge(chosen)
-
-    def judge(self, chosen: NDArray[np.bool_]) -> None:
-        """Assess some cells after an interval; accept their states, or step back; errors as for ``advance``."""
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
         good = chosen & [self._is_acceptable(cell, now, kinetic_energy) for cell, now in enumerate(found)]
         for cell in np.flatnonzero(good).tolist():
@@ -117,9 +113,11 @@ class RelaxationLoop:
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
             self.lists_age += int((progress.done - done).max())
             done, since_search = progress.done, since_search + launched
-            wait_is_over = _wait_is_over(progress, wanted, since_search)
-            self.renew_lists(wait_is_over)
-            since_search = 0 if wait_is_over else since_search
+            if _wait_is_over(progress, wanted, since_search):
+                self.search_contacts(self._fitting_margin())
+                since_search = 0
+            elif self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin:
+                self.search_contacts(self._fitting_margin())
 
     def search_contacts(self, margin: float | None = None) -> None:
         """Make new candidate lists, with a new margin where one is given [units].
@@ -129,11 +127,6 @@ class RelaxationLoop:
         """
         self.lists_age = 0
         self._fail(self.simulation.search_contacts(margin))
-
-    def renew_lists(self, needed: bool) -> None:
-        """Make new candidate lists where they are needed, or are so old that a narrower margin fits."""
-        if needed or (self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin):
-            self.search_contacts(self._fitting_margin())
 
     def accept(self, cells: NDArray[np.bool_]) -> None:
         """Accept the current states of some cells, and let their steps become longer again."""

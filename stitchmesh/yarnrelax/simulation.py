@@ -254,16 +254,13 @@ class YarnSimulation:
 
     def good_cells(self) -> list[YarnSet]:
         """The yarns of each cell in the last accepted state."""
-        return self.cells_at(self.good_points, self.good_periods)
-
-    def cells_at(self, points: wp.array[Any], periods_of_cells: wp.array[Any] | None) -> list[YarnSet]:
-        """The yarns of each cell at given control points and periods."""
-        start, places, cells = self.model.point_start, self.model.from_device(points), self.model.cells
+        start, places, cells = self.model.point_start, self.model.from_device(self.good_points), self.model.cells
         moved = [replace(cell.yarns, points=places[start[k] : start[k + 1]]) for k, cell in enumerate(cells)]
-        if self.strain is None or periods_of_cells is None:
+        if self.strain is None or self.good_periods is None:
             return moved
-        periods = periods_of_cells.numpy().astype(np.float64).reshape(-1, 2, 3)
-        return [replace(yarns, lattice=Lattice(periods[k] * cells[k].unit)) for k, yarns in enumerate(moved)]
+        periods = self.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        lattices = [Lattice(periods[k] * cell.unit) for k, cell in enumerate(cells)]
+        return [replace(yarns, lattice=lattice) for yarns, lattice in zip(moved, lattices, strict=True)]
 
     def smallest_distances(self) -> NDArray[np.float64]:
         """Smallest distance of yarns over their radius in the last accepted state, at most 2, shape (C,)."""

@@ -9,35 +9,45 @@ a whole interval. The state at the end of an interval has the same bits for any 
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.relaxation_loop import LONG_LIFE, RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
 
 INTERVAL = int(ASSESSMENT_INTERVAL)
 """Iterations between two assessments."""
 
 
 class StepwiseLoop(RelaxationLoop):
-    """The relaxation of one piece, or of one cell, in parts of assessment intervals."""
+    """The relaxation of one cell of a lattice in parts of assessment intervals."""
 
     def __init__(self, simulation: YarnSimulation, tolerance: float) -> None:
         """Arguments as for ``RelaxationLoop``."""
         super().__init__(simulation, tolerance)
+        self.done = 0
+        """Iterations of the present interval; ``iteration`` counts those of whole intervals."""
         self.left_of_launch = 0
         """Iterations that the present launch of a whole interval would still do; 0 if the next one starts."""
 
     @property
     def is_between_intervals(self) -> bool:
         """Whether an assessment interval has ended and the next one has not begun."""
-        return self.iteration % INTERVAL == 0
+        return self.done == 0
 
     def current_yarns(self) -> YarnSet:
         """The yarns in the current state, which is not assessed yet within an interval."""
-        simulation = self.simulation
-        return simulation.cells_at(simulation.state.points, simulation.model.constants.images.periods)[0]
+        model, state = self.simulation.model, self.simulation.state
+        yarns, unit = model.cells[0].yarns, model.cells[0].unit
+        points = model.from_device(state.points)[: len(yarns.points)]
+        periods = model.constants.images.periods.numpy().astype(np.float64).reshape(2, 3)
+        lattice = yarns.lattice if self.simulation.strain is None else Lattice(periods * unit)
+        return replace(yarns, points=points, lattice=lattice)
 
     def advance_partly(self, most: int) -> int:
         """Iterate for a part of an assessment interval; at its end, accept the new state or step back.
@@ -50,30 +60,49 @@ class StepwiseLoop(RelaxationLoop):
             The number of iterations.
 
         Raises:
-            SolverError: the piece cannot continue.
+            SolverError: the cell cannot continue.
         """
-        before = self.iteration % INTERVAL
-        done, end = before, min(before + most, INTERVAL)
-        while done < end:
-            done = self._continue_launch(done, end)
-        self.iteration += done - before
-        if done == INTERVAL:
-            self.left_of_launch = 0
-            self.judge(np.ones(1, dtype=bool))
-        return done - before
+        before = self.done
+        if before + most >= INTERVAL:
+            self.advance()
+            return INTERVAL - before
+        self.iterate(before + most)
+        return self.done - before
 
-    def _continue_launch(self, done: int, end: int) -> int:
-        """Iterate until the present launch of a whole interval ends, or until ``end``; return what is done then."""
-        simulation, solver = self.simulation, self.simulation.solver
+    def advance(self, cells: NDArray[np.bool_] | None = None) -> None:
+        """Complete the present interval; accept the new state, or step back.
+
+        Raises:
+            SolverError: the cell cannot continue.
+        """
+        super().advance(cells)
+        self.done = self.left_of_launch = 0
+
+    def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
+        """Iterate until ``count`` iterations of the present interval are done."""
+        simulation, stop = self.simulation, 0
         launches = simulation.iterations  # captured here, so that the number of their iterations is known
-        left = self.left_of_launch or simulation.graph_iterations
-        solver.begin(np.array([min(end, done + left)]), done)
-        launches.launch()
-        progress = solver.progress(simulation.inputs, simulation.graph_iterations)
-        made = int(progress.done[0]) - done
+        while self.done < count:
+            whole = self.left_of_launch == 0
+            left = simulation.graph_iterations if whole else self.left_of_launch
+            wanted = count if whole else min(count, self.done + left)
+            if wanted != stop:
+                stop = wanted
+                simulation.solver.begin(np.array([stop]), self.done)
+            launches.launch()
+            self._note_launch(left, simulation.solver.progress(simulation.inputs, simulation.graph_iterations))
+
+    def _note_launch(self, left: int, progress: Progress) -> None:
+        """Count what was done, and renew candidate lists where a whole interval would renew them.
+
+        Args:
+            left: iterations that the launch of a whole interval would still have done.
+            progress: progress after the launch.
+        """
+        made, waits = int(progress.done[0]) - self.done, bool(progress.waiting[0])
+        self.done += made
         self.lists_age += made
-        waits = bool(progress.waiting[0])
         self.left_of_launch = 0 if waits else max(left - made, 0)
-        if self.left_of_launch == 0 or done + made == INTERVAL:
-            self.renew_lists(waits)
-        return done + made
+        is_old = self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin
+        if waits or (is_old and (self.left_of_launch == 0 or self.done >= INTERVAL)):
+            self.search_contacts(self._fitting_margin())

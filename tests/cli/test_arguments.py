@@ -19,6 +19,8 @@ from stitchmesh.cli.main import COMMANDS, main
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.pipeline import KnitOptions, RelaxOptions
 from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import YarnFinish
 from tests.gallery import ROOT
 
@@ -62,13 +64,14 @@ def test_with_the_required_words_all_other_options_have_their_defaults(name, com
 def test_defaults_are_those_of_the_library():
     knit, swatch = parsed(words_of("knit")), parsed(words_of("swatch"))
     library = KnitOptions()
-    assert (knit.stitch_width, knit.quality, knit.device) == (library.stitch_width, library.quality, library.device)
+    assert (knit.quality, knit.device) == (library.quality, library.device)
+    assert knit.stitch_width is None and knit.yarn.size() == StitchSize()  # so the width is that of the library
     assert (knit.yarn_radius, knit.spiral) == (library.yarn_radius, library.spiral)
     assert knit.pattern_remainder == library.pattern_remainder
     assert knit.finish == library.finish == YarnFinish()
-    assert knit.solver.material == RelaxOptions().material
+    assert knit.material.material == RelaxOptions().material
     assert knit.rest_lengths.rest_lengths() == RestLengths()
-    assert SwatchOptions(**swatch.fabric.options(), period=swatch.period) == SwatchOptions()
+    assert SwatchOptions(**swatch.fabric.options(woven=False), period=swatch.period) == SwatchOptions()
 
 
 def test_words_set_their_fields():
@@ -77,12 +80,26 @@ def test_words_set_their_fields():
         "-981", "0", "--friction", "0.2,0.3", "--twist", "5", "--rest-length", "k=1.1", "--rest-length", "row:3=0.9",
         "--no-picture", "--spiral", "--yarn-radius", "0.1", "--longest-float=3", "--solver", "dynamics",
     ])  # fmt: skip
-    assert made.rows.seed == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
+    assert made.rows.start_edge == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
     assert made.physics.gravity == (0.0, -981.0, 0.0)
     assert (made.physics.friction, made.physics.twist) == ((0.2, 0.3), (5.0,))
     assert made.rest_lengths.rest_lengths().stitches == {"k": 1.1}
     assert made.no_picture and made.spiral and made.yarn_radius == 0.1
     assert made.finish.longest_float == 3 and made.solver.solver == "dynamics"
+
+
+@pytest.mark.parametrize("command", ["knit", "tessellate", "swatch", "stretch"])
+def test_a_yarn_and_a_gauge_set_the_sizes(command):
+    made = parsed([*words_of(command), "--yarn", "aran", "--gauge", "20x28"])
+    choice = made.fabric.yarn if command in ("swatch", "stretch") else made.yarn
+    assert choice.size() == stitch_size("aran", "20x28")
+
+
+def test_a_swatch_takes_the_yarn_and_a_weave_only_its_radius():
+    swatch, dk = parsed([*words_of("swatch"), "--yarn", "dk"]), Yarn.named("dk")
+    knitted, woven = (SwatchOptions(**swatch.fabric.options(woven=woven)) for woven in (False, True))
+    assert (knitted.yarn_radius, knitted.loop_length) == (dk.core_radius, dk.loop_length)
+    assert (woven.yarn_radius, woven.loop_length) == (dk.core_radius, None)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +116,7 @@ def test_a_period_is_two_sizes_or_free(words, period):
         (["knit", "a.obj", "-o", "o", "--max-iterations", "1.5"], "--max-iterations: got '1.5'; expected a whole"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "down", "0"], "--gravity: got '0 down 0'; expected numbers"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "0"], "--gravity"),
-        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--seed: got '3'; expected two whole numbers with a comma"),
+        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--seed/--start-edge: got '3'; expected two whole numbers with a comma"),
         (["knit", "a.obj", "-o", "o", "--friction", "a,b"], "--friction: got 'a,b'; expected one number, or two"),
         (["knit", "a.obj", "-o", "o", "--solver", "quick"], "got 'quick'; expected one of quasistatic, dynamics"),
         (["knit", "a.obj", "-o", "o", "--stich-width", "2"], "Perhaps you meant: --stitch-width CM"),

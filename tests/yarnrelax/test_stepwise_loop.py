@@ -16,6 +16,7 @@ from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.stepwise_loop import StepwiseLoop
 
@@ -23,12 +24,14 @@ ITERATIONS = 160
 """Long enough for several candidate lists with margins of different widths."""
 
 
-def loop_of(pattern: str, solver: str, cell: RelaxCell | None) -> StepwiseLoop:
+def loop_of(
+    pattern: str, solver: str, cell: RelaxCell | None, kind: type[RelaxationLoop] = StepwiseLoop
+) -> RelaxationLoop:
     """Return the relaxation of a swatch before its first iteration."""
     quality = replace(quality_named("draft"), solver=solver)
     _fabric, yarns = draw_swatch(resolve_pattern(pattern), SwatchOptions(), quality)
     simulation = YarnSimulation.start(yarns, YarnMaterial.named(), quality, device_named("cpu"), cell=cell)
-    loop = StepwiseLoop(simulation, quality.tolerance)
+    loop = kind(simulation, quality.tolerance)
     loop.start()
     return loop
 
@@ -43,14 +46,14 @@ def loop_of(pattern: str, solver: str, cell: RelaxCell | None) -> StepwiseLoop:
 )
 @pytest.mark.parametrize("parts", [(1,), (7,), (3, 19, 2)], ids=str)
 def test_parts_of_intervals_have_the_bits_of_whole_intervals(pattern, solver, cell, parts):
-    whole, divided = loop_of(pattern, solver, cell), loop_of(pattern, solver, cell)
+    whole, divided = loop_of(pattern, solver, cell, RelaxationLoop), loop_of(pattern, solver, cell)
     whole.run(ITERATIONS)
     assert whole.iteration == ITERATIONS  # not at rest before
     for most in itertools.cycle(parts):
         made = divided.advance_partly(most)
         # a part ends where the interval ends
         assert made == most or divided.is_between_intervals
-        if divided.iteration == ITERATIONS:
+        if divided.iteration == ITERATIONS:  # iterations of whole intervals
             break
     assert np.array_equal(whole.simulation.good_yarns().points, divided.simulation.good_yarns().points)
     assert np.array_equal(divided.current_yarns().points, divided.simulation.good_yarns().points)

@@ -17,6 +17,7 @@ from stitchmesh.cli.options import (
     READ_YARNS,
     WRITTEN_YARNS,
     Device,
+    MaterialOptions,
     MorePhysics,
     PinnedPlaces,
     QualityName,
@@ -54,6 +55,7 @@ class Relax:
     device: Device = None
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     solver: SolverOptions = field(default_factory=SolverOptions)
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
 
@@ -65,7 +67,7 @@ class Relax:
         quality = self.solver.quality(self.quality)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         lengths, checkpoints = self.rest_lengths.rest_lengths(), checkpoint_folder(self.output)
-        options = self.solver.relax_options(self.physics, lengths, checkpoints)
+        options = self.solver.relax_options(self.physics, lengths, self.material, checkpoints)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric

@@ -14,6 +14,7 @@ from stitchmesh.cli.options import (
     READ_STITCHES,
     WRITTEN_YARNS,
     Device,
+    MaterialOptions,
     MorePhysics,
     QualityName,
     ReportFolder,
@@ -39,6 +40,7 @@ class RelaxEdited:
     device: Device = None
     finish: YarnFinish = field(default_factory=YarnFinish)
     physics: MorePhysics = field(default_factory=MorePhysics)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
@@ -48,7 +50,9 @@ class RelaxEdited:
         from stitchmesh.yarngen import regenerate_yarns
 
         quality = self.solver.quality(self.quality)
-        options = self.solver.relax_options(self.physics, RestLengths(), checkpoint_folder(self.output))
+        options = self.solver.relax_options(
+            self.physics, RestLengths(), self.material, checkpoint_folder(self.output)
+        )
         relaxed = read_yarns(self.yarns)
         check_writable(self.output, relaxed)
         before, after = read_stitches(self.before), read_stitches(self.after)

@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Annotated
 
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshRelaxation
 
 
 @dataclass(frozen=True)
@@ -21,18 +21,21 @@ class RelaxMesh:
     surface: Annotated[str, help_entry("LABELED")]
     """labeled mesh, from `stitchmesh label`"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
+    forces: MeshRelaxation = field(default_factory=MeshRelaxation)
 
     def run(self) -> None:
         """Relax the stitch mesh on the smooth surface, and write it."""
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.meshrelax import relax_mesh_with_report
-        from stitchmesh.pipeline import MESH_TOLERANCE, relaxing_progress
+        from stitchmesh.meshrelax.relax import TOLERANCE
+        from stitchmesh.progress import relaxing_progress
 
         fabric, surface = read_stitches(self.fabric), read_stitches(self.surface)
+        options = {name: value for name, value in asdict(self.forces.mesh_relax_options()).items() if value is not None}
         with show_progress() as progress:
-            report_progress = relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
-            relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=report_progress)
+            report_progress = relaxing_progress("meshrelax", TOLERANCE, progress)
+            relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=report_progress, **options)
         write_stitches(self.output, relaxed)
         stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"
         print(f"{report.iterations} iterations, {stretch}")

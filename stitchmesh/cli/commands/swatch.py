@@ -14,13 +14,12 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import Flag, Period, help_entry
-from stitchmesh.cli.options import FACTORS, Device, Material, MaxIterations, QualityName, SwatchFabric
+from stitchmesh.cli.options import FACTORS, Device, MaterialOptions, MaxIterations, QualityName, SwatchFabric
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
 if TYPE_CHECKING:
     from stitchmesh.periodic.swatch import Swatch as RelaxedSwatch
@@ -40,7 +39,7 @@ class Swatch:
         UseAppendAction[tuple[str, ...]],
         help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
     ] = ()
-    material: Material = DEFAULT_MATERIAL
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
     """relax the width and the height of the repeat too, except those that --period fixes"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
@@ -57,11 +56,14 @@ class Swatch:
 
     def run(self) -> None:
         """Relax the repeat, write it with its pictures, and print the report."""
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
+        from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render import render_swatch
 
         tiles, pixels = check_tiles(self.tile), check_texture(self.texture)
+        woven = isinstance(resolve_pattern(self.pattern), Weave)
         options = SwatchOptions(
-            **self.fabric.options(), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
+            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
         )
         with output_folder(self.output) as folder:
             made = self._relaxed(options)
@@ -75,11 +77,10 @@ class Swatch:
         """Relax the repeat, and show the progress."""
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.swatch import swatch
-        from stitchmesh.pipeline import relaxing_progress
-        from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
+        from stitchmesh.progress import relaxing_progress
 
         quality = quality_named(quality_with(self.quality, max_iterations=self.max_iterations))
-        material = YarnMaterial.named(self.material).scaled(options.yarn_radius / REFERENCE_RADIUS)
+        material = self.material.yarn_material(options.yarn_radius)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         with show_progress() as progress:
             report_progress = relaxing_progress(
@@ -96,7 +97,8 @@ class Swatch:
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
 
         source = resolve_pattern(self.pattern)
-        asked = {"quality": self.quality, "material": self.material, "relax_cell": self.relax_cell}
+        yarn = {"material": self.material.material, "stiffness": self.material.values()}
+        asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report
 

@@ -4,14 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import WRITTEN_STITCHES, StitchWidth
-from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
+from stitchmesh.cli.options import WRITTEN_STITCHES, StitchCounts, StitchWidth, YarnAndGauge
+from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 
 
 @dataclass(frozen=True)
@@ -21,16 +21,21 @@ class Tessellate:
     labeled: Annotated[Positional[str], help_entry("LABELED")]
     """labeled mesh, from `stitchmesh label`"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
-    stitch_width: StitchWidth = STITCH_WIDTH
-    stitch_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
-    """course spacing [cm]"""
+    stitch_width: StitchWidth = None
+    yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
+    stitches: StitchCounts = field(default_factory=StitchCounts)
 
     def run(self) -> None:
         """Divide the panels into stitch faces, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.mesh.stitch_counts import stitch_counts
 
+        size = self.yarn.size(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
         labeled = read_stitches(self.labeled)
-        fabric = tessellate(labeled, stitch_width=self.stitch_width, stitch_height=self.stitch_height)
+        width = STITCH_WIDTH if size.stitch_width is None else size.stitch_width
+        edges = self.stitches.edge_settings()
+        fabric = tessellate(
+            labeled, stitch_width=width, stitch_height=size.stitch_height, counts=edges.counts, marked=edges.marked
+        )
         write_stitches(self.output, fabric)
         print(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))

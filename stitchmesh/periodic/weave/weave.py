@@ -77,6 +77,8 @@ class Weave:
     """The name weavers use for the weave."""
     source: str = ""
     """The publication or tradition from which the weave comes."""
+    palette: tuple[tuple[int, int, int], ...] = ()
+    """Colour of each colour number (sRGB, 0 to 255); empty if the weave numbers its colours only."""
 
     def __post_init__(self) -> None:
         self._check_matrix()
@@ -91,6 +93,10 @@ class Weave:
                 raise PatternError(f"weave: got the name or source {text!r}; expected one line without quotes")
         self._check_every_yarn_interlaces()
         self._check_hangs_together()
+
+    def __repr__(self) -> str:
+        """Return one line: the name and the size."""
+        return f"Weave({self.name!r}, {len(self.warps)} warps x {len(self.wefts)} wefts)"
 
     @cached_property
     def over(self) -> NDArray[np.bool_]:

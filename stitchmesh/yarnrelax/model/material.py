@@ -12,7 +12,9 @@ which is m l for an inner control point between segments of length l.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,15 +63,23 @@ class YarnMaterial:
                 raise ParameterError(f"material: {field.name} is {value}; expected a finite number of at least 0")
 
     @staticmethod
-    def named(name: str = DEFAULT_MATERIAL) -> YarnMaterial:
-        """A material of that name, for a yarn of ``REFERENCE_RADIUS``.
+    def named(name: str = DEFAULT_MATERIAL, stiffness: Mapping[str, float] | None = None) -> YarnMaterial:
+        """A material of that name, for a yarn of ``REFERENCE_RADIUS``, with some of its values changed.
+
+        Args:
+            name: name of the material.
+            stiffness: new values of single fields, by name, for a yarn of ``REFERENCE_RADIUS``; ``scaled`` then scales
+                them together with the others.
 
         Raises:
-            ParameterError: there is no material of that name.
+            ParameterError: there is no material or no field of that name, or a value is negative or not finite.
         """
         if name not in NAMED:
-            raise ParameterError(f"material: got {name!r}; expected one of {', '.join(NAMED)}")
-        return NAMED[name]
+            near = difflib.get_close_matches(name, NAMED, n=1) or [f"one of {', '.join(NAMED)}"]
+            raise ParameterError(f"material: got {name!r}; expected {near[0]}")
+        for field in stiffness or {}:
+            _check_field(field)
+        return replace(NAMED[name], **dict(stiffness or {}))
 
     def scaled(self, gamma: float) -> YarnMaterial:
         """The material with the same behaviour when every length is multiplied by ``gamma``.
@@ -104,6 +114,40 @@ NAMED: dict[str, YarnMaterial] = {
 }
 """Materials by name: three published ones and ``stitchmesh``, which is L's material with the stiffest length penalty
 for which L reports no smaller steps (L section 3.1). It limits the strain of a garment's yarn to a few percent."""
+
+
+
+def parse_stiffnesses(words: Iterable[str]) -> dict[str, float]:
+    """Parse values of single fields of a material as a user writes them: ``k_bend=2.5``.
+
+    Returns:
+        The value of each named field.
+
+    Raises:
+        ParameterError: a word has another form, a field is unknown or is named twice, or a value is no number.
+    """
+    found: dict[str, float] = {}
+    for word in words:
+        name, equals, text = (part.strip() for part in word.partition("="))
+        if not equals:
+            raise ParameterError(f"stiffness: got {word!r}; expected NAME=VALUE, for example k_bend=2.5")
+        _check_field(name)
+        if name in found:
+            raise ParameterError(f"stiffness {name}: is given twice; expected one value")
+        try:
+            found[name] = float(text)
+        except ValueError as error:
+            raise ParameterError(f"stiffness {name}: got {text!r}; expected a number") from error
+    return found
+
+
+def _check_field(name: str) -> None:
+    """Raise an error if a material has no field of that name."""
+    known = [field.name for field in fields(YarnMaterial)]
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.5) or [f"one of {', '.join(known)}"]
+        raise ParameterError(f"stiffness {name!r}: is no value of a material; expected {near[0]}")
+
 
 SHARES = np.array([1.0, 11.0, 11.0, 1.0]) / 24.0
 """Integrals of the four basis functions over a segment."""

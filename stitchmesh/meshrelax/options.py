@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The options of mesh relaxation, with their defaults and bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+
+ASPECT = 0.77
+"""Course spacing divided by wale spacing of relaxed plain knit."""
+ALPHA = 0.9
+"""Part of the surface that unstressed stitches cover; with 1, rows in narrow places are compressed until they buckle
+sideways."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshRelaxOptions:
+    """How the stitches of a fabric are equalized on their surface.
+
+    Raises:
+        ParameterError: a number is out of bounds.
+    """
+
+    aspect: float | None = None
+    """Rest length of a wale edge divided by the rest length of a course edge; None for the height of the stitches
+    divided by their width as the fabric was tessellated, ``ASPECT`` if that is not known."""
+    alpha: float = ALPHA
+    """Part of the area of the surface that unstressed stitches cover, in (0, 1]."""
+    area_force: bool = True
+    """Whether stitches that are smaller than at rest resist a further loss of area."""
+
+    def __post_init__(self) -> None:
+        if self.aspect is not None and not (np.isfinite(self.aspect) and self.aspect > 0.0):
+            expected = "a positive number, course spacing over wale spacing"
+            raise ParameterError(f"aspect: got {self.aspect}; expected {expected}")
+        if not 0.0 < self.alpha <= 1.0:
+            raise ParameterError(f"alpha: got {self.alpha}; expected a part of the area, above 0 and at most 1")
