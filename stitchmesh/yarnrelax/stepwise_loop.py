@@ -80,17 +80,15 @@ class StepwiseLoop(RelaxationLoop):
 
     def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
         """Iterate until ``count`` iterations of the present interval are done."""
-        simulation, stop = self.simulation, 0
-        launches = simulation.iterations  # captured here, so that the number of their iterations is known
+        simulation, solver, stop = self.simulation, self.simulation.solver, 0
         while self.done < count:
-            whole = self.left_of_launch == 0
-            left = simulation.graph_iterations if whole else self.left_of_launch
-            wanted = count if whole else min(count, self.done + left)
+            left = self.left_of_launch
+            wanted = min(count, self.done + left) if left else count
             if wanted != stop:
                 stop = wanted
-                simulation.solver.begin(np.array([stop]), self.done)
-            launches.launch()
-            self._note_launch(left, simulation.solver.progress(simulation.inputs, simulation.graph_iterations))
+                solver.begin(np.array([stop]), self.done)
+            launched = simulation.iterate()
+            self._note_launch(left or launched, solver.progress(simulation.inputs, launched))
 
     def _note_launch(self, left: int, progress: Progress) -> None:
         """Count what was done, and renew candidate lists where a whole interval would renew them.
