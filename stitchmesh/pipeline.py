@@ -13,7 +13,10 @@ from typing import Any
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
+from stitchmesh.editing.edit import Edit, apply_edit
+from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
+from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
@@ -21,12 +24,12 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.change import PaletteChange, apply_change
+from stitchmesh.mesh.palette import make_palette
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
-from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.placement.apply import lay_pattern
-from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
+from stitchmesh.patterns import LaidPattern
 from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
@@ -89,18 +92,24 @@ class KnitOptions:
     """Options of the relaxation of the stitch mesh."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; by default an eighth of the stitch width."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures and in files for renderers [cm]; by default the yarn radius."""
     quality: str | Quality = DEFAULT_QUALITY
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None
     """Warp's name of the device; None for the preferred device."""
+    borders: Sequence[int | tuple[int, int]] = ()
+    """Edges of borders from which rows start (``label``)."""
     seeds: Sequence[int | tuple[int, int]] = ()
     """Course edges from which rows start (``label``)."""
     flip: Sequence[int] = ()
     """Faces whose rows are reversed (``label``)."""
-    pattern: Pattern | None = None
-    """Knitting pattern; None for plain knit."""
-    pattern_remainder: Remainder = DEFAULT_REMAINDER
-    """Treatment of the stitches that remain beside whole tiles of the pattern, as in ``apply_pattern``."""
+    palette: Sequence[str] = ()
+    """Colours of the yarns by number, as texts (``parse_colour``); stock colours for all other numbers."""
+    patterns: Sequence[PatternRegion] = ()
+    """Knitting patterns, each on its part of the fabric; plain knit elsewhere."""
+    edits: Sequence[Edit] = ()
+    """Edits of the stitch mesh, after the patterns and before the mesh relaxation."""
     spiral: bool = False
     """Whether the rings of tubes become turns of one spiral row."""
     finish: YarnFinish = field(default_factory=YarnFinish)
@@ -258,7 +267,7 @@ def _stitches(
 ) -> StitchMesh:
     clock = _Clock()
     progress("label", 0.0, f"{mesh.face_count} faces")
-    labeled = label(mesh, seeds=options.seeds, flip=options.flip)
+    labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(
@@ -267,18 +276,8 @@ def _stitches(
     )  # fmt: skip
     checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
-    if options.pattern is not None:
-        progress("pattern", 0.0, options.pattern.name)
-        laid = lay_pattern(fabric, options.pattern, remainder=options.pattern_remainder)
-        fabric = laid.fabric
-        left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
-                    for part in laid.left_out]  # fmt: skip
-        report["pattern"] = {
-            "name": options.pattern.name,
-            "faces": laid.faces_laid,
-            "left_out": left_out,
-            "seconds": clock.lap(),
-        }
+    fabric = _worked(fabric, options, report, progress)
+    clock.lap()
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
         fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
@@ -292,12 +291,51 @@ def _stitches(
     return relaxed
 
 
+def _worked(
+    fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Return the fabric with its colours, patterns and edits."""
+    clock = _Clock()
+    if options.palette:
+        fabric = apply_change(fabric, PaletteChange(make_palette(options.palette)))
+    if options.patterns:
+        progress("pattern", 0.0, ", ".join(region.pattern.name for region in options.patterns))
+        laid = lay_patterns(fabric, options.patterns)
+        fabric = laid[-1].fabric
+        entries = [_pattern_entry(region, one) for region, one in zip(options.patterns, laid, strict=True)]
+        report["patterns"] = {"seconds": clock.lap(), "laid": entries}
+    for number, edit in enumerate(options.edits):
+        progress("edit", number / len(options.edits), edit.name)
+        fabric = _edited(fabric, edit)
+    if options.edits:
+        report["edits"] = {"seconds": clock.lap(), "count": len(options.edits)}
+    return fabric
+
+
+def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object]:
+    left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
+                for part in laid.left_out]  # fmt: skip
+    on = None if region.on is None else str(region.on)
+    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "left_out": left_out}
+
+
+def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
+    """Return the fabric after an edit; an error names the edit."""
+    try:
+        return apply_edit(fabric, edit).fabric
+    except StitchMeshError as error:
+        raise type(error)(f"edit {edit.name}: {error}") from error
+
+
 def _yarns(
     fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress
 ) -> YarnSet:
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
-    yarns = generate_yarns(fabric, yarn_radius=options.yarn_radius, quality=quality, **asdict(options.finish))
+    yarns = generate_yarns(
+        fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
+        **asdict(options.finish),
+    )  # fmt: skip
     report["yarngen"] = {
         "seconds": clock.lap(),
         "yarns": yarns.yarn_count,

@@ -19,8 +19,15 @@ from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
+from stitchmesh.recipe.sections import (
+    LabelSection,
+    MaterialSection,
+    PhysicsSection,
+    RestLengthsSection,
+    StitchesSection,
+)
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
-from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
+from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 from stitchmesh.yarnrelax.model.material import (
@@ -28,16 +35,14 @@ from stitchmesh.yarnrelax.model.material import (
     NAMED,
     REFERENCE_RADIUS,
     YarnMaterial,
-    parse_stiffnesses,
 )
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline import RelaxOptions
-    from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
-    from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+    from stitchmesh.yarnrelax.energies.term import ConstraintChoice
 
 READ_STITCHES = "stitch mesh: .h5 or .smobj"
 WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
@@ -122,12 +127,25 @@ class YarnAndGauge:
 
 @dataclass(frozen=True)
 class Rows:
-    """Seeds and directions of the knitting rows."""
+    """Starts and directions of the knitting rows, and the side of the mesh that is outside."""
 
-    seed: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
-    """course edge from which rows start: its two vertices, counted from 0"""
+    start_border: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """border from which rows start, whole: the two vertices of one of its edges, counted from 0"""
+    start_edge: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W", also="--seed")] = ()
+    """course edge from which rows start: its border up to the next corners, or the edge loop through it"""
     flip: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
     """face whose row is reversed, counted from 0"""
+    turn_inside_out: Flag = False
+    """reverse all faces of the mesh first, so that its other side is outside"""
+
+    def section(self) -> LabelSection:
+        """Return the section of a recipe."""
+        return LabelSection(
+            start_borders=self.start_border,
+            start_edges=self.start_edge,
+            flip=self.flip,
+            turn_inside_out=self.turn_inside_out,
+        )
 
 
 @dataclass(frozen=True)
@@ -143,17 +161,9 @@ class StitchCounts:
     edges: Annotated[str | None, help_entry("FILE", "no file")] = None
     """text file of counts V,W=COUNT and marked edges V,W, one on each line"""
 
-    def edge_settings(self) -> EdgeSettings:
-        """Return the counts and marked edges of the options and of the file.
-
-        Raises:
-            FileError: the file cannot be read, or a line is malformed.
-            ParameterError: a count is malformed, or two counts for one edge differ.
-        """
-        from stitchmesh.tessellate.edge_file import EdgeSettings, parse_edge_counts, read_edge_settings
-
-        given = parse_edge_counts(self.count).joined(EdgeSettings(marked=self.mark))
-        return given if self.edges is None else read_edge_settings(self.edges).joined(given)
+    def section(self) -> StitchesSection:
+        """Return the section of a recipe."""
+        return StitchesSection(course_height=self.course_height, counts=self.count, marked=self.mark, edges=self.edges)
 
 
 @dataclass(frozen=True)
@@ -183,13 +193,9 @@ class MaterialOptions:
     material: Material = DEFAULT_MATERIAL
     stiffness: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME=VALUE", help=STIFFNESS_HELP)] = ()
 
-    def values(self) -> dict[str, float]:
-        """Return the changed values of the material, by name.
-
-        Raises:
-            ParameterError: a value is malformed, or its name is unknown.
-        """
-        return parse_stiffnesses(self.stiffness)
+    def section(self) -> MaterialSection:
+        """Return the section of a recipe."""
+        return MaterialSection(name=self.material, stiffness=self.stiffness)
 
     def yarn_material(self, yarn_radius: float) -> YarnMaterial:
         """Return the material of a yarn of some radius [cm].
@@ -197,7 +203,7 @@ class MaterialOptions:
         Raises:
             ParameterError: the material or a value is unknown, or a value is out of bounds.
         """
-        return YarnMaterial.named(self.material, self.values()).scaled(yarn_radius / REFERENCE_RADIUS)
+        return YarnMaterial.named(self.material, self.section().values()).scaled(yarn_radius / REFERENCE_RADIUS)
 
 
 @dataclass(frozen=True)
@@ -210,17 +216,11 @@ class RestLengthFactors:
     """yarn length of every plain stitch before the factors apply [cm]"""
     rest_length: Annotated[UseAppendAction[tuple[str, ...]], help_entry("KEY=F", help=f"factor {FACTORS}")] = ()
 
-    def rest_lengths(self, loop_length: float | None = None) -> RestLengths:
-        """Return the changes of the rest lengths.
-
-        Args:
-            loop_length: yarn length of every plain stitch if the option is not given [cm].
-
-        Raises:
-            ParameterError: a factor is malformed or out of bounds.
-        """
-        length = loop_length if self.loop_length is None else self.loop_length
-        return parse_rest_lengths(self.rest_length, factor=self.rest_length_factor, loop_length=length)
+    def section(self) -> RestLengthsSection:
+        """Return the section of a recipe."""
+        return RestLengthsSection(
+            factor=self.rest_length_factor, loop_length=self.loop_length, factors=self.rest_length
+        )
 
 
 @dataclass(frozen=True)
@@ -238,28 +238,22 @@ class MorePhysics:
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the file of the body"""
 
-    def terms(self) -> list[TermChoice]:
-        """Return the energies whose options are given; the modules of the other energies are not imported."""
-        terms: list[TermChoice] = []
-        if self.gravity is not None:
-            from stitchmesh.yarnrelax.energies.gravity import Gravity
+    def section(self) -> PhysicsSection:
+        """Return the section of a recipe."""
+        return PhysicsSection(
+            gravity=self.gravity,
+            friction=_number_or_pair(self.friction),
+            twist=_number_or_pair(self.twist),
+            body=self.body,
+            body_unit=self.body_unit,
+        )
 
-            terms.append(Gravity(self.gravity))
-        if self.friction is not None:
-            from stitchmesh.yarnrelax.energies.friction import Friction
 
-            along, *across = self.friction
-            terms.append(Friction((along, across[0]) if across else along))
-        if self.twist is not None:
-            from stitchmesh.yarnrelax.energies.twist import Twist
-
-            terms.append(Twist(*self.twist))
-        if self.body is not None:
-            from stitchmesh.io import read_mesh
-            from stitchmesh.yarnrelax.energies.body import Body
-
-            terms.append(Body(read_mesh(self.body, unit=self.body_unit)))
-        return terms
+def _number_or_pair(numbers: tuple[float, ...] | None) -> float | tuple[float, float] | None:
+    """Return a single number, or two numbers as a pair."""
+    if numbers is None or len(numbers) == 1:
+        return None if numbers is None else numbers[0]
+    return numbers[0], numbers[1]
 
 
 @dataclass(frozen=True)
@@ -293,14 +287,15 @@ class SolverOptions:
 
         return RelaxOptions(
             material=material.material,
-            stiffness=material.values(),
+            stiffness=material.section().values(),
             rest_lengths=rest_lengths,
-            terms=physics.terms(),
-            checkpoint=self._checkpoints(checkpoints),
+            terms=physics.section().terms(),
+            checkpoint=self.checkpoints(checkpoints),
             resume=self.resume,
         )
 
-    def _checkpoints(self, folder: Path) -> Checkpoints | None:
+    def checkpoints(self, folder: Path) -> Checkpoints | None:
+        """Return the checkpoints of a relaxation, which are written to a folder; None without checkpoints."""
         if self.checkpoint_every is None:
             return None
         from stitchmesh.yarnrelax.checkpoint import Checkpoints

@@ -275,7 +275,7 @@ def _yarns_of_curves(
 
 
 def _with_radius(yarns: YarnSet, radius: float) -> YarnSet:
-    return dataclasses.replace(yarns, radius=np.full(yarns.yarn_count, radius))
+    return yarns.with_radius(radius)
 
 
 def _log_conversion(path: FilePath, error: float) -> None:

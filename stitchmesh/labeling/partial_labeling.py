@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import LabelError, ParameterError
+from stitchmesh.errors import LabelError, ParameterError, check_kind
 from stitchmesh.labeling.direction import seam_sides, turned_rows
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.frame import in_knitting_frame
@@ -40,6 +40,7 @@ def start_labeling(mesh: Mesh) -> PartialLabeling:
     Args:
         mesh: any oriented polygon mesh.
     """
+    check_kind("start_labeling", mesh, Mesh)
     rows = {"seeded": np.zeros(0, dtype=bool), "held_direction": np.zeros(0, dtype=np.int64)}
     return PartialLabeling(mesh=mesh, **vars(no_labels(mesh)), **rows)
 
@@ -68,6 +69,11 @@ class PartialLabeling(Labels):
         for name in ("edge_label", "row", "left_wale", "right_wale", "fault_side", "waiting", "held_direction"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
         _check(self)
+
+    def __repr__(self) -> str:
+        """The size of the labeling in one line."""
+        labeled = f"{np.count_nonzero(self.labeled)} of {self.mesh.face_count} faces labeled"
+        return f"PartialLabeling({self.row_count} rows, {labeled})"
 
     @property
     def labeled(self) -> NDArray[np.bool_]:
@@ -124,19 +130,16 @@ class PartialLabeling(Labels):
         """
         if count < 1:
             raise ParameterError(f"rows: got {count}; expected at least 1")
-        growth, chains = RowGrowth(self.mesh, self), None
+        growth = RowGrowth(self.mesh, self)
         seeded: list[int] = []
         grown = growth.grow_rows(count)
-        while grown < count:
-            chains = _untouched_chains(self.mesh, growth) if chains is None else chains
-            chain = next((c for c in chains if growth.row[self.mesh.side_face[c[0]]] < 0), None)
-            if chain is None:
-                break
-            chains.remove(chain)
-            row = growth.start(chain)
+        for chains in _untouched_parts(self.mesh, growth) if grown < count else ():
+            row = growth.start(chains[0])
             if row is not None:
                 seeded.append(row)
                 grown += 1 + growth.grow_rows(count - grown - 1)
+            if grown == count:
+                break
         if not grown:
             raise ParameterError(_nothing_left(self))
         return self._after(growth, seeded)
@@ -170,12 +173,8 @@ class PartialLabeling(Labels):
         done = self._after(growth, [])
         if done.labeled.all():
             return done
-        chains = _untouched_chains(self.mesh, done)
-        part = parts_of(self.mesh)
-        while chains:
-            here = part[self.mesh.side_face[chains[0][0]]]
-            done = done._with_part([chain for chain in chains if part[self.mesh.side_face[chain[0]]] == here])
-            chains = [chain for chain in chains if part[self.mesh.side_face[chain[0]]] != here]
+        for chains in _untouched_parts(self.mesh, done):
+            done = done._with_part(chains)
         return done
 
     def set_edge(self, edge: EdgeName, label: EdgeLabel | None) -> PartialLabeling:
@@ -334,14 +333,20 @@ class PartialLabeling(Labels):
         return f"{self.mesh.face_vertex[side]}-{self.mesh.face_vertex[self.mesh.side_next[side]]}"
 
 
-def _untouched_chains(mesh: Mesh, labels: Labels | RowGrowth) -> list[list[int]]:
-    """The chains of border sides, best first, in parts of the mesh without a labeled face and without a fault."""
+def _untouched_parts(mesh: Mesh, labels: Labels | RowGrowth) -> list[list[list[int]]]:
+    """The chains of border sides, best first, of each part of the mesh without a labeled face and without a fault.
+
+    Chains with an edge that the user has set to wale are left out.
+    """
     part = parts_of(mesh)
     touched = np.zeros(part.max() + 1, dtype=bool)
     touched[part[(labels.row >= 0) | (labels.fault_side >= 0)]] = True
-    if touched.all():
-        return []
-    return [chain for chain in candidate_seeds(mesh) if not touched[part[mesh.side_face[chain[0]]]]]
+    parts: dict[int, list[list[int]]] = {}
+    for chain in () if touched.all() else candidate_seeds(mesh):
+        number = int(part[mesh.side_face[chain[0]]])
+        if not touched[number] and (labels.edge_label[mesh.side_edge[chain]] != WALE).all():
+            parts.setdefault(number, []).append(chain)
+    return list(parts.values())
 
 
 def _nothing_left(labeling: PartialLabeling) -> str:

@@ -35,7 +35,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
-from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn import APPARENT_OVER_CONTACT, YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried_segments, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
@@ -151,12 +151,14 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         ParameterError: an option does not apply to the pattern.
         PatternError: the pattern does not repeat, a loop is slipped in every row, or a float is too long.
     """
+    drawn = options.drawn_over_contact(APPARENT_OVER_CONTACT if isinstance(source, Pattern) else 1.0)
     if isinstance(source, Weave):
         if options.loop_length is not None:
             raise ParameterError("loop length: got one for a weave, which has no loops; give spacing or rest lengths")
         if (options.columns, options.rows) != (1, 1):
             raise ParameterError("columns, rows: the cell of a weave is one repeat; tile the weave when it is written")
-        return None, weave_yarns(source, yarn_radius=options.yarn_radius, spacing=options.spacing, quality=quality)
+        woven = weave_yarns(source, yarn_radius=options.yarn_radius, spacing=options.spacing, quality=quality)
+        return None, replace(woven, drawn_radius=drawn * woven.radius)
     if options.spacing is not None:
         raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
     loop_length = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
@@ -167,9 +169,9 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
     )  # fmt: skip
     check_loops_begin(fabric)
     check_floats(fabric, options.longest_float)
+    radius = min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width)
     yarns = generate_yarns(
-        fabric, yarn_radius=min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width), quality=quality,
-        longest_float=options.longest_float,
+        fabric, yarn_radius=radius, drawn_radius=drawn * radius, quality=quality, longest_float=options.longest_float
     )
     if not plain_stitches(fabric).any():
         # no plain stitch can be measured; a plain stitch generated at this width would have the loop length
@@ -251,8 +253,9 @@ def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
     """Multiply all lengths of yarns on a lattice by a factor."""
     assert yarns.lattice is not None
     return replace(
-        yarns, points=yarns.points * factor, radius=yarns.radius * factor, rest_length=yarns.rest_length * factor,
-        natural_curvature=yarns.natural_curvature / factor, lattice=Lattice(yarns.lattice.periods * factor),
+        yarns.with_radius(yarns.radius * factor), points=yarns.points * factor,
+        rest_length=yarns.rest_length * factor, natural_curvature=yarns.natural_curvature / factor,
+        lattice=Lattice(yarns.lattice.periods * factor),
     )  # fmt: skip
 
 

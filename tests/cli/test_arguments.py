@@ -80,7 +80,7 @@ def test_words_set_their_fields():
         "-981", "0", "--friction", "0.2,0.3", "--twist", "5", "--rest-length", "k=1.1", "--rest-length", "row:3=0.9",
         "--no-picture", "--spiral", "--yarn-radius", "0.1", "--longest-float=3", "--solver", "dynamics",
     ])  # fmt: skip
-    assert made.rows.seed == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
+    assert made.rows.start_edge == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
     assert made.physics.gravity == (0.0, -981.0, 0.0)
     assert (made.physics.friction, made.physics.twist) == ((0.2, 0.3), (5.0,))
     assert made.rest_lengths.rest_lengths().stitches == {"k": 1.1}
@@ -116,7 +116,7 @@ def test_a_period_is_two_sizes_or_free(words, period):
         (["knit", "a.obj", "-o", "o", "--max-iterations", "1.5"], "--max-iterations: got '1.5'; expected a whole"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "down", "0"], "--gravity: got '0 down 0'; expected numbers"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "0"], "--gravity"),
-        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--seed: got '3'; expected two whole numbers with a comma"),
+        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--start-edge: got '3'; expected two whole numbers with a comma"),
         (["knit", "a.obj", "-o", "o", "--friction", "a,b"], "--friction: got 'a,b'; expected one number, or two"),
         (["knit", "a.obj", "-o", "o", "--solver", "quick"], "got 'quick'; expected one of quasistatic, dynamics"),
         (["knit", "a.obj", "-o", "o", "--stich-width", "2"], "Perhaps you meant: --stitch-width CM"),

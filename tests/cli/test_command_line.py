@@ -62,6 +62,7 @@ def refused(capsys, *words: str) -> str:
 def test_knit_writes_its_files(knitted):
     assert {path.name for path in knitted.iterdir()} == {
         "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
+        "garment.toml",
     }  # fmt: skip
     report = json.loads((knitted / "report.json").read_text())
     for stage, keys in REPORT.items():

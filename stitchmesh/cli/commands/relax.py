@@ -68,7 +68,7 @@ class Relax:
 
         quality = self.solver.quality(self.quality)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
-        lengths, checkpoints = self.rest_lengths.rest_lengths(), checkpoint_folder(self.output)
+        lengths, checkpoints = self.rest_lengths.section().rest_lengths(), checkpoint_folder(self.output)
         options = self.solver.relax_options(self.physics, lengths, self.material, checkpoints)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)

@@ -101,7 +101,7 @@ class Swatch:
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
 
         source = resolve_pattern(self.pattern)
-        yarn = {"material": self.material.material, "stiffness": self.material.values()}
+        yarn = {"material": self.material.material, "stiffness": self.material.section().values()}
         asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report

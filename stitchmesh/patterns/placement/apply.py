@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 
 import numpy as np
@@ -32,13 +33,14 @@ from stitchmesh.patterns.placement.grid import fill_grid, grid_around
 from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
 from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
 from stitchmesh.patterns.placement.loop_marks import LoopMarks
+from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric
 from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
 from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.patterns.placement.region import region_of
 from stitchmesh.patterns.placement.replace import Replacement
 from stitchmesh.patterns.placement.sites import CellNumbers, find_sites
 from stitchmesh.patterns.placement.units import units_of
-from stitchmesh.patterns.placement.wales import follow_wales
+from stitchmesh.patterns.placement.wales import follow_wales, move_shaping
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,15 +124,21 @@ def lay_pattern(
     chosen = _pattern_of(pattern)
     check_remainder(remainder)
     _check_fabric(fabric)
+    if not keeps_counts(chosen):
+        check_closes(chosen)
     if face is not None and faces is not None:
         raise ParameterError("got a face and a region; expected one of them")
     inside = region_of(fabric, faces)
-    changes: list[Change] = []
+    chosen, colours = colour_on_fabric(chosen, fabric)
+    changes: list[Change] = [*colours]
+    for change in colours:
+        fabric = apply_change(fabric, change)
     if face is None:
-        ground = plain_ground(fabric, inside)
-        if ground:
-            changes.append(ground.patch)
-            fabric, inside = apply_change(fabric, ground.patch), ground.faces.merged(inside, ground.is_new)
+        for rebuilt in (plain_ground, partial(move_shaping, pattern=chosen, remainder=remainder)):
+            made = rebuilt(fabric, inside=inside)
+            if made:
+                changes.append(made.patch)
+                fabric, inside = apply_change(fabric, made.patch), made.faces.merged(inside, made.is_new)
         placement = follow_wales(fabric, chosen, remainder, inside)
     else:
         grid = grid_around(fabric, face)
@@ -169,8 +177,6 @@ class _Laying:
     def __init__(
         self, fabric: StitchMesh, pattern: Pattern, placement: Placement, inside: NDArray[np.bool_]
     ) -> None:
-        if not keeps_counts(pattern):
-            check_closes(pattern)
         self.fabric, self.pattern, self.placement, self.inside = fabric, pattern, placement, inside
         self.cells = CellNumbers(pattern, placement)
         units = units_of(pattern)

@@ -205,5 +205,9 @@ class LiveSwatch:
             "running": not self.idle,
             "seconds": time.perf_counter() - self.requested_at,
         }
-        yarns = replace(self.state.in_fabric, colour=self.target.colour)
+        relaxed, target = self.state.in_fabric, self.target
+        yarns = replace(
+            relaxed, colour=target.colour, palette=target.palette,
+            drawn_radius=relaxed.radius * target.drawn_over_contact,
+        )  # fmt: skip
         return Frame(self.number, yarns, self.generated.fabric, report, self.error)

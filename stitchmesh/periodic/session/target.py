@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.palette import Palette
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.session.settings import SwatchSettings
@@ -75,7 +76,11 @@ class Target:
     cell: RelaxCell | None
     """The free changes of the periods; None for constant periods."""
     colour: IntArray
-    """Colour of each yarn, shape (Y,)."""
+    """Colour number of each yarn, shape (Y,)."""
+    palette: Palette
+    """Colour of each colour number (sRGB), shape (P, 3)."""
+    drawn_over_contact: FloatArray
+    """Apparent radius over contact radius of each yarn, shape (Y,)."""
 
 
 def generate_repeat(settings: SwatchSettings, quality: Quality) -> GeneratedRepeat:
@@ -113,6 +118,8 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         material=settings.yarn_material.scaled(options.gamma),
         cell=cell,
         colour=yarns.colour,
+        palette=yarns.palette,
+        drawn_over_contact=yarns.drawn_radius / yarns.radius,
     )
 
 
