@@ -59,7 +59,8 @@ def stages(recipe: Recipe, folder: Path) -> dict[str, float]:
         fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=options.quality,
         **asdict(options.finish)))  # fmt: skip
     relaxed = timed(seconds, "relaxation", lambda: relax_with_options(
-        yarns, options.relaxation, quality=options.quality, device=options.device, fabric=fabric, keep_shape=True))  # fmt: skip
+        yarns, options.relaxation, quality=options.quality, device=options.device, fabric=fabric,
+        keep_shape=True))  # fmt: skip
     timed(seconds, "files", lambda: write_stitches(folder / "stitches.h5", fabric))
     timed(seconds, "files", lambda: save_yarns(folder, relaxed.yarns, dict(relaxed.report)))
     timed(seconds, "files", lambda: write_history(folder / "convergence.csv", relaxed.history))
