@@ -17,7 +17,9 @@ from .io import write_yarns as write_yarns
 from .labeling import LabelingFault as LabelingFault
 from .labeling import PartialLabeling as PartialLabeling
 from .labeling import label as label
+from .labeling import read_labeling as read_labeling
 from .labeling import start_labeling as start_labeling
+from .labeling import write_labeling as write_labeling
 from .lattice import Lattice as Lattice
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
