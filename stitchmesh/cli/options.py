@@ -354,6 +354,7 @@ class SwatchFabric:
         only_yarn = self.loop_length is None and self.yarn.gauge is None
         return {
             "yarn_radius": SwatchOptions.yarn_radius if size.yarn_radius is None else size.yarn_radius,
+            "drawn_radius": None if woven else size.drawn_radius,
             "loop_length": None if woven and only_yarn else size.loop_length,
             "spacing": self._spacing(),
             "gamma": self.gamma,

@@ -35,6 +35,9 @@ class Yarns:
 
         size = stitch_size(self.yarn, yarn_radius=self.yarn_radius)
         fabric = read_stitches(self.fabric)
-        yarns = generate_yarns(fabric, yarn_radius=size.yarn_radius, quality=self.quality, **asdict(self.finish))
+        yarns = generate_yarns(
+            fabric, yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius, quality=self.quality,
+            **asdict(self.finish),
+        )  # fmt: skip
         write_yarns(self.output, yarns)
         print(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")
