@@ -43,6 +43,12 @@ STOCK_COLOUR = (0.60, 0.52, 0.42)
 """Colour of yarn in a file without colours (linear)."""
 BACKDROP = (0.62, 0.60, 0.57)
 """Colour of the wall behind the yarns (linear)."""
+LAMPS = (
+    ("key", (-0.8, 0.9, 0.7), 0.30, 40.0),
+    ("fill", (1.1, 0.0, 0.9), 1.2, 5.0),
+    ("rim", (0.9, 0.8, -0.1), 0.4, 12.0),
+)
+"""Lamps: direction from the yarns (right, up and toward the camera), size over that of the yarns, and power."""
 FIELD_OF_VIEW = math.radians(24.0)
 """Horizontal angle of view of the camera; a long lens, as for a portrait."""
 
@@ -255,11 +261,9 @@ def looking(place: Vector, target: Vector) -> Matrix:
 
 
 def add_light(low: Vector, high: Vector, camera: bpy.types.Object) -> None:
-    """Add the light of a studio: a large lamp from the upper left, a weak one from the right, and a bright room."""
+    """Add the light of a studio: a strong lamp from the upper left, weak ones from the right, and a bright room."""
     middle, reach = (low + high) / 2.0, (high - low).length
-    for name, direction, width, power in (
-        ("key", (-0.8, 0.9, 0.7), 0.30, 46.0), ("fill", (1.1, 0.0, 0.9), 1.2, 5.0), ("rim", (0.9, 0.8, -0.1), 0.4, 14.0),
-    ):  # fmt: skip
+    for name, direction, width, power in LAMPS:
         data = bpy.data.lights.new(name, "AREA")
         data.size, data.energy = width * reach, power * reach**2
         lamp = bpy.data.objects.new(name, data)

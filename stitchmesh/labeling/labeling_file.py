@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError, StitchMeshError
-from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, stored_format, write_dataclass
 from stitchmesh.labeling.growth import Labels
 from stitchmesh.labeling.partial_labeling import PartialLabeling
@@ -77,6 +77,9 @@ def holds_labeling(path: FilePath) -> bool:
     """Return whether a file is an HDF5 file of a partly labeled mesh.
 
     Raises:
-        FileError: the file has the suffix ``.h5`` and cannot be opened as HDF5.
+        FileError: the file has the suffix ``.h5``, and it cannot be opened or is not HDF5.
     """
-    return fspath(path).lower().endswith(SUFFIXES) and stored_format(path) == FORMAT
+    if not fspath(path).lower().endswith(SUFFIXES):
+        return False
+    read_bytes(path)  # The errors of a missing file and of a folder are raised here.
+    return stored_format(path) == FORMAT

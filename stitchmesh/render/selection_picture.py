@@ -11,7 +11,7 @@ import numpy as np
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.render.camera import camera_around
-from stitchmesh.render.fabric_pictures import PICTURE_SIZE, Size
+from stitchmesh.render.options import PICTURE_SIZE, PictureOptions, Size
 from stitchmesh.render.stage import KEY_LEFT, look, picture
 from stitchmesh.render.surface import add_faces
 
@@ -50,7 +50,7 @@ def render_selections(
         colours[faces] = colour
         key.append((text, colour))
     colours[fabric.row % 2 == 1] *= ODD_ROW
-    with picture(path, size, caption=f"{fabric.face_count} stitches", key=key) as plotter:
+    with picture(path, PictureOptions(size=size), caption=f"{fabric.face_count} stitches", key=key) as plotter:
         add_faces(plotter, fabric, colours.astype(np.uint8))
         points, up = fabric.corner_position, np.array([0.0, 1.0, 0.0])
         look(plotter, camera_around(points, VIEW, up, size[0] / size[1], part=(KEY_LEFT, 1.0)))

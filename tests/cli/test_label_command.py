@@ -172,7 +172,18 @@ def test_a_partly_labeled_mesh_is_an_h5_file_and_is_not_turned(tmp_path, tube_ob
     run("label", tube_obj, "--rows", 1, "-o", tmp_path / "part.h5")
     capsys.readouterr()
     words = ["label", tmp_path / "part.h5", "--turn-inside-out", "-o", tmp_path / "rows.h5"]
-    assert "the mesh is partly labeled already" in refused(capsys, *words)
+    assert "the mesh has rows already" in refused(capsys, *words)
+
+
+def test_a_row_of_a_labeled_mesh_is_flipped(tmp_path, tube_obj, capsys):
+    rows, flipped = tmp_path / "rows.h5", tmp_path / "flipped.h5"
+    run("label", tube_obj, "-o", rows)
+    run("label", rows, "--flip", 20, "-o", flipped)
+    assert bits(read_stitches(flipped)) == bits(label(read_mesh(tube_obj), flip=[20]))
+    run("tessellate", rows, "--stitch-width", 1, "-o", tmp_path / "stitches.h5")
+    capsys.readouterr()
+    assert "is a stitch already" in refused(capsys, "label", tmp_path / "stitches.h5", "-o", rows)
+    assert "none.h5: " in refused(capsys, "label", tmp_path / "none.h5", "-o", rows)
 
 
 def test_a_closed_mesh_names_the_remedy(tmp_path, capsys):

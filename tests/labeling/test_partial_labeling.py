@@ -15,6 +15,7 @@ from stitchmesh.labeling import PartialLabeling, label, start_labeling
 from stitchmesh.labeling.growth import COURSE
 from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from stitchmesh.mesh.courses import find_courses
+from stitchmesh.tessellate import tessellate
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, odd_corner, torus, tube, two_tubes
 from tests.shaking import shaken
 
@@ -136,6 +137,14 @@ def test_shaken_meshes_take_the_same_steps(name):
         assert bits(found) == bits(expected)
 
 
+@pytest.mark.parametrize("path", GARMENTS, ids=lambda path: path.stem)
+def test_a_labeled_mesh_becomes_a_labeling_and_the_same_mesh_again(path):
+    fabric = label(read_mesh(path), flip=[5])
+    labeling = PartialLabeling.of_rows(fabric)
+    assert bits(labeling.finish()) == bits(fabric)
+    assert labeling.flip_row(5).mismatched_sides().size != labeling.mismatched_sides().size
+
+
 def test_flipping_a_row_twice_is_the_old_value():
     labeling = start_labeling(tube(8, 4)).label_rows(3)
     assert bits(labeling.flip_row(9).flip_row(10)) == bits(labeling)
@@ -229,8 +238,12 @@ REFUSED = {
     "no face": (lambda: HALF.flip_row(99), ParameterError, "flip: face 99 does not exist; the mesh has faces 0 to 23"),
     "no row yet": (lambda: HALF.flip_row(23), ParameterError, "flip: face 23 has no row yet"),
     "no label": (lambda: HALF.set_edge((0, 1), "blue"), ParameterError, "got 'blue'; expected course, wale"),
+    "stitches": (
+        lambda: PartialLabeling.of_rows(tessellate(HALF.label_all().finish(), stitch_width=1.0)),
+        ParameterError, "face 0: is a stitch already; reverse its row by the edit flip_row",
+    ),
     "not a mesh": (lambda: start_labeling([1, 2]), ParameterError, "start_labeling: got"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -39,7 +39,7 @@ class Label:
     """Find the knitting rows of a polygon mesh, all at once or step by step."""
 
     mesh: Annotated[Positional[str], help_entry("MESH")]
-    """polygon mesh (OBJ, PLY, OFF, STL, VTK ...), or a partly labeled mesh (.h5), which is continued"""
+    """polygon mesh (OBJ, PLY, OFF, STL, VTK ...), or a labeled or partly labeled mesh (.h5), which is continued"""
     output: Annotated[str, help_entry("FILE", short="-o")]
     """labeled mesh: .h5 or .smobj; with --rows a partly labeled mesh: .h5"""
     unit: Unit = DEFAULT_UNIT
@@ -77,14 +77,18 @@ class Label:
     def _read(self) -> PartialLabeling:
         """Read the partly labeled mesh, or the mesh on which nothing is labeled."""
         from stitchmesh.errors import ParameterError
-        from stitchmesh.labeling import start_labeling
+        from stitchmesh.io import read_stitches
+        from stitchmesh.io.stitches import READABLE
+        from stitchmesh.labeling import PartialLabeling, start_labeling
         from stitchmesh.labeling.label import warn_if_inside_out
         from stitchmesh.labeling.labeling_file import holds_labeling, read_labeling
 
-        if holds_labeling(self.mesh):
+        if self.mesh.lower().endswith(READABLE):
             if self.starts.turn_inside_out:
-                raise ParameterError("--turn-inside-out: the mesh is partly labeled already; turn the polygon mesh")
-            return read_labeling(self.mesh)
+                raise ParameterError("--turn-inside-out: the mesh has rows already; turn the polygon mesh")
+            if holds_labeling(self.mesh):
+                return read_labeling(self.mesh)
+            return PartialLabeling.of_rows(read_stitches(self.mesh))
         mesh = self.starts.section().read_mesh(self.mesh, self.unit)
         warn_if_inside_out(mesh)
         return start_labeling(mesh)
