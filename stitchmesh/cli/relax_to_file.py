@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stitchmesh.cli.output_folder import output_folder, plot_history
+from stitchmesh.cli.summary import print_result, relax_summary
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.history import write_history
 from stitchmesh.quality import Quality
@@ -28,6 +28,7 @@ def checkpoint_folder(output: str) -> Path:
 def relax_to_file(
     output: str, report: str | None, given: YarnSet, options: RelaxOptions, *, quality: str | Quality,
     device: str | None, fabric: StitchMesh | None, keep_shape: bool, start: YarnSet | None = None,
+    as_json: bool = False,
 ) -> None:  # fmt: skip
     """Relax yarns and write them; after an interrupt, the last good state is written to the output file.
 
@@ -41,6 +42,7 @@ def relax_to_file(
         fabric: the fabric from which the yarns were made, if it is known.
         keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
         start: the same yarns at the positions from which the relaxation starts; ``given`` if None.
+        as_json: whether the report is printed instead of a summary.
 
     Raises:
         StitchMeshError: the relaxation cannot continue, or a file cannot be written.
@@ -69,4 +71,6 @@ def relax_to_file(
             write_json(folder / "report.json", relaxed.report)
             write_history(folder / "convergence.csv", relaxed.history)
             plot_history(relaxed.history, folder, quality)
-    print(json.dumps(relaxed.report, indent=2))
+    numbers = "--report DIR writes all numbers" if folder is None else f"{folder / 'report.json'} holds all numbers"
+    lines = [*relax_summary(relaxed.yarns, relaxed.report), f"Wrote {output}; {numbers}."]
+    print_result(relaxed.report, lines, as_json=as_json)

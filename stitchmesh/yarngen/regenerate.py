@@ -65,15 +65,16 @@ def regenerate_yarns(
     check_kind("regenerate_yarns", relaxed, YarnSet)
     check_kind("regenerate_yarns, before", before, StitchMesh)
     check_kind("regenerate_yarns, after", after, StitchMesh)
-    radius = float(relaxed.radius[0])  # the mean of equal radii could differ by rounding
-    old = generate_yarns(before, yarn_radius=radius, quality=quality, **options)
+    # the mean of equal radii could differ by rounding
+    options = {"yarn_radius": float(relaxed.radius[0]), "drawn_radius": float(relaxed.drawn_radius[0]), **options}
+    old = generate_yarns(before, quality=quality, **options)
     if not np.array_equal(old.start, relaxed.start):
         raise ParameterError(
             f"relaxed yarns: got {len(relaxed.points)} control points; this fabric and quality give {len(old.points)}; "
             "give the fabric and the quality with which the yarns were generated"
         )
-    new = generate_yarns(after, yarn_radius=radius, quality=quality, **options)
-    old_number = unchanged_points(old, new, SAME_POINT_DISTANCE * radius)
+    new = generate_yarns(after, quality=quality, **options)
+    old_number = unchanged_points(old, new, SAME_POINT_DISTANCE * options["yarn_radius"])
     known = np.flatnonzero(old_number >= 0)
     if len(known) < NEIGHBOURS:
         raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")

@@ -21,6 +21,7 @@ from stitchmesh.cli.options import (
     SolverOptions,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
+from stitchmesh.cli.summary import AsJson
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen.finish import YarnFinish
@@ -36,6 +37,7 @@ class RelaxEdited:
     after: Annotated[str, help_entry("FABRIC", help=f"{READ_STITCHES}, after the edit; the yarns keep its shape")]
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
     report: ReportFolder = None
+    json: AsJson = False
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     finish: YarnFinish = field(default_factory=YarnFinish)
@@ -59,5 +61,5 @@ class RelaxEdited:
         generated, start = regenerate_yarns(relaxed, before, after, quality=quality, **asdict(self.finish))
         relax_to_file(
             self.output, self.report, generated, options, quality=quality, device=self.device, fabric=after,
-            keep_shape=True, start=start,
+            keep_shape=True, start=start, as_json=self.json,
         )  # fmt: skip

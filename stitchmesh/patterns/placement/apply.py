@@ -33,6 +33,7 @@ from stitchmesh.patterns.placement.grid import fill_grid, grid_around
 from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
 from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
 from stitchmesh.patterns.placement.loop_marks import LoopMarks
+from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric
 from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
 from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt
@@ -144,7 +145,10 @@ def lay_pattern(
     if face is not None and faces is not None:
         raise ParameterError("got a face and a region; expected one of them")
     inside = region_of(fabric, faces)
-    changes: list[Change] = []
+    chosen, colours = colour_on_fabric(chosen, fabric)
+    changes: list[Change] = [*colours]
+    for change in colours:
+        fabric = apply_change(fabric, change)
     if face is None:
         fabric, inside = _rebuilt(fabric, inside, plain_ground(fabric, inside), changes)
         placement, moved = follow_wales(fabric, chosen, remainder, inside)
