@@ -53,6 +53,8 @@ from .recipe.knit_recipe import knit_recipe as knit_recipe
 from .recipe.recipe import Recipe as Recipe
 from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
+from .render import PictureOptions as PictureOptions
+from .render import render as render
 from .selection import Border as Border
 from .selection import Selection as Selection
 from .selection import borders as borders

@@ -16,6 +16,7 @@ from tyro.conf import UseAppendAction, arg
 from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.mesh.palette import Palette, parse_yarn_colours, recolour_palette
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
@@ -51,6 +52,7 @@ WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp, .glb or .obj"
 FOUND_RADIUS = "from the file, or estimated from the distances between yarns"
 SWATCH_RADIUS = f"that of the yarn, or {SwatchOptions.yarn_radius}"
 SWATCH_LOOP = f"that of the gauge or of the yarn, or {COMPACT_LOOP} diameters"
+DRAWN_RADIUS = "that of the yarn, or 1.7 times its radius"
 GENERATED_RADIUS = "that of the yarn, or an eighth of the stitch width"
 
 FACTORS = (
@@ -207,6 +209,22 @@ class MaterialOptions:
 
 
 @dataclass(frozen=True)
+class YarnColours:
+    """Colours of the yarns in pictures and files."""
+
+    colour: Annotated[UseAppendAction[tuple[str, ...]], help_entry("N=COLOUR", "those of the pattern")] = ()
+    """colour of a yarn number: #rrggbb or a name, such as 0=cream; may be repeated"""
+
+    def recoloured(self, palette: Palette) -> Palette:
+        """Return a palette with these colours.
+
+        Raises:
+            ParameterError: a text has no number or no colour.
+        """
+        return recolour_palette(palette, parse_yarn_colours(self.colour))
+
+
+@dataclass(frozen=True)
 class RestLengthFactors:
     """Rest lengths of the yarns, as factors of the generated lengths."""
 
@@ -328,6 +346,8 @@ class SwatchFabric:
     yarn: Annotated[YarnAndGauge, arg(name="")] = field(default_factory=YarnAndGauge)
     yarn_radius: Annotated[float | None, help_entry("CM", SWATCH_RADIUS)] = None
     """yarn radius [cm]"""
+    drawn_radius: Annotated[float | None, help_entry("CM", f"{DRAWN_RADIUS}; of a weave its radius")] = None
+    """radius of the yarn in pictures and files for renderers [cm]"""
     loop_length: Annotated[float | None, help_entry("CM", SWATCH_LOOP)] = None
     """yarn length of a plain stitch [cm]"""
     spacing: Annotated[tuple[float, ...] | None, help_entry("CM [CM]", f"{SPACING} diameters")] = None
@@ -350,15 +370,19 @@ class SwatchFabric:
         Raises:
             ParameterError: there are more than two spacings, the yarn is unknown, or the gauge is malformed.
         """
-        size = self.yarn.size(yarn_radius=self.yarn_radius, loop_length=self.loop_length)
+        size = self.yarn.size(
+            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius, loop_length=self.loop_length
+        )
         only_yarn = self.loop_length is None and self.yarn.gauge is None
         return {
             "yarn_radius": SwatchOptions.yarn_radius if size.yarn_radius is None else size.yarn_radius,
+            "drawn_radius": self.drawn_radius if woven else size.drawn_radius,
             "loop_length": None if woven and only_yarn else size.loop_length,
             "spacing": self._spacing(),
             "gamma": self.gamma,
             "columns": self.columns,
             "rows": self.rows,
+            "longest_float": self.longest_float,
         }
 
     def _spacing(self) -> float | tuple[float, float] | None:

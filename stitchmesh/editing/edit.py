@@ -19,7 +19,7 @@ import numpy as np
 from stitchmesh.editing.bobble import bobble
 from stitchmesh.editing.cable_marks import clear_cable, cross_cable, set_cable
 from stitchmesh.editing.course_edges import collapse_course_edge, split_course_edge
-from stitchmesh.editing.on_selection import ON, edit_places, place_argument, place_arguments, places_after
+from stitchmesh.editing.on_selection import ON, edit_places, followed_places, place_argument, place_arguments
 from stitchmesh.editing.pasting import paste_pattern
 from stitchmesh.editing.row_edits import flip_row, insert_row, remove_row
 from stitchmesh.editing.stitch_marks import change_stitch, recolour, stripe, twist_loop
@@ -128,7 +128,7 @@ def apply_edit(fabric: StitchMesh, edit: Edit) -> Edited:
 
 
 def _apply_at_places(fabric: StitchMesh, name: str, arguments: dict[str, Any]) -> Edited:
-    """Apply an edit at each place of a selection; places that an earlier one of them removed are left out."""
+    """Apply an edit at each place of a selection, one after another."""
     places = edit_places(fabric, name, arguments)
     others = {key: value for key, value in arguments.items() if key != ON}
     changes: list[Change] = []
@@ -136,7 +136,7 @@ def _apply_at_places(fabric: StitchMesh, name: str, arguments: dict[str, Any]) -
     while len(places):
         place = place_arguments(fabric, name, int(places[0]))
         edited = apply_changes(fabric, EDITS[name](fabric, **others, **place))
-        places = places_after(places[1:], fabric.face_count, edited.changes)
+        places = followed_places(places[1:], fabric, edited.fabric, edited.changes)
         fabric, changes, inverse = edited.fabric, [*changes, *edited.changes], [*edited.inverse, *inverse]
     return Edited(fabric, tuple(changes), tuple(inverse))
 

@@ -16,6 +16,7 @@ import numpy as np
 from stitchmesh.editing.on_selection import places_after
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh.renumbering import REMOVED
 from stitchmesh.patterns import LaidPattern, Pattern, lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
 from stitchmesh.selection import Selection, select
@@ -57,10 +58,16 @@ def lay_patterns(fabric: StitchMesh, regions: Sequence[PatternRegion]) -> list[L
             raise error if region.on is None else type(error)(f"on '{region.on}': {error}") from error
         for later in range(number + 1, len(regions)):
             faces = chosen[later]
-            chosen[later] = None if faces is None else places_after(faces, fabric.face_count, laid.changes)
+            chosen[later] = None if faces is None else _kept(faces, fabric, laid)
         fabric = laid.fabric
         done.append(laid)
     return done
+
+
+def _kept(faces: IntArray, before: StitchMesh, laid: LaidPattern) -> IntArray:
+    """Return the numbers of faces outside a pattern after it was laid; the pattern may renumber them."""
+    after = places_after(faces, before.face_count, laid.changes)
+    return after[after != REMOVED]
 
 
 def _check_apart(face_count: int, regions: Sequence[PatternRegion], chosen: Sequence[IntArray | None]) -> None:

@@ -13,10 +13,7 @@ from stitchmesh.editing.sides import check_face, check_side
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Marks, PaletteChange
-from stitchmesh.mesh.palette import filled_palette, parse_colour
-
-LAST_YARN = 255
-"""Largest yarn number that can be given a colour; a palette has a colour for every number below it."""
+from stitchmesh.mesh.palette import check_yarn_number, parse_colour, recolour_palette
 
 
 def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list[Change]:
@@ -102,8 +99,4 @@ def recolour(fabric: StitchMesh, yarn: int, colour: str) -> list[Change]:
     Raises:
         ParameterError: the number is negative or above ``LAST_YARN``, or the text is no colour.
     """
-    if not 0 <= yarn <= LAST_YARN:
-        raise ParameterError(f"recolour: got yarn {yarn}; expected 0 to {LAST_YARN}")
-    palette = filled_palette(fabric.palette, yarn + 1)
-    palette[yarn] = parse_colour(colour)
-    return [PaletteChange(palette)]
+    return [PaletteChange(recolour_palette(fabric.palette, {check_yarn_number(yarn): parse_colour(colour)}))]

@@ -9,7 +9,7 @@ has a stock colour (``STOCK``), so that an empty palette gives stock colours to 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,10 @@ WOOLS = {
 """Names of wool colours that are not CSS names, with their sRGB colours; the first seven are the stock colours."""
 STOCK = np.array(list(WOOLS.values())[:7], dtype=np.uint8)
 """Colours of yarns that no palette names, by number: undyed wool, then an order of strong contrast, sRGB, (7, 3)."""
+
+
+LAST_YARN = 255
+"""Largest yarn number that can be given a colour; a palette has a colour for every number below it."""
 
 
 def parse_colour(text: str) -> NDArray[np.uint8]:
@@ -64,6 +68,43 @@ def make_palette(colours: Sequence[str]) -> Palette:
     return np.array([parse_colour(text) for text in colours], dtype=np.uint8).reshape(-1, 3)
 
 
+def parse_yarn_colours(texts: Sequence[str]) -> dict[int, NDArray[np.uint8]]:
+    """Return the colours of some yarn numbers, from texts such as ``0=#aa2233`` and ``1=cream``.
+
+    Raises:
+        ParameterError: a text has no number or no colour, or a number is given twice or is above ``LAST_YARN``.
+    """
+    colours: dict[int, NDArray[np.uint8]] = {}
+    for text in texts:
+        number, equals, name = text.partition("=")
+        if not (equals and number.strip().isdecimal()):
+            raise ParameterError(f"colour: got {text!r}; expected the number of a yarn and its colour, such as 0=navy")
+        yarn = check_yarn_number(int(number))
+        if yarn in colours:
+            raise ParameterError(f"colour: got yarn {yarn} twice; expected each yarn once")
+        colours[yarn] = parse_colour(name)
+    return colours
+
+
+def check_yarn_number(yarn: int) -> int:
+    """Return the number of a yarn that is given a colour.
+
+    Raises:
+        ParameterError: the number is negative or above ``LAST_YARN``.
+    """
+    if not 0 <= yarn <= LAST_YARN:
+        raise ParameterError(f"colour: got yarn {yarn}; expected 0 to {LAST_YARN}")
+    return yarn
+
+
+def recolour_palette(palette: Palette, colours: Mapping[int, NDArray[np.uint8]]) -> Palette:
+    """Return a palette with other colours of some yarns; yarns below them that had none keep their stock colours."""
+    changed = filled_palette(palette, max(colours, default=-1) + 1)
+    for yarn, colour in colours.items():
+        changed[yarn] = colour
+    return changed
+
+
 def colour_text(colour: ArrayLike) -> str:
     """Return a colour as ``#rrggbb``."""
     return "#" + "".join(f"{int(value):02x}" for value in np.asarray(colour))
@@ -84,6 +125,18 @@ def filled_palette(palette: Palette, count: int) -> Palette:
     """Return the palette with stock colours up to at least ``count`` colours, shape (max(P, count), 3)."""
     beyond = np.arange(len(palette), max(count, len(palette)))
     return np.concatenate([palette.reshape(-1, 3), STOCK[beyond % len(STOCK)]])
+
+
+def linear_colour(srgb: ArrayLike) -> NDArray[np.float64]:
+    """Return sRGB colours from 0 to 1 in linear light, any shape (IEC 61966-2-1)."""
+    value = np.asarray(srgb, dtype=np.float64)
+    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_colour(linear: ArrayLike) -> NDArray[np.float64]:
+    """Return colours in linear light as sRGB from 0 to 1, any shape; the inverse of ``linear_colour``."""
+    value = np.asarray(linear, dtype=np.float64)
+    return np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 1e-9) ** (1 / 2.4) - 0.055)
 
 
 def empty_palette() -> Palette:

@@ -86,6 +86,8 @@ class Recipe:
     """Wale spacing [cm]."""
     yarn_radius: float | None = None
     """Yarn radius [cm]."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures and files for renderers [cm]."""
     quality: str = DEFAULT_QUALITY
     """Preset of accuracy and cost."""
     device: str | None = None
@@ -118,7 +120,7 @@ class Recipe:
         """
         return stitch_size(
             self.yarn, self.gauge, stitch_width=self.stitch_width, stitch_height=self.stitches.course_height,
-            yarn_radius=self.yarn_radius,
+            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius,
         )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stitchmesh.io.units import DEFAULT_UNIT
-from stitchmesh.quality import Quality, Solver, quality_with
+from stitchmesh.quality import Quality, Solver, quality_named, quality_with
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
 
@@ -168,4 +168,5 @@ class SolverSection:
         Raises:
             ParameterError: the preset is unknown, or a number is out of bounds.
         """
+        quality_named(preset)
         return quality_with(preset, solver=self.method, max_iterations=self.max_iterations)

@@ -13,10 +13,12 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.growth import COURSE
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
-from stitchmesh.render.camera import FLAT, camera_around, front_directions, picture_axes
+from stitchmesh.render.camera import camera_around, picture_axes
 from stitchmesh.render.lettering import INK, Colour
+from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.stage import KEY_LEFT, PAPER, WHOLE, Viewport, look, picture
 from stitchmesh.render.surface import add_faces, lifted_corners
+from stitchmesh.render.view import FLAT, view_directions
 from stitchmesh.yarn.colours import row_colours
 
 if TYPE_CHECKING:
@@ -56,13 +58,14 @@ def render_labeling(
     """
     mesh, at_fault = labeling.mesh, _faces_at_fault(labeling)
     mismatched = labeling.mismatched_sides()
-    towards, up = front_directions(mesh.corner_position)
+    towards, up = view_directions(mesh.corner_position)
     extent = np.sort(np.ptp(mesh.corner_position, axis=0))
     views = [towards, -towards] if back and extent[0] > FLAT * extent[1] else [towards]
     panels = _panels(mesh, towards, up, size, len(views))
     aspect = size[0] * (panels[0][2] - panels[0][0]) / (size[1] * (panels[0][3] - panels[0][1]))
     key = _key(labeling, at_fault, mismatched)
-    with picture(path, size, panels=(WHOLE, *panels), caption=_caption(labeling, at_fault), key=key) as plotter:
+    options, caption = PictureOptions(size=size), _caption(labeling, at_fault)
+    with picture(path, options, panels=(WHOLE, *panels), caption=caption, key=key) as plotter:
         plotter.set_background(PAPER)  # One colour, so that the panels have no visible borders.
         for number, direction in enumerate(views, start=1):
             plotter.subplot(0, number)

@@ -11,7 +11,7 @@ import numpy as np
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.render.camera import camera_around
-from stitchmesh.render.fabric_pictures import PICTURE_SIZE, Size
+from stitchmesh.render.options import PICTURE_SIZE, PictureOptions, Size
 from stitchmesh.render.stage import KEY_LEFT, look, picture
 from stitchmesh.render.surface import add_faces
 
@@ -22,6 +22,8 @@ SELECTED = (
     (120, 96, 66),
 )  # fmt: skip
 """Colours of selections (sRGB), repeated in this order."""
+LONGEST_TEXT = 34
+"""Number of characters of a selection that the legend has space for."""
 ODD_ROW = 0.86
 """Brightness of odd rows, so that rows can be counted."""
 VIEW = np.array([0.25, 0.15, 1.0]) / np.linalg.norm([0.25, 0.15, 1.0])
@@ -48,9 +50,9 @@ def render_selections(
     for number, (text, faces) in enumerate(selections.items()):
         colour = SELECTED[number % len(SELECTED)]
         colours[faces] = colour
-        key.append((text, colour))
+        key.append((text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 3]}...", colour))
     colours[fabric.row % 2 == 1] *= ODD_ROW
-    with picture(path, size, caption=f"{fabric.face_count} stitches", key=key) as plotter:
+    with picture(path, PictureOptions(size=size), caption=f"{fabric.face_count} stitches", key=key) as plotter:
         add_faces(plotter, fabric, colours.astype(np.uint8))
         points, up = fabric.corner_position, np.array([0.0, 1.0, 0.0])
         look(plotter, camera_around(points, VIEW, up, size[0] / size[1], part=(KEY_LEFT, 1.0)))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import json
 import os
 import re
@@ -169,7 +170,7 @@ def test_info_check_and_convert(knitted, tmp_path, capsys):
 def test_render_draws_each_kind(knitted, tube_obj, tmp_path):
     for source, words in [
         (knitted / "yarns.h5", []),
-        (knitted / "stitches.h5", ["--what", "stretch"]),
+        (knitted / "stitches.h5", ["--colour-by", "strain"]),
         (tube_obj, []),
     ]:
         picture = tmp_path / "picture.png"
@@ -339,7 +340,7 @@ def test_an_output_folder_that_cannot_be_written_is_an_error(tube_obj, tmp_path,
 
 
 def test_a_machine_that_cannot_draw_writes_all_other_files(tube_obj, tmp_path, capsys, monkeypatch):
-    from stitchmesh import render
+    render = importlib.import_module("stitchmesh.render")  # the package; sm.render is its function
     from stitchmesh.errors import DisplayError
 
     def cannot(*_args, **_options):

@@ -11,7 +11,19 @@ import pytest
 
 from stitchmesh.errors import LabelError, MeshError, ParameterError
 from stitchmesh.mesh.change import PaletteChange, apply_change, inverse_change
-from stitchmesh.mesh.palette import STOCK, WOOLS, colour_text, colours_of, make_palette, parse_colour
+from stitchmesh.mesh.palette import (
+    STOCK,
+    WOOLS,
+    colour_text,
+    colours_of,
+    empty_palette,
+    linear_colour,
+    make_palette,
+    parse_colour,
+    parse_yarn_colours,
+    recolour_palette,
+    srgb_colour,
+)
 from tests.editing.fabrics import flat
 
 
@@ -74,3 +86,31 @@ def test_a_change_of_the_palette_has_an_exact_inverse():
     np.testing.assert_array_equal(apply_change(changed, inverse_change(fabric, change)).palette, fabric.palette)
     with pytest.raises(MeshError, match="palette: got shape"):
         apply_change(fabric, PaletteChange(np.zeros(3, np.uint8)))
+
+
+def test_colours_of_yarn_numbers_are_read_and_fill_a_palette():
+    colours = parse_yarn_colours(["2=navy", "0=#010203"])
+    palette = recolour_palette(empty_palette(), colours)
+    np.testing.assert_array_equal(palette, [[1, 2, 3], STOCK[1], [0, 0, 128]])
+    np.testing.assert_array_equal(recolour_palette(palette, {1: parse_colour("red")})[1], [255, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["navy"], "colour: got 'navy'; expected the number of a yarn and its colour, such as 0=navy"),
+        (["a=navy"], "colour: got 'a=navy'; expected the number of a yarn"),
+        (["300=navy"], "colour: got yarn 300; expected 0 to 255"),
+        (["1=navy", "1=red"], "colour: got yarn 1 twice; expected each yarn once"),
+        (["1=rde"], "colour: got 'rde'; expected #rrggbb or a name such as navy or cream; did you mean 'red'?"),
+    ],
+)
+def test_what_is_no_colour_of_a_yarn_is_refused(texts, message):
+    with pytest.raises(ParameterError) as error:
+        parse_yarn_colours(texts)
+    assert str(error.value).startswith(message)
+
+
+def test_linear_light_and_back():
+    values = np.linspace(0.0, 1.0, 101)
+    np.testing.assert_allclose(srgb_colour(linear_colour(values)), values, atol=1e-6)  # 0.0031308 is rounded

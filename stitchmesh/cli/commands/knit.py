@@ -13,6 +13,7 @@ from tyro.conf import Positional, UseAppendAction
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.labeling_faults import faults_drawn
 from stitchmesh.cli.options import (
+    DRAWN_RADIUS,
     GENERATED_RADIUS,
     Device,
     MaterialOptions,
@@ -26,11 +27,13 @@ from stitchmesh.cli.options import (
     StitchWidth,
     Unit,
     YarnAndGauge,
+    YarnColours,
 )
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder, picture_seconds, plot_history
 from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.palette import colour_text, empty_palette
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.yarn_presets import Yarn
@@ -62,12 +65,15 @@ class Knit:
     """knit tubes in one spiral row with a single yarn instead of rings"""
     yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
     """yarn radius [cm]"""
+    drawn_radius: Annotated[float | None, help_entry("CM", DRAWN_RADIUS)] = None
+    """radius of the yarn in pictures and files for renderers [cm]"""
     quality: Annotated[QualityName | None, help_entry("NAME", f"that of the recipe, or {DEFAULT_QUALITY}")] = None
     device: Device = None
     no_picture: Flag = False
     """do not write preview.png"""
     json: AsJson = False
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
+    colours: YarnColours = field(default_factory=YarnColours)
     rows: Rows = field(default_factory=Rows)
     stitches: StitchCounts = field(default_factory=StitchCounts)
     mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
@@ -129,9 +135,11 @@ class Knit:
             gauge=self.yarn.gauge,
             stitch_width=self.stitch_width,
             yarn_radius=self.yarn_radius,
+            drawn_radius=self.drawn_radius,
             quality=self.quality or DEFAULT_QUALITY,
             device=self.device,
             spiral=self.spiral,
+            palette=tuple(map(colour_text, self.colours.recoloured(empty_palette()))) if self.colours.colour else (),
             patterns=self._patterns(),
             label=self.rows.section(),
             stitches=self.stitches.section(),

@@ -57,11 +57,6 @@ class Rebuilt:
     faces: Renumbering
     """Numbers of all faces before and after the patch."""
 
-    @property
-    def is_new(self) -> NDArray[np.bool_]:
-        """An entry of True for each added face."""
-        return np.ones(len(self.faces.added), dtype=bool)
-
 
 def line_below(fabric: StitchMesh, run: Course) -> Line:
     """Return the course line below a run."""

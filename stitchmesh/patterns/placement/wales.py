@@ -29,27 +29,15 @@ from stitchmesh.patterns.placement.whole_tiles import WholeTiles, shaped_faces
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
+LOOPS_PER_SHAPING = 4
+"""Smallest number of loops for each increase or decrease of a run whose shaping moves; a crown has fewer."""
 _FIRST_NEW_TILE = 1 << 20
 """Number of the first tile that begins above the first row."""
 
 
-def move_shaping(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
-) -> Rebuilt | None:
-    """Move the increases and decreases of a region to the limits of the tiles of a pattern (``whole_tiles.py``).
-
-    The arguments and errors are those of ``follow_wales``. The result is None if nothing moves.
-    """
-    if is_elastic(pattern) or not (inside & is_worked(fabric) & ~is_plain(fabric)).any():
-        return None
-    wales = _WalePlacement(fabric, pattern, remainder, inside)
-    wales.placement()
-    return rebuild_runs(fabric, wales.plans, np.zeros((0, 3))) if wales.plans else None
-
-
 def follow_wales(
     fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
-) -> Placement:
+) -> tuple[Placement, Rebuilt | None]:
     """Place a pattern on every stitch of a region; its first row is the first row that is not a cast-on row.
 
     Args:
@@ -58,10 +46,16 @@ def follow_wales(
         remainder: treatment of the loops of a first row that whole tiles do not cover.
         inside: whether each face belongs to the region, shape (F,).
 
+    Returns:
+        The placement, and the change that moves the increases and decreases of the region to the limits of the tiles
+        (``whole_tiles.py``), None if nothing moves. After the change the pattern must be placed again.
+
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover a first row.
     """
-    return _WalePlacement(fabric, pattern, remainder, inside).placement()
+    wales = _WalePlacement(fabric, pattern, remainder, inside)
+    placement = wales.placement()
+    return placement, rebuild_runs(fabric, wales.plans, np.zeros((0, 3))) if wales.plans else None
 
 
 class _WalePlacement:
@@ -81,13 +75,14 @@ class _WalePlacement:
         self.tiles = None if is_elastic(pattern) else WholeTiles(pattern, units_of(pattern))
         self.new_tiles = count(_FIRST_NEW_TILE)
         self.plans: list[RunPlan] = []
+        self.is_worked, self.is_plain = is_worked(fabric), is_plain(fabric)
 
     def placement(self) -> Placement:
         """Carry the columns through all runs and return the placement."""
         order, left = knitting_order(self._runs_below())
         for number in [*order, *left]:
             self._carry(number)
-        placed = is_worked(self.fabric) & self.inside
+        placed = self.is_worked & self.inside
         level = np.where(self.inside, self.level[self.run_of], -1)
         return Placement(np.where(placed & (level >= 0), self.column, OUTSIDE), level % self.pattern.height)
 
@@ -122,8 +117,7 @@ class _WalePlacement:
             below = self._begin_tiles(below, run.closed)
         own = _own_columns(fabric, faces, below)
         self.column[faces] = own
-        plain = is_plain(fabric)[faces]
-        if not (self.tiles and is_worked(fabric)[faces].all() and not plain.all()):
+        if not (self.tiles and self.is_worked[faces].all() and not self.is_plain[faces].all()):
             self.above[tops] = _columns_made(fabric, faces, own, run.closed)
         elif not self._keep_tiles_whole(self.tiles, run, below, own):
             self.above[tops] = _columns_made(fabric, faces, own, run.closed)
@@ -131,6 +125,8 @@ class _WalePlacement:
     def _keep_tiles_whole(self, tiles: WholeTiles, run: Course, below: IntArray, own: IntArray) -> bool:
         """Give columns to the loops above a shaped run, and plan its faces; return whether its tiles are in order."""
         fabric = self.fabric
+        if len(below) < LOOPS_PER_SHAPING * abs(len(below) - int(fabric.n_top[list(run.faces)].sum())):
+            return False
         start = _tile_start(fabric, run, below, tiles.width) if run.closed else 0
         turned = Course(run.faces[start:] + run.faces[:start], run.closed)
         faces = np.array(turned.faces)
@@ -200,6 +196,8 @@ def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) ->
 def _without_yarn_overs(own: IntArray, n_bottom: IntArray) -> IntArray:
     """Return the columns of faces, in which a face without a loop below continues the face on its left."""
     worked = np.flatnonzero(n_bottom)
+    if not len(worked):
+        return own
     before = np.searchsorted(worked, np.arange(len(own)), side="right") - 1
     return own[worked[np.maximum(before, 0)]]
 

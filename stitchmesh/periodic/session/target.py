@@ -19,7 +19,6 @@ from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch import draw_swatch, free_cell, period_to_reach, take_up_rest_lengths
-from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
@@ -83,14 +82,14 @@ class Target:
     """Apparent radius over contact radius of each yarn, shape (Y,)."""
 
 
-def generate_repeat(settings: SwatchSettings, quality: Quality) -> GeneratedRepeat:
+def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:
     """Generate the repeat of the settings.
 
     Raises:
         StitchMeshError: as for ``swatch``.
     """
     source = resolve_pattern(settings.pattern)
-    fabric, yarns = draw_swatch(source, settings.options, quality)
+    fabric, yarns = draw_swatch(source, settings.options, settings.quality)
     return GeneratedRepeat(source, (settings.options.columns, settings.options.rows), fabric, yarns)
 
 

@@ -49,7 +49,7 @@ def test_a_yarn_is_recoloured_and_that_is_undone():
     base = flat(4, 3)
     edited = apply_edit(base, Edit("recolour", {"yarn": 1, "colour": "#112233"}))
     assert edited.fabric.palette.shape == (2, 3) and edited.fabric.palette[1].tolist() == [0x11, 0x22, 0x33]
-    with pytest.raises(ParameterError, match="recolour: got yarn -1; expected 0 to 255"):
+    with pytest.raises(ParameterError, match="colour: got yarn -1; expected 0 to 255"):
         apply_edit(base, Edit("recolour", {"yarn": -1, "colour": "red"}))
     with pytest.raises(ParameterError, match="did you mean 'red'"):
         apply_edit(base, Edit("recolour", {"yarn": 0, "colour": "redd"}))
