@@ -30,6 +30,7 @@ from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import LaidPattern
+from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
@@ -317,7 +318,8 @@ def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object
     left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
                 for part in laid.left_out]  # fmt: skip
     on = None if region.on is None else str(region.on)
-    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "left_out": left_out}
+    words = left_out_lines(laid.left_out)
+    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "summary": words, "left_out": left_out}
 
 
 def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
