@@ -93,7 +93,7 @@ class KnitOptions:
     yarn_radius: float | None = None
     """Yarn radius [cm]; by default an eighth of the stitch width."""
     drawn_radius: float | None = None
-    """Radius of the yarn in pictures and in files for renderers [cm]; by default the yarn radius."""
+    """Radius of the yarn in pictures and files for renderers [cm]; by default 1.7 yarn radii (``generate_yarns``)."""
     quality: str | Quality = DEFAULT_QUALITY
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None
