@@ -39,7 +39,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
-from stitchmesh.yarngen.generate import checked_radius
+from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -275,7 +275,8 @@ def _stitches(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked,
     )  # fmt: skip
-    checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
+    # The checks come before the stages that take long.
+    checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
     fabric = _worked(fabric, options, report, progress)
     clock.lap()
