@@ -6,17 +6,21 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from dataclasses import replace
 from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
+from stitchmesh.recipe.knit_recipe import knit_recipe
+from stitchmesh.recipe.recipe_file import read_recipe
 from stitchmesh.yarn import YarnSet
 from tests.gallery import ROOT
 
 IN_BLENDER = ROOT / "examples" / "blender_render.py"
 """The example that Blender's own Python runs."""
 EXAMPLES = sorted(set((ROOT / "examples").glob("*.py")) - {IN_BLENDER})
+RECIPES = sorted((ROOT / "examples").glob("*.toml"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -59,5 +63,18 @@ def test_blender_gets_colours_in_linear_light(blender_example):
     assert blender_example.linear("808080") == pytest.approx((0.2158605,) * 3, abs=1e-6)
 
 
+@pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)
+def test_recipe_is_knitted(path, tmp_path):
+    """A few iterations are enough for all stages to run; the colours and the patterns are those of the recipe."""
+    recipe = read_recipe(path)
+    made = knit_recipe(replace(recipe, device="cpu", solver=replace(recipe.solver, max_iterations=3)), tmp_path)
+    assert np.isfinite(made.yarns.points).all() and (tmp_path / "garment.toml").exists()
+    assert len(made.fabric.palette) == 1 + made.fabric.yarn.max()
+    laid = made.report["patterns"]["laid"]
+    assert [part["on"] for part in laid] == [part.on for part in recipe.patterns]
+    for part in laid:  # Shaping and remainders leave few stitches of a region without its pattern.
+        assert sum(one["faces"] for one in part["left_out"]) < 0.05 * part["faces"], part["name"]
+
+
 def test_there_are_examples():
-    assert EXAMPLES
+    assert EXAMPLES and RECIPES

@@ -117,12 +117,15 @@ def _until_repeated(step: Callable[[int], int], start: int) -> Callable[[int], i
 
 
 def _next_course_side(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
-    """Return the next course side of a line, in the same face or across a wale side; ``BORDER`` at the end."""
+    """Return the next course side of a line, in the same face or across a wale side; ``BORDER`` at the end.
+
+    The line also ends beside a face that has no course side there, as at the end of a short row.
+    """
     following = int(step[side])
     if fabric.is_wale[following]:
         across = int(fabric.twin[following])
         following = BORDER if across == BORDER else int(step[across])
-    ends = following == BORDER or fabric.twin[following] == BORDER
+    ends = following == BORDER or fabric.is_wale[following] or fabric.twin[following] == BORDER
     return BORDER if ends else following
 
 

@@ -146,12 +146,12 @@ def _members(surface: Surface, place: Place) -> IntArray:
 
 
 def _foremost(points: FloatArray, members: IntArray, whole: Camera) -> int:
-    """Return the member nearest to the camera among those near the middle of all members in the picture."""
+    """Return the member in the middle, as seen in the picture, of the half of the members nearer to the camera."""
     axes = picture_axes(whole.position - whole.focus, whole.up)
     place = points[members] @ axes
-    aside = np.linalg.norm(place[:, :2] - np.median(place[:, :2], axis=0), axis=1)
-    central = np.flatnonzero(aside <= np.quantile(aside, 0.25))
-    return int(members[central[place[central, 2].argmax()]])
+    front = np.flatnonzero(place[:, 2] >= (place[:, 2].min() + place[:, 2].max()) / 2)
+    aside = np.linalg.norm(place[front, :2] - np.median(place[front, :2], axis=0), axis=1)
+    return int(members[front[aside.argmin()]])
 
 
 def _at_share(

@@ -22,6 +22,8 @@ SELECTED = (
     (120, 96, 66),
 )  # fmt: skip
 """Colours of selections (sRGB), repeated in this order."""
+LONGEST_TEXT = 34
+"""Number of characters of a selection that the legend has space for."""
 ODD_ROW = 0.86
 """Brightness of odd rows, so that rows can be counted."""
 VIEW = np.array([0.25, 0.15, 1.0]) / np.linalg.norm([0.25, 0.15, 1.0])
@@ -48,7 +50,7 @@ def render_selections(
     for number, (text, faces) in enumerate(selections.items()):
         colour = SELECTED[number % len(SELECTED)]
         colours[faces] = colour
-        key.append((text, colour))
+        key.append((text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 3]}...", colour))
     colours[fabric.row % 2 == 1] *= ODD_ROW
     with picture(path, PictureOptions(size=size), caption=f"{fabric.face_count} stitches", key=key) as plotter:
         add_faces(plotter, fabric, colours.astype(np.uint8))

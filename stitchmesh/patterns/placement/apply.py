@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
 
 import numpy as np
@@ -42,6 +43,14 @@ from stitchmesh.patterns.placement.sites import CellNumbers, find_sites
 from stitchmesh.patterns.placement.units import units_of
 from stitchmesh.patterns.placement.wales import follow_wales
 
+_LEFT_OVER, _CUT, _UNCROSSED = range(3)
+REASONS = [
+    "these loops are left over beside whole repeats of the pattern and stay as they were",
+    "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
+    "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
+]
+"""Why faces may be left out."""
+
 
 @dataclass(frozen=True, eq=False)
 class LaidPattern:
@@ -53,9 +62,16 @@ class LaidPattern:
     """Changes that make this fabric from the given one, in order; each has an exact inverse (``inverse_change``)."""
     faces_laid: int
     """Number of faces that are in the pattern."""
-    left_out: tuple[LeftOut, ...]
-    """Faces that are not in the pattern although they belong to the region, largest groups first. Cast-on rows and
-    drawn-through loops, which no pattern changes, are not listed."""
+    reason: IntArray
+    """Index in ``REASONS`` of the reason why each face is left out, -1 for all other faces, shape (F,)."""
+
+    @cached_property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Faces that are not in the pattern although they belong to the region, largest groups first.
+
+        Cast-on rows and drawn-through loops, which no pattern changes, are not listed.
+        """
+        return find_left_out(self.fabric, self.reason, REASONS)
 
 
 def apply_pattern(
@@ -230,7 +246,7 @@ class _Laying:
             if len(mark.places):
                 changes.append(mark)
                 after = apply_change(after, mark)
-        return LaidPattern(after, (*before, *changes), laid, find_left_out(after, reason, _REASONS))
+        return LaidPattern(after, (*before, *changes), laid, reason)
 
     def _reasons(self, uncrossed: IntArray) -> IntArray:
         """Return the index of the reason why each face is left out, -1 for the other faces, shape (F,)."""
@@ -241,14 +257,6 @@ class _Laying:
         reason[plain[~self.table.is_single[cells[plain]]]] = _CUT
         reason[uncrossed[~self.in_site[uncrossed]]] = _UNCROSSED
         return reason
-
-
-_LEFT_OVER, _CUT, _UNCROSSED = range(3)
-_REASONS = [
-    "these loops are left over beside whole repeats of the pattern and stay as they were",
-    "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
-    "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
-]
 
 
 def _mark_after(fabric: StitchMesh, name: str, values: IntArray, side_after: IntArray) -> Marks:

@@ -75,13 +75,14 @@ class _WalePlacement:
         self.tiles = None if is_elastic(pattern) else WholeTiles(pattern, units_of(pattern))
         self.new_tiles = count(_FIRST_NEW_TILE)
         self.plans: list[RunPlan] = []
+        self.is_worked, self.is_plain = is_worked(fabric), is_plain(fabric)
 
     def placement(self) -> Placement:
         """Carry the columns through all runs and return the placement."""
         order, left = knitting_order(self._runs_below())
         for number in [*order, *left]:
             self._carry(number)
-        placed = is_worked(self.fabric) & self.inside
+        placed = self.is_worked & self.inside
         level = np.where(self.inside, self.level[self.run_of], -1)
         return Placement(np.where(placed & (level >= 0), self.column, OUTSIDE), level % self.pattern.height)
 
@@ -116,8 +117,7 @@ class _WalePlacement:
             below = self._begin_tiles(below, run.closed)
         own = _own_columns(fabric, faces, below)
         self.column[faces] = own
-        plain = is_plain(fabric)[faces]
-        if not (self.tiles and is_worked(fabric)[faces].all() and not plain.all()):
+        if not (self.tiles and self.is_worked[faces].all() and not self.is_plain[faces].all()):
             self.above[tops] = _columns_made(fabric, faces, own, run.closed)
         elif not self._keep_tiles_whole(self.tiles, run, below, own):
             self.above[tops] = _columns_made(fabric, faces, own, run.closed)
