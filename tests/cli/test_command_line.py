@@ -111,7 +111,7 @@ def test_knit_says_in_four_lines_what_it_made(tube_obj, tmp_path, capsys):
     fabric, yarns = read_stitches(tmp_path / "lines" / "stitches.h5"), read_yarns(tmp_path / "lines" / "yarns.h5")
     assert what == f"Knitted {fabric.face_count} stitches in {fabric.row.max() + 1} rows, {extent(yarns.points)}."
     assert gauge.startswith(f"Gauge: {fabric_gauge(fabric)}. Yarn: {yarns.lengths.sum() / 100:.3g} m, about ")
-    assert state.startswith("Good: the yarns are at rest, stretched by at most ")
+    assert state.startswith("Good: the yarns are at rest, strained by at most ")
     assert where == f"No picture was drawn; {tmp_path / 'lines' / 'report.json'} holds all numbers."
     assert cli.main([*words, "--json", "-o", str(tmp_path / "json")]) == 0
     report = json.loads(capsys.readouterr().out)
