@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ import numpy as np
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.spiral import make_spiral
+from stitchmesh.errors import SolverError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
@@ -42,6 +45,8 @@ from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, rel
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
+
+logger = logging.getLogger(__name__)
 
 Progress = Callable[[str, float, str], None]
 """Function that reports progress: called with the stage, its completed part (0 to 1), and one or two lines of text."""
@@ -184,9 +189,12 @@ def knit(
 def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
-    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None,
+    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, crowded_start: bool = True,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
+
+    If the yarns start so close together that the contact samples of the quality cannot separate them, as in a bobble at
+    quality ``draft``, the relaxation starts again with twice as many samples.
 
     Args:
         yarns: the yarns.
@@ -198,26 +206,33 @@ def relax_with_options(
         start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
+        crowded_start: whether a relaxation that cannot start is started again with more contact samples.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
     quality = quality_named(quality)
+    started: list[int] = []
     report_progress = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
-    return relax_yarns(
-        apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
-        start=start,
-        material=options.yarn_material(float(yarns.radius.mean())),
-        quality=quality,
-        device=device,
-        keep_shape=fabric if keep_shape else None,
-        terms=options.terms,
-        constraints=options.constraints,
-        progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
-        on_state=on_state,
-        checkpoint=options.checkpoint,
-        resume=options.resume,
-    )
+
+    def note_progress(entry: HistoryEntry) -> None:
+        started.append(entry["iteration"])
+        report_progress(entry["iteration"], entry["residual"], entry["energies"])
+
+    relax = partial(
+        relax_yarns, apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric), start=start,
+        material=options.yarn_material(float(yarns.radius.mean())), device=device,
+        keep_shape=fabric if keep_shape else None, terms=options.terms, constraints=options.constraints,
+        progress=note_progress, on_state=on_state, checkpoint=options.checkpoint, resume=options.resume,
+    )  # fmt: skip
+    try:
+        return relax(quality=quality)
+    except SolverError as error:
+        if started or not crowded_start:
+            raise
+        finer = replace(quality, contact_samples=2 * quality.contact_samples)
+        logger.warning(f"{error}: started again with {finer.contact_samples} contact samples a segment")
+        return relax(quality=finer)
 
 
 def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:

@@ -17,7 +17,7 @@ stay interlocked, and it continues the displacement of the unchanged points with
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,12 +38,25 @@ RIDGE = 1e-3
 neighbours lie in a plane."""
 
 
+@dataclass(frozen=True, eq=False)
+class WarmStart:
+    """Yarns of an edited fabric, and the positions from which their relaxation starts."""
+
+    generated: YarnSet
+    """The yarns as generated, with the rest lengths and natural curvatures of the relaxed yarns before the edit."""
+    start: YarnSet | None
+    """The same yarns with all unchanged stitches at their relaxed positions; None if hardly any stitch is unchanged."""
+    warm: float
+    """Part of the control points that start from relaxed positions, 0 to 1; 0 if there is no start."""
+
+
 def regenerate_yarns(
     relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **options: Any
 ) -> tuple[YarnSet, YarnSet]:
     """Yarns of an edited fabric: as generated, and at the positions at which a new relaxation starts.
 
-    Pass both results to ``relax_yarns(generated, start=blended, keep_shape=after)``.
+    Pass both results to ``relax_yarns(generated, start=blended, keep_shape=after)``. ``relax_edited`` does so, and also
+    relaxes fabrics of which hardly any stitch is unchanged.
 
     Args:
         relaxed: relaxed yarns of the fabric before the edit.
@@ -57,10 +70,33 @@ def regenerate_yarns(
         stitches; and the same yarns with all unchanged stitches at their relaxed positions.
 
     Raises:
-        ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
+        ParameterError: the relaxed yarns were not generated from ``before`` with this quality, or hardly any stitch is
+            unchanged.
         YarnError: as for ``generate_yarns``.
 
     Source: Leaf et al. 2018 (the limitation). Moving least squares is described by Levin 1998.
+    """
+    made = warm_start(relaxed, before, after, quality=quality, **options)
+    if made.start is None:
+        raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
+    return made.generated, made.start
+
+
+def warm_start(
+    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **options: Any
+) -> WarmStart:
+    """Generate the yarns of an edited fabric, and place them by the relaxed yarns before the edit if that is possible.
+
+    Args:
+        relaxed: relaxed yarns of the fabric before the edit.
+        before: the stitch mesh before the edit.
+        after: the edited stitch mesh.
+        quality: the quality with which the relaxed yarns were generated.
+        **options: the other arguments of ``generate_yarns`` with which the relaxed yarns were generated.
+
+    Raises:
+        ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
+        YarnError: as for ``generate_yarns``.
     """
     radius = float(relaxed.radius[0])  # the mean of equal radii could differ by rounding
     old = generate_yarns(before, yarn_radius=radius, quality=quality, **options)
@@ -71,9 +107,12 @@ def regenerate_yarns(
         )
     new = generate_yarns(after, yarn_radius=radius, quality=quality, **options)
     old_number = unchanged_points(old, new, SAME_POINT_DISTANCE * radius)
+    # generated yarn is straight without load
+    natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
+    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)
     known = np.flatnonzero(old_number >= 0)
     if len(known) < NEIGHBOURS:
-        raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
+        return WarmStart(new, None, 0.0)
     points = np.empty_like(new.points)
     points[known] = relaxed.points[old_number[known]]
     new_points = np.flatnonzero(old_number < 0)
@@ -81,10 +120,7 @@ def regenerate_yarns(
     points[new_points] = new.points[new_points] + _interpolated(
         new.points[known], shift, new.points[new_points], mean_stitch_width(after)
     )
-    # generated yarn is straight without load
-    natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
-    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)
-    return new, replace(new, points=points)
+    return WarmStart(new, replace(new, points=points), len(known) / len(new.points))
 
 
 def unchanged_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
@@ -113,12 +149,14 @@ def _interpolated(known: FloatArray, shift: FloatArray, points: FloatArray, widt
     nearest = cKDTree(known).query(points, k=NEIGHBOURS)[1]
     offset = (known[nearest] - points[:, None, :]) / width
     squares = np.sum(offset**2, axis=2)
-    squares -= squares.min(axis=1, keepdims=True)  # the weights do not vanish where all neighbours are far away
+    nearest_square = squares.min(axis=1)
+    squares -= nearest_square[:, None]  # the weights do not vanish where all neighbours are far away
     weight = np.exp(-squares) / (squares + 1e-2)
     weight /= weight.sum(axis=1, keepdims=True)
     basis = np.concatenate([np.ones((*squares.shape, 1)), offset], axis=2)
     normal = np.einsum("pk,pki,pkj->pij", weight, basis, basis)
-    normal[:, [1, 2, 3], [1, 2, 3]] += RIDGE
+    # Far from the known points the fit is a constant: a slope would be extrapolated over many widths.
+    normal[:, [1, 2, 3], [1, 2, 3]] += (RIDGE + nearest_square**2)[:, None]
     right = np.einsum("pk,pki,pkd->pid", weight, basis, shift[nearest])
     return np.linalg.solve(normal, right)[:, 0]
 
