@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from stitchmesh.errors import SolverError, YarnError
+from stitchmesh.errors import SolverError, StitchMeshError, YarnError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_around_edit
@@ -33,6 +33,7 @@ from stitchmesh.yarnrelax import Relaxation
 logger = logging.getLogger(__name__)
 
 ANEW = "relaxed all yarns anew"
+"""Beginning of a note."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,35 +99,40 @@ class _Edit:
 
     def at_rest(self) -> tuple[StitchMesh, float, Relaxation]:
         """Return the fabric, the part of its yarns that started from relaxed positions, and its relaxed yarns."""
+        fabric = self.after
         try:
-            found = self.generated(self.after)
+            found = self.generated()
             if found.start is not None:
-                return self.after, found.warm, self.from_start(self.after, found)
-            fabric = self.after
+                return fabric, found.warm, self.from_start(fabric, found, crowded=False)
         except (YarnError, SolverError) as error:
-            self.note(f"{error}: evened out the stitches around the edit")
+            self.note(f"evened out the stitches around the edit, because {_reason(error)}")
             fabric = relax_mesh_around_edit(self.before, self.after, surface=self.surface)[0]
             found = self.generated(fabric)
             try:
                 if found.start is not None:
-                    return fabric, found.warm, self.from_start(fabric, found)
+                    return fabric, found.warm, self.from_start(fabric, found, crowded=True)
             except SolverError as second:
-                self.note(f"the yarns cannot start where they were relaxed ({second}): {ANEW}")
+                self.note(f"{ANEW}, because the yarns cannot start where they were relaxed: {_reason(second)}")
         if found.start is None:
-            self.note(f"hardly any stitch is where it was before the edit: {ANEW}")
+            self.note(f"{ANEW}, because hardly any stitch is where it was before the edit")
         return fabric, 0.0, relax_with_options(found.generated, fabric=fabric, **self.relaxation)
 
-    def generated(self, fabric: StitchMesh) -> WarmStart:
-        """Generate the yarns of a fabric, and place them by the relaxed yarns."""
-        return warm_start(self.relaxed, self.before, fabric, **self.generation)
+    def generated(self, evened: StitchMesh | None = None) -> WarmStart:
+        """Generate the yarns of the edited fabric or of the evened one, and place them by the relaxed yarns."""
+        return warm_start(self.relaxed, self.before, self.after, evened=evened, **self.generation)
 
-    def from_start(self, fabric: StitchMesh, found: WarmStart) -> Relaxation:
-        """Relax the yarns of a fabric from relaxed positions."""
+    def from_start(self, fabric: StitchMesh, found: WarmStart, *, crowded: bool) -> Relaxation:
+        """Relax the yarns of a fabric from relaxed positions, which may be crowded (``relax_with_options``)."""
         return relax_with_options(
-            found.generated, fabric=fabric, start=found.start, crowded_start=False, **self.relaxation
+            found.generated, fabric=fabric, start=found.start, crowded_start=crowded, **self.relaxation
         )
 
     def note(self, line: str) -> None:
         """Keep a line for the report, and log it."""
         self.notes.append(line)
         logger.warning(line)
+
+
+def _reason(error: StitchMeshError) -> str:
+    """Return the message of an error without its remedy."""
+    return str(error).split(";")[0]

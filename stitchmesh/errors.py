@@ -9,8 +9,26 @@ it. The command line prints the message unchanged and exits with status 2.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
+import numpy as np
 from numpy.typing import NDArray
+
+T = TypeVar("T")
+
+MAKERS = {
+    "Mesh": "sm.read_mesh(path)",
+    "StitchMesh": "sm.tessellate(labeled, stitch_width=0.8)",
+    "YarnSet": "sm.generate_yarns(fabric)",
+    "YarnMaterial": "sm.YarnMaterial.named(name)",
+    "Pattern": "sm.read_pattern(name)",
+    "Weave": "sm.read_weave(name)",
+    "Edit": "sm.Edit(name, arguments)",
+    "RestLengths": "sm.RestLengths(factor=1.1)",
+}
+"""Call that makes a value of each class, for the messages of ``check_kind``."""
+MAX_CHARACTERS = 40
+"""Number of characters of a text that a message shows."""
 
 
 class StitchMeshError(Exception):
@@ -31,6 +49,11 @@ class MeshError(StitchMeshError):
 
 class LabelError(StitchMeshError):
     """A mesh cannot be separated into knitting rows."""
+
+    def __init__(self, message: str, *, labeling: object | None = None) -> None:
+        """Make an error; ``labeling`` is the ``PartialLabeling`` that shows the faces at fault, if there is one."""
+        super().__init__(message)
+        self.labeling = labeling
 
 
 class TessellationError(StitchMeshError):
@@ -63,3 +86,38 @@ def first_few(items: Sequence[object] | NDArray, limit: int = 3) -> str:
     shown = ", ".join(str(item) for item in items[:limit])
     rest = len(items) - limit
     return f"{shown} (+{rest} more)" if rest > 0 else shown
+
+
+def check_kind(place: str, value: object, kind: type[T], made_by: str | None = None) -> T:
+    """Return a value that a user has given, if it is of the kind that the operation works on.
+
+    Args:
+        place: name of the operation, and of the argument if the argument is not the first one.
+        value: the value.
+        kind: class of the values that the operation works on.
+        made_by: call that makes such a value; by default that of ``MAKERS``.
+
+    Raises:
+        ParameterError: the value is of another class. If the value has a field of the right class, the message names
+            the field.
+    """
+    if isinstance(value, kind):
+        return value
+    fields = [name for name in getattr(value, "__dataclass_fields__", ()) if isinstance(getattr(value, name), kind)]
+    remedy = f"give its field {fields[0]!r}" if fields else f"make one by {made_by or MAKERS[kind.__name__]}"
+    raise ParameterError(f"{place}: got {described(value)}; expected {_with_article(kind.__name__)}: {remedy}")
+
+
+def described(value: object) -> str:
+    """Return a short description of a value for a message: a text or a number itself, or the class of another value."""
+    if isinstance(value, str):
+        return f"the text {value[:MAX_CHARACTERS]!r}"
+    if value is None or isinstance(value, bool | int | float):
+        return str(value)
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}"
+    return _with_article(type(value).__name__)
+
+
+def _with_article(name: str) -> str:
+    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"

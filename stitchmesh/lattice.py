@@ -37,6 +37,10 @@ class Lattice:
         periods.setflags(write=False)
         object.__setattr__(self, "periods", periods)
 
+    def __repr__(self) -> str:
+        """Return one line: both periods."""
+        return f"Lattice({self.periods.round(6).tolist()})"
+
     @property
     def area(self) -> float:
         """Area of a cell [cm^2]."""

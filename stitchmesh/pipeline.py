@@ -27,16 +27,16 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.mesh.change import apply_change
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.placement.apply import changed_face_count, pattern_changes
+from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
+from stitchmesh.tessellate.reached_size import reached_sizes
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
@@ -90,7 +90,7 @@ class KnitOptions:
     stitch_width: float = STITCH_WIDTH
     """Wale spacing [cm]."""
     stitch_height: float | None = None
-    """Course spacing [cm]; by default 0.77 times the width."""
+    """Course spacing [cm]; by default 0.77 times the stitch width."""
     counts: Mapping[EdgeName, int] = field(default_factory=dict)
     """Number of stitches along single edges (``tessellate``)."""
     marked: Sequence[EdgeName] = ()
@@ -139,6 +139,10 @@ class Knitted:
     """Figures of all stages, as in ``report.json``."""
     history: Sequence[HistoryEntry]
     """Assessments of the relaxation of yarns, in order."""
+
+    def __repr__(self) -> str:
+        """Return one line: the fabric, and the yarns."""
+        return f"Knitted({self.fabric}, {self.yarns})"
 
 
 def no_progress(stage: str, done: float, note: str) -> None:
@@ -280,11 +284,19 @@ def _stitches(
         marked=options.marked,
     )  # fmt: skip
     checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
-    report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
+    report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
     if options.pattern is not None:
         progress("pattern", 0.0, options.pattern.name)
-        fabric, faces = with_pattern(fabric, options.pattern, options.pattern_remainder)
-        report["pattern"] = {"name": options.pattern.name, "faces": faces, "seconds": clock.lap()}
+        laid = lay_pattern(fabric, options.pattern, remainder=options.pattern_remainder)
+        fabric = laid.fabric
+        left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
+                    for part in laid.left_out]  # fmt: skip
+        report["pattern"] = {
+            "name": options.pattern.name,
+            "faces": laid.faces_laid,
+            "left_out": left_out,
+            "seconds": clock.lap(),
+        }
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
         fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
@@ -295,29 +307,6 @@ def _stitches(
         rings, relaxed = relaxed, make_spiral(relaxed)
         report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
     return relaxed
-
-
-def with_pattern(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, *, face: int | None = None
-) -> tuple[StitchMesh, int]:
-    """Apply a pattern to a fabric.
-
-    Args:
-        fabric: stitch mesh.
-        pattern: the pattern.
-        remainder: treatment of the stitches that remain beside whole tiles.
-        face: a plain stitch, around which the pattern fills the largest grid; None for the whole fabric.
-
-    Returns:
-        The fabric in the pattern, and the number of faces that the pattern has changed.
-
-    Raises:
-        StitchMeshError: as for ``apply_pattern``.
-    """
-    changes = pattern_changes(fabric, pattern, face=face, remainder=remainder)
-    for change in changes:
-        fabric = apply_change(fabric, change)
-    return fabric, changed_face_count(changes)
 
 
 def _yarns(

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, described
 
 Precision = Literal["float32", "float64"]
 Solver = Literal["quasistatic", "dynamics"]
@@ -36,7 +36,7 @@ class Quality:
 
 
 PRESETS: dict[str, Quality] = {
-    "draft": Quality("float32", 3, 3, 12, 0.2, 0.01, 6000),
+    "draft": Quality("float32", 3, 3, 12, 0.2, 0.01, 20_000),
     "standard": Quality("float32", 3, 3, 20, 0.2, 0.005, 20_000),
     "reference": Quality("float64", 11, 11, 24, 0.1, 1e-4, 200_000),
 }
@@ -53,6 +53,8 @@ def quality_named(name: str | Quality) -> Quality:
     """
     if isinstance(name, Quality):
         return name
+    if not isinstance(name, str):
+        raise ParameterError(f"quality: got {described(name)}; expected a Quality, or one of {', '.join(PRESETS)}")
     if name not in PRESETS:
         raise ParameterError(f"quality: got {name!r}; expected one of {', '.join(PRESETS)}")
     return PRESETS[name]

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.errors import first_few
-from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
+from stitchmesh.mesh import Mesh, StitchMesh, extent
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.mesh.stitch_counts import stitch_counts
@@ -40,7 +40,7 @@ def description(content: Mesh | YarnSet) -> list[str]:
         f"{kind_of(content)}: {counts}",
         f"borders: {len(content.boundary_loops)}",
         f"area: {np.linalg.norm(content.face_vector_area, axis=1).sum():.2f} cm2",
-        _extent(content.vertices),
+        f"extent: {extent(content.vertices)}",
     ]
     return [*lines, *_stitch_lines(content)] if isinstance(content, StitchMesh) else lines
 
@@ -52,7 +52,7 @@ def _yarn_lines(yarns: YarnSet) -> list[str]:
         f"length: {yarns.lengths.sum():.2f} cm",
         f"radius: {yarns.radius.min():.4g} to {yarns.radius.max():.4g} cm",
         f"strain: {yarns.strain.min():.3%} to {yarns.strain.max():.3%}",
-        _extent(yarns.points),
+        f"extent: {extent(yarns.points)}",
     ]
 
 
@@ -93,8 +93,3 @@ def _cables(fabric: StitchMesh) -> str:
     sizes = sorted({len(group.sides) for group in groups})
     return f"{len(groups)} of {first_few(sizes, len(sizes))} loops"
 
-
-def _extent(points: FloatArray) -> str:
-    """Return the line with the size of the bounding box of points [cm], shape (n, 3)."""
-    size = points.max(axis=0) - points.min(axis=0)
-    return f"extent: {size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} cm"

@@ -7,11 +7,11 @@ The docstring of a field is the help text of the option.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from tyro.conf import UseAppendAction
+from tyro.conf import UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.errors import ParameterError
@@ -19,8 +19,10 @@ from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
-from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
+from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.yarn_presets import yarn_names
 from stitchmesh.yarnrelax.model.material import (
     DEFAULT_MATERIAL,
     NAMED,
@@ -42,7 +44,9 @@ WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
 READ_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp or .obj"
 WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp, .glb or .obj"
 FOUND_RADIUS = "from the file, or estimated from the distances between yarns"
-GENERATED_RADIUS = "an eighth of the stitch width"
+SWATCH_RADIUS = f"that of the yarn, or {SwatchOptions.yarn_radius}"
+SWATCH_LOOP = f"that of the gauge or of the yarn, or {COMPACT_LOOP} diameters"
+GENERATED_RADIUS = "that of the yarn, or an eighth of the stitch width"
 
 FACTORS = (
     "for a stitch type (k=1.1), a row (row:3=0.9), a yarn (yarn:12=1.2), or the floats or held loops of slip stitches "
@@ -60,10 +64,16 @@ Device = Annotated[
     str | None, help_entry("NAME", "the first GPU, or the CPU without a GPU", help="processor: cpu or cuda:0")
 ]
 Unit = Annotated[str, help_entry("UNIT", help=f"unit of a file that states no unit: {', '.join(CENTIMETRES)}")]
-StitchWidth = Annotated[float, help_entry("CM", help="wale spacing [cm]")]
+StitchWidth = Annotated[
+    float | None, help_entry("CM", f"that of the gauge or of the yarn, or {STITCH_WIDTH}", help="wale spacing [cm]")
+]
+YarnName = Annotated[str | None, help_entry("NAME", "none", help=f"hand-knitting yarn: {', '.join(yarn_names())}")]
 Material = Annotated[str, help_entry("NAME", help=f"material, scaled to the yarn radius: {', '.join(sorted(NAMED))}")]
 MaxIterations = Annotated[
     int | None, help_entry("N", "that of the quality", help="largest number of iterations of the relaxation")
+]
+OnSelection = Annotated[
+    str | None, help_entry("SELECTION", "none", help="part of the fabric, such as 'hem 6' (docs/selections.md)")
 ]
 ReportFolder = Annotated[
     str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
@@ -83,6 +93,23 @@ class FileReading:
         from stitchmesh.io.any_file import read_any
 
         return read_any(path, unit=self.unit, radius=self.yarn_radius)
+
+
+@dataclass(frozen=True)
+class YarnAndGauge:
+    """A yarn and a gauge, from which the sizes follow that are not given."""
+
+    yarn: YarnName = None
+    gauge: Annotated[str | None, help_entry("STITCHES[xROWS]", "that of the yarn")] = None
+    """stitches and rows in 10 cm of stockinette, for example 22 or 22x30"""
+
+    def size(self, **lengths: float | None) -> StitchSize:
+        """Return the sizes of stitches and yarn; ``lengths`` are the given ones, as for ``stitch_size``.
+
+        Raises:
+            ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
+        """
+        return stitch_size(self.yarn, self.gauge, **lengths)
 
 
 @dataclass(frozen=True)
@@ -142,7 +169,7 @@ class MeshRelaxation:
 
 
 @dataclass(frozen=True)
-class YarnStiffness:
+class MaterialOptions:
     """Material of the yarn."""
 
     material: Material = DEFAULT_MATERIAL
@@ -175,13 +202,17 @@ class RestLengthFactors:
     """yarn length of every plain stitch before the factors apply [cm]"""
     rest_length: Annotated[UseAppendAction[tuple[str, ...]], help_entry("KEY=F", help=f"factor {FACTORS}")] = ()
 
-    def rest_lengths(self) -> RestLengths:
+    def rest_lengths(self, loop_length: float | None = None) -> RestLengths:
         """Return the changes of the rest lengths.
+
+        Args:
+            loop_length: yarn length of every plain stitch if the option is not given [cm].
 
         Raises:
             ParameterError: a factor is malformed or out of bounds.
         """
-        return parse_rest_lengths(self.rest_length, factor=self.rest_length_factor, loop_length=self.loop_length)
+        length = loop_length if self.loop_length is None else self.loop_length
+        return parse_rest_lengths(self.rest_length, factor=self.rest_length_factor, loop_length=length)
 
 
 @dataclass(frozen=True)
@@ -240,21 +271,21 @@ class SolverOptions:
         return quality_with(preset, solver=self.solver, max_iterations=self.max_iterations)
 
     def relax_options(
-        self, physics: MorePhysics, rest_lengths: RestLengths, yarn: YarnStiffness, checkpoints: Path
+        self, physics: MorePhysics, rest_lengths: RestLengths, material: MaterialOptions, checkpoints: Path
     ) -> RelaxOptions:
         """Return the options of the relaxation.
 
         Args:
             physics: additional energies.
             rest_lengths: changes of the rest lengths.
-            yarn: material of the yarn.
+            material: material of the yarn.
             checkpoints: folder for checkpoints, if checkpoints are written.
         """
         from stitchmesh.pipeline import RelaxOptions
 
         return RelaxOptions(
-            material=yarn.material,
-            stiffness=yarn.values(),
+            material=material.material,
+            stiffness=material.values(),
             rest_lengths=rest_lengths,
             terms=physics.terms(),
             checkpoint=self._checkpoints(checkpoints),
@@ -291,9 +322,10 @@ class PinnedPlaces:
 class SwatchFabric:
     """The fabric of a swatch."""
 
-    yarn_radius: Annotated[float, help_entry("CM")] = SwatchOptions.yarn_radius
+    yarn: Annotated[YarnAndGauge, arg(name="")] = field(default_factory=YarnAndGauge)
+    yarn_radius: Annotated[float | None, help_entry("CM", SWATCH_RADIUS)] = None
     """yarn radius [cm]"""
-    loop_length: Annotated[float | None, help_entry("CM", f"{COMPACT_LOOP} diameters")] = SwatchOptions.loop_length
+    loop_length: Annotated[float | None, help_entry("CM", SWATCH_LOOP)] = None
     """yarn length of a plain stitch [cm]"""
     spacing: Annotated[tuple[float, ...] | None, help_entry("CM [CM]", f"{SPACING} diameters")] = None
     """distance between the yarns of a weave [cm], or between its warps and between its wefts"""
@@ -303,14 +335,28 @@ class SwatchFabric:
     """number of repeats of the pattern, side by side"""
     rows: Annotated[int, help_entry("N")] = SwatchOptions.rows
     """number of repeats of the pattern, one above another"""
+    longest_float: Annotated[int, help_entry("N")] = SwatchOptions.longest_float
+    """largest number of stitches behind which a yarn floats; patterns with longer floats are refused"""
 
-    def options(self) -> dict[str, Any]:
+    def options(self, *, woven: bool) -> dict[str, Any]:
         """Return the fields of ``SwatchOptions`` by name.
 
+        Args:
+            woven: whether the swatch is a weave, for which a yarn sets no loop length.
+
         Raises:
-            ParameterError: there are more than two spacings.
+            ParameterError: there are more than two spacings, the yarn is unknown, or the gauge is malformed.
         """
-        return {**asdict(self), "spacing": self._spacing()}
+        size = self.yarn.size(yarn_radius=self.yarn_radius, loop_length=self.loop_length)
+        only_yarn = self.loop_length is None and self.yarn.gauge is None
+        return {
+            "yarn_radius": SwatchOptions.yarn_radius if size.yarn_radius is None else size.yarn_radius,
+            "loop_length": None if woven and only_yarn else size.loop_length,
+            "spacing": self._spacing(),
+            "gamma": self.gamma,
+            "columns": self.columns,
+            "rows": self.rows,
+        }
 
     def _spacing(self) -> float | tuple[float, float] | None:
         """Return one spacing, the spacings of warps and of wefts, or None [cm]."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
 from stitchmesh.editing.log import write_log
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Change
@@ -20,6 +20,7 @@ class History:
 
     def __init__(self, fabric: StitchMesh) -> None:
         """Start with a stitch mesh; the given mesh is never modified."""
+        check_kind("History", fabric, StitchMesh)
         self._fabric = fabric
         self._done: list[_Step] = []
         self._undone: list[_Step] = []

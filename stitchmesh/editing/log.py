@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from stitchmesh.editing.edit import Edit, apply_edit, checked_arguments
-from stitchmesh.errors import FileError, ParameterError, StitchMeshError
+from stitchmesh.errors import FileError, ParameterError, StitchMeshError, check_kind
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import FilePath
@@ -58,6 +58,7 @@ def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
         FileError: as for ``read_log``.
         StitchMeshError: an edit is not possible, as for ``apply_edit``; the message names the line and the edit.
     """
+    check_kind("replay_edits", fabric, StitchMesh)
     for number, edit in enumerate(read_log(path), start=1):
         try:
             fabric = apply_edit(fabric, edit).fabric

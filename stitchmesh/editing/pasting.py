@@ -4,23 +4,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Change
 from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.library import read_pattern
-from stitchmesh.patterns.placement.apply import pattern_changes
+from stitchmesh.patterns.placement.apply import lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
 
 def paste_pattern(
-    fabric: StitchMesh, pattern: str, face: int | None = None, remainder: str = DEFAULT_REMAINDER
+    fabric: StitchMesh,
+    pattern: str,
+    face: int | None = None,
+    faces: Sequence[int] | None = None,
+    remainder: str = DEFAULT_REMAINDER,
 ) -> list[Change]:
     """Replace the stitches of a fabric by those of a pattern, as ``apply_pattern`` does.
 
     Args:
         fabric: a mesh of stitches.
         pattern: a name in the library, the path of a file, or the text of a pattern, which has at least two lines.
-        face: a plain stitch of the grid to fill; by default the pattern covers the whole fabric.
+        face: a plain stitch of the grid to fill.
+        faces: the faces of a region; the pattern covers the whole fabric if neither face nor faces are given.
         remainder: what happens to loops that whole tiles do not cover, as for ``apply_pattern``.
 
     Raises:
@@ -29,4 +36,5 @@ def paste_pattern(
         PatternError: the text does not describe a valid pattern, or as for ``apply_pattern``.
     """
     read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
-    return pattern_changes(fabric, read, face=face, remainder=check_remainder(remainder))
+    laid = lay_pattern(fabric, read, face=face, faces=faces, remainder=check_remainder(remainder))
+    return list(laid.changes)

@@ -13,9 +13,9 @@ from stitchmesh.editing.fitting import plain_stitch_named
 from stitchmesh.editing.sides import check_face
 from stitchmesh.editing.sketch import Sketch, SketchFace, face_like
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Marks, apply_change
-from stitchmesh.mesh.courses import Course, course_through
+from stitchmesh.mesh.courses import Course, course_through, renumbered_rows
 from stitchmesh.mesh.stitch import Stitch
 
 
@@ -23,7 +23,8 @@ def flip_row(fabric: StitchMesh, face: int) -> list[Change]:
     """Reverse the wale direction of a row, so that bottom sides become top sides.
 
     Increases become decreases, and the edges to adjacent rows become mismatched. Twists and cables of the row are lost,
-    because its loops are replaced.
+    because its loops are replaced. If adjacent rows are reversed one after the other, the rows are numbered anew, so
+    that a reversed row follows the row whose loops it works (``renumbered_rows``).
 
     Args:
         fabric: a mesh of stitches.
@@ -33,12 +34,16 @@ def flip_row(fabric: StitchMesh, face: int) -> list[Change]:
         ParameterError: the face does not exist, or a face of the row has no stitch with the opposite direction.
     """
     check_face(fabric, face)
+    faces = course_through(fabric, face, climbing=True).faces
+    changes = _number_after_flip(fabric, np.array(faces))
+    for change in changes:
+        fabric = apply_change(fabric, change)
     sketch = Sketch(fabric)
-    for number in course_through(fabric, face, climbing=True).faces:
+    for number in faces:
         turned = sketch.face(number)
         turned.turn()
         sketch.fit_stitch(turned)
-    return [sketch.patch()]
+    return [*changes, sketch.patch()]
 
 
 def insert_row(fabric: StitchMesh, face: int, stitch: str = "k") -> list[Change]:
@@ -105,6 +110,33 @@ def remove_row(fabric: StitchMesh, face: int) -> list[Change]:
     for low, high in wales:
         sketch.merge(low, high, prefer=high)
     return [*changes, sketch.patch()]
+
+
+def _number_after_flip(fabric: StitchMesh, faces: IntArray) -> list[Change]:
+    """Return the change of row numbers that the reversal of these faces requires; it is empty if there is none."""
+    flipped_face = np.zeros(fabric.face_count, dtype=bool)
+    flipped_face[faces] = True
+    flipped_row = np.zeros(int(fabric.row.max()) + 1, dtype=bool)
+    flipped_row[fabric.row[faces]] = True
+    below, above = _matched_rows(fabric, fabric.sides_of(faces), flipped_face)
+    if not (below > above).any():
+        return []
+    number = renumbered_rows(*_matched_rows(fabric, np.arange(fabric.side_count), flipped_face), flipped_row)
+    moved = np.flatnonzero(number[fabric.row] != fabric.row)
+    return [Marks("row", moved, number[fabric.row[moved]])]
+
+
+def _matched_rows(
+    fabric: StitchMesh, sides: IntArray, flipped_face: NDArray[np.bool_]
+) -> tuple[IntArray, IntArray]:
+    """The rows below and above each of these sides at which the wale directions match after some faces are flipped."""
+    sides = sides[(fabric.role_of(sides) % 2 == 0) & (fabric.twin[sides] != BORDER)]
+    across = fabric.twin[sides]
+    faces, others = fabric.side_face[sides], fabric.side_face[across]
+    top = (fabric.role_of(sides) == TOP) ^ flipped_face[faces]
+    matched = top != (fabric.role_of(across) == TOP) ^ flipped_face[others]
+    rows, other_rows = fabric.row[faces[matched]], fabric.row[others[matched]]
+    return np.where(top[matched], rows, other_rows), np.where(top[matched], other_rows, rows)
 
 
 def _only_row(fabric: StitchMesh, whole: Course) -> int:

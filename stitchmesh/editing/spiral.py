@@ -18,7 +18,7 @@ import numpy as np
 from stitchmesh.editing.climb import climb
 from stitchmesh.editing.reconnect import corner_fans, reconnect
 from stitchmesh.editing.ring_rows import Turns, ring_stacks
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import Course, find_courses
 
@@ -43,6 +43,7 @@ def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
         ParameterError: the face of the seam does not exist or does not lie in two stacked rings, or the mesh repeats on
             a lattice.
     """
+    check_kind("make_spiral", fabric, StitchMesh)
     if fabric.lattice is not None:
         raise ParameterError("spiral: got a patch that repeats on a lattice; its rows are not rings of a tube")
     parts: list[Turns] = []

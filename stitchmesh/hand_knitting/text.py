@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 
+from stitchmesh.errors import check_kind
 from stitchmesh.hand_knitting.chart import charts
 from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
@@ -47,6 +48,7 @@ def knitting_instructions(fabric: StitchMesh) -> str:
         ParameterError: the fabric has panels that are not divided into stitches, or no row can be knitted first.
         LabelError: the cable marks of the fabric contradict each other.
     """
+    check_kind("knitting_instructions", fabric, StitchMesh)
     pieces = find_pieces(fabric)
     joins, crossings = Joins(fabric, pieces), Crossings.of(fabric)
     body: list[str] = []

@@ -12,9 +12,11 @@ from __future__ import annotations
 import difflib
 import json
 import re
+from collections.abc import Iterable, Mapping, Set
 from typing import Any, TypeVar
 
 import msgspec
+import numpy as np
 from msgspec import inspect
 
 from stitchmesh.errors import ParameterError
@@ -47,6 +49,23 @@ def parse_json(text: str) -> object:
         raise ParameterError(f"is no JSON ({str(error).removeprefix('JSON is malformed: ')})") from error
     except RecursionError as error:
         raise ParameterError("is no JSON that can be read; it is nested too deeply") from error
+
+
+def plain_value(value: object) -> object:
+    """Return a value as JSON can hold it, where that is possible.
+
+    NumPy numbers become numbers. NumPy arrays, tuples, ranges and all other collections become lists; a set of numbers
+    becomes a sorted list. Keys of mappings and all other values stay as they are.
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: plain_value(part) for key, part in value.items()}
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+        return value
+    parts = [plain_value(part) for part in value]
+    numbers = [part for part in parts if isinstance(part, int | float)]
+    return sorted(numbers) if isinstance(value, Set) and len(numbers) == len(parts) else parts
 
 
 def check_value(value: object, kind: type[T]) -> T:

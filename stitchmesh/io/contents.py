@@ -8,17 +8,29 @@ from collections.abc import Iterable
 from os import PathLike, fspath
 from pathlib import Path
 
-from stitchmesh.errors import FileError
+from stitchmesh.errors import FileError, ParameterError, described
 
 FilePath = str | PathLike[str]
+
+
+def check_path(path: FilePath) -> None:
+    """Check that a path is a text or a ``Path``.
+
+    Raises:
+        ParameterError: the path is anything else.
+    """
+    if not isinstance(path, str | PathLike):
+        raise ParameterError(f"path: got {described(path)}; expected the name of a file, a text or a pathlib.Path")
 
 
 def suffix_of(path: FilePath, known: Iterable[str]) -> str:
     """Return the suffix of a path in lower case.
 
     Raises:
+        ParameterError: the path is neither a text nor a ``Path``.
         FileError: the suffix is not one of the known ones.
     """
+    check_path(path)
     suffix = Path(path).suffix.lower()
     if suffix not in known:
         found = f"unknown format {suffix!r}" if suffix else "the name has no suffix"

@@ -15,7 +15,7 @@ from os import fspath
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.errors import MeshError
+from stitchmesh.errors import MeshError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.mesh_formats.by_meshio import read_meshio_polygons, write_meshio_polygons
 from stitchmesh.io.mesh_formats.glb import read_glb_polygons, write_glb_polygons
@@ -107,6 +107,7 @@ def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = DEFAULT_UNIT) -> None:
             glTF, or the file cannot be written.
     """
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
+    check_kind("write_mesh", mesh, Mesh)
     vertices = mesh.vertices / _scale(path, mesh_format, unit)
     faces = [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
     if mesh_format.most_corners is not None:

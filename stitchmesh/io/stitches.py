@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from os import fspath
 
-from stitchmesh.errors import FileError, LabelError
+from stitchmesh.errors import FileError, LabelError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.stitch_formats.knitout import write_knitout
@@ -38,6 +38,7 @@ def write_stitches(path: FilePath, fabric: StitchMesh) -> None:
         FileError: the suffix is unknown, or the file cannot be written.
     """
     suffix = suffix_of(path, WRITABLE)
+    check_kind("write_stitches", fabric, StitchMesh)
     if suffix == ".h5":
         write_dataclass(path, fabric, FORMAT)
     else:

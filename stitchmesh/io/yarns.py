@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.errors import FileError, ParameterError, YarnError
+from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
@@ -117,7 +117,9 @@ def write_yarns(
     scale = centimetres(unit)
     if curve not in BCC_CURVES:
         raise ParameterError(f"curve: got {curve!r}; expected one of {', '.join(BCC_CURVES)}")
-    FORMATS[suffix_of(path, FORMATS)].write(path, yarns, scale, curve, tiles)
+    yarn_format = FORMATS[suffix_of(path, FORMATS)]
+    check_kind("write_yarns", yarns, YarnSet)
+    yarn_format.write(path, yarns, scale, curve, tiles)
 
 
 def check_writable(path: FilePath, yarns: YarnSet) -> None:

@@ -11,11 +11,13 @@ grew.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.labeling.growth import RowGrowth
-from stitchmesh.mesh import BORDER, Mesh
+from stitchmesh.labeling.growth import COURSE, Labels
+from stitchmesh.mesh import BORDER, IntArray, Mesh
 
 ROOT = -1
 """Additional node of the forest, to which all seeded rows are joined."""
@@ -23,52 +25,58 @@ DIGITS = 9
 """Decimal digits to which lengths [cm] are rounded before comparison; equally long seams may differ by rounding."""
 
 
-def turned_rows(mesh: Mesh, growth: RowGrowth, seeded: list[int]) -> NDArray[np.bool_]:
+def turned_rows(mesh: Mesh, labels: Labels, seeded: Iterable[int]) -> NDArray[np.bool_]:
     """Return whether the direction of each row must be reversed, shape (rows,).
 
     Args:
         mesh: the surface.
-        growth: rows and edge labels of the surface, with the directions in which the rows grew.
+        labels: rows and edge labels of the surface, with the directions in which the rows grew.
         seeded: rows that keep their direction.
     """
-    forest = _ParityForest(growth.row_count + 1)
+    forest = ParityForest(labels.row_count + 1)
     for row in seeded:
         forest.join(ROOT, row, 0)
-    for first, second, differ in _neighbours(mesh, growth):
+    for first, second, differ in _neighbours(mesh, labels):
         forest.join(first, second, differ)
-    return np.array([forest.parity(row) ^ forest.parity_of_root(row) for row in range(growth.row_count)], dtype=bool)
+    return np.array([forest.parity(row) ^ forest.parity_of_root(row) for row in range(labels.row_count)], dtype=bool)
 
 
-def _neighbours(mesh: Mesh, growth: RowGrowth) -> list[tuple[int, int, int]]:
+def _neighbours(mesh: Mesh, labels: Labels) -> list[tuple[int, int, int]]:
     """Pairs of rows, and whether one of them must be reversed to match, in descending order of the matched length."""
-    sides = np.flatnonzero((mesh.twin != BORDER) & (np.arange(mesh.side_count) < mesh.twin))
-    sides = sides[growth.edge_label[mesh.side_edge[sides]] == 0]
-    top = _is_top(mesh, growth)
-    rows = growth.row[mesh.side_face[sides]], growth.row[mesh.side_face[mesh.twin[sides]]]
-    sign = np.where(top[sides] == top[mesh.twin[sides]], -1.0, 1.0)
-    gain: dict[tuple[int, int], float] = {}
-    for first, second, amount in zip(*rows, sign * mesh.side_length[sides], strict=True):
-        if first != second:
-            pair = (min(int(first), int(second)), max(int(first), int(second)))
-            gain[pair] = gain.get(pair, 0.0) + float(amount)
-    gain = {pair: round(amount, DIGITS) for pair, amount in gain.items()}
-    order = sorted(gain, key=lambda pair: (-abs(gain[pair]), pair))
-    return [(first, second, int(gain[first, second] < 0)) for first, second in order]
+    sides = seam_sides(mesh, labels)
+    top = _is_top(mesh, labels)
+    across = mesh.twin[sides]
+    rows = np.sort([labels.row[mesh.side_face[sides]], labels.row[mesh.side_face[across]]], axis=0)
+    pair, place = np.unique(rows[0] * labels.row_count + rows[1], return_inverse=True)
+    sign = np.where(top[sides] == top[across], -1.0, 1.0)
+    gain = np.round(np.bincount(place, sign * mesh.side_length[sides], minlength=len(pair)), DIGITS)
+    order = np.lexsort((pair, -np.abs(gain)))
+    first, second = np.divmod(pair[order], max(labels.row_count, 1))
+    return list(zip(first.tolist(), second.tolist(), (gain[order] < 0).astype(int).tolist(), strict=True))
 
 
-def _is_top(mesh: Mesh, growth: RowGrowth) -> NDArray[np.bool_]:
+def seam_sides(mesh: Mesh, labels: Labels) -> IntArray:
+    """Return one side of each course edge that joins faces of two different rows."""
+    sides = mesh.edge_side[labels.edge_label == COURSE]
+    sides = sides[mesh.twin[sides] != BORDER]
+    first, second = labels.row[mesh.side_face[sides]], labels.row[mesh.side_face[mesh.twin[sides]]]
+    return sides[(first != second) & (first >= 0) & (second >= 0)]
+
+
+def _is_top(mesh: Mesh, labels: Labels) -> NDArray[np.bool_]:
     """Whether each side is a top side in the direction of growth: it comes after the right wale side of its face."""
     sizes = np.diff(mesh.face_start)[mesh.side_face]
-    left = growth.left_wale[mesh.side_face]
+    left = labels.left_wale[mesh.side_face]
     place = (np.arange(mesh.side_count) - left) % sizes
-    right = (growth.right_wale[mesh.side_face] - left) % sizes
+    right = (labels.right_wale[mesh.side_face] - left) % sizes
     return place > right
 
 
-class _ParityForest:
+class ParityForest:
     """Union-find structure whose links store the parity of two nodes: 0 for the same direction, 1 for the opposite."""
 
     def __init__(self, count: int) -> None:
+        """Start with nodes that are not linked."""
         self._parent = list(range(count))
         self._flip = [0] * count
 

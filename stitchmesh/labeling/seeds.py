@@ -8,14 +8,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, Mesh
+from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.mesh import BORDER, IntArray, Mesh
 
+EdgeName = int | tuple[int, int]
+"""A side number, or the two vertices of an edge. The seeded row is to the left of the side (of the directed edge)."""
 REGULAR_BORDER_FACES = 2
 """Number of faces at a border vertex that is not a corner; one wale edge starts there."""
 
 
-def side_of(mesh: Mesh, edge: int | tuple[int, int]) -> int:
+def side_of(mesh: Mesh, edge: EdgeName) -> int:
     """Return the side of a side number or of a pair of vertices.
 
     Raises:
@@ -23,15 +25,15 @@ def side_of(mesh: Mesh, edge: int | tuple[int, int]) -> int:
     """
     if isinstance(edge, (int, np.integer)):
         if not 0 <= edge < mesh.side_count:
-            raise ParameterError(f"seed {edge}: no such side; the mesh has sides 0 to {mesh.side_count - 1}")
+            raise ParameterError(f"edge: there is no side {edge}; the mesh has sides 0 to {mesh.side_count - 1}")
         return int(edge)
     start, end = edge
-    tail, head = mesh.face_vertex, mesh.face_vertex[mesh.side_next]
-    forward = np.flatnonzero((tail == start) & (head == end))
-    backward = np.flatnonzero((tail == end) & (head == start))
-    found = np.concatenate([forward, backward])
-    if len(found) == 0:
-        raise ParameterError(f"seed ({start}, {end}): no edge joins these vertices; name two neighbours")
+    tail = mesh.face_vertex
+    around = np.flatnonzero((tail == start) | (tail == end))
+    head = tail[mesh.side_next[around]]
+    found = [*around[(tail[around] == start) & (head == end)], *around[(tail[around] == end) & (head == start)]]
+    if not found:
+        raise ParameterError(f"edge {start}-{end}: no edge joins these vertices; name two neighbours")
     return int(found[0])
 
 
@@ -42,6 +44,30 @@ def seed_chain(mesh: Mesh, side: int) -> list[int]:
     return _edge_loop(mesh, side)
 
 
+def whole_border(mesh: Mesh, edge: EdgeName) -> list[int]:
+    """Return all sides of the border that contains an edge, starting with this edge.
+
+    Raises:
+        ParameterError: there is no such edge, or it does not lie on a border.
+    """
+    side = side_of(mesh, edge)
+    if mesh.twin[side] != BORDER:
+        start, end = mesh.face_vertex[side], mesh.face_vertex[mesh.side_next[side]]
+        raise ParameterError(f"edge {start}-{end}: does not lie on a border; {_borders_named(mesh)}")
+    loop = [side]
+    while (following := mesh.next_border_side(loop[-1])) != side:
+        loop.append(following)
+    return loop
+
+
+def _borders_named(mesh: Mesh) -> str:
+    """Name an edge of each border, for error messages."""
+    edges = [
+        f"{mesh.face_vertex[loop[0]]}-{mesh.face_vertex[mesh.side_next[loop[0]]]}" for loop in mesh.boundary_loops
+    ]
+    return f"edges of its borders are {first_few(edges)}" if edges else "the mesh has no border"
+
+
 def candidate_seeds(mesh: Mesh) -> list[list[int]]:
     """Return the border chains from which rows may start, best first.
 
@@ -50,17 +76,40 @@ def candidate_seeds(mesh: Mesh) -> list[list[int]]:
     """
     whole: list[list[int]] = []
     parts: list[list[int]] = []
+    faces = _faces_at_vertex(mesh)
     for loop in mesh.boundary_loops:
-        chains = _chains_of(mesh, loop.tolist())
+        chains = _chains_of(mesh, loop.tolist(), faces)
         (whole if len(chains) == 1 and len(chains[0]) == len(loop) else parts).extend(chains)
     whole.sort(key=lambda chain: -round(float(mesh.side_length[chain].sum()), 6))
     parts.sort(key=lambda chain: round(float(mesh.corner_position[chain, 1].mean()), 6))
     return whole + parts
 
 
-def _chains_of(mesh: Mesh, loop: list[int]) -> list[list[int]]:
-    """Divide a border loop at its corners."""
-    faces = np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))
+def parts_of(mesh: Mesh) -> IntArray:
+    """Number the connected parts of a mesh, and return the part of each face, shape (F,)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    inner = np.flatnonzero(mesh.twin != BORDER)
+    ends = (mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
+    graph = coo_array((np.ones(len(inner), dtype=np.int8), ends), shape=(mesh.face_count, mesh.face_count))
+    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
+    return part
+
+
+def _faces_at_vertex(mesh: Mesh) -> IntArray:
+    """Number of faces at each vertex, shape (V,)."""
+    return np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))
+
+
+def _chains_of(mesh: Mesh, loop: list[int], faces: IntArray) -> list[list[int]]:
+    """Divide a border loop at its corners.
+
+    Args:
+        mesh: the mesh.
+        loop: sides of the border, in order.
+        faces: number of faces at each vertex, shape (V,).
+    """
     cuts = [i for i, side in enumerate(loop) if faces[mesh.face_vertex[side]] != REGULAR_BORDER_FACES]
     if not cuts:
         return [loop]
@@ -71,17 +120,15 @@ def _chains_of(mesh: Mesh, loop: list[int]) -> list[list[int]]:
 
 def _border_chain(mesh: Mesh, side: int) -> list[int]:
     """The border sides between the corners on both sides of a border side, starting with the side itself."""
-    for loop in mesh.boundary_loops:
-        if side in loop:
-            chain = next(chain for chain in _chains_of(mesh, loop.tolist()) if side in chain)
-            place = chain.index(side)
-            return chain[place:] + chain[:place]
-    raise AssertionError("every border side lies on a border loop")
+    chains = _chains_of(mesh, whole_border(mesh, side), _faces_at_vertex(mesh))
+    chain = next(chain for chain in chains if side in chain)
+    place = chain.index(side)
+    return chain[place:] + chain[:place]
 
 
 def _edge_loop(mesh: Mesh, side: int) -> list[int]:
     """The edge loop through a side, which continues straight through vertices with four faces, in both directions."""
-    faces = np.bincount(mesh.face_vertex, minlength=len(mesh.vertices))
+    faces = _faces_at_vertex(mesh)
     chain = [side]
     current = side
     while faces[mesh.face_vertex[mesh.side_next[current]]] == 4:
@@ -92,13 +139,14 @@ def _edge_loop(mesh: Mesh, side: int) -> list[int]:
         chain.append(current)
         if mesh.twin[current] == BORDER:
             break
-    current = side
+    current, known = side, set(chain)
     while faces[mesh.face_vertex[current]] == 4:
         across = mesh.twin[mesh.side_previous[current]]
-        if across == BORDER or mesh.side_previous[across] in chain:
+        if across == BORDER or int(mesh.side_previous[across]) in known:
             break
         current = int(mesh.side_previous[across])
         chain.append(current)
+        known.add(current)
         if mesh.twin[current] == BORDER:
             break
     return chain

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Polygon meshes and stitch meshes, with their connectivity, courses, cables, stitches and changes."""
 
-from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, frozen_array, ranges
+from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, extent, frozen_array, ranges
 from stitchmesh.mesh.stitch_mesh import BOTTOM, LEFT, PER_FACE, PER_SIDE, RIGHT, TOP, StitchMesh
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "IntArray",
     "Mesh",
     "StitchMesh",
+    "extent",
     "frozen_array",
     "ranges",
 ]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh.polygon_mesh import BORDER, IntArray
 from stitchmesh.mesh.stitch_mesh import BOTTOM, LEFT, RIGHT, TOP, StitchMesh
@@ -157,6 +158,28 @@ def knitting_order(below: list[set[int]]) -> tuple[list[int], list[int]]:
                 heapq.heappush(ready, other)
     done = set(order)
     return order, [course for course in range(len(below)) if course not in done]
+
+
+def renumbered_rows(below: IntArray, above: IntArray, flipped: NDArray[np.bool_]) -> IntArray:
+    """Return the new number of each row after rows were flipped, so that a flipped row follows the rows below it.
+
+    Rows that are not flipped keep their order where the flipped rows permit it.
+
+    Args:
+        below: rows whose top sides are seams where the wale directions match, shape (n,).
+        above: row at the other side of each seam, shape (n,).
+        flipped: whether each row was flipped, shape (rows,).
+    """
+    binding = (below != above) & ((below < above) | flipped[below] | flipped[above])
+    if not (below[binding] > above[binding]).any():
+        return np.arange(len(flipped))
+    under: list[set[int]] = [set() for _ in flipped]
+    for lower, upper in zip(below[binding].tolist(), above[binding].tolist(), strict=True):
+        under[upper].add(lower)
+    order, cyclic = knitting_order(under)
+    number = np.empty(len(flipped), dtype=np.int64)
+    number[[*order, *cyclic]] = np.arange(len(flipped))
+    return number
 
 
 def bottom_sides(fabric: StitchMesh, faces: Sequence[int]) -> list[int]:

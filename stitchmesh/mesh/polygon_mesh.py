@@ -49,6 +49,12 @@ def ranges(start: IntArray, rows: IntArray) -> IntArray:
     return np.repeat(start[rows], counts) + place
 
 
+def extent(points: FloatArray) -> str:
+    """Return the size of the bounding box of points [cm], shape (n, 3), as text: ``27.1 x 24.0 x 27.1 cm``."""
+    size = points.max(axis=0) - points.min(axis=0)
+    return f"{size[0]:.1f} x {size[1]:.1f} x {size[2]:.1f} cm"
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """Polygons with any number of corners that form an oriented manifold surface.
@@ -101,6 +107,12 @@ class Mesh:
         face_vertex = np.array([v for face in faces for v in face], dtype=np.int64)
         twin = find_twins(face_start, face_vertex, len(points))
         return cls(points, face_start, face_vertex, twin)
+
+    def __repr__(self) -> str:
+        """Return one line: the numbers of faces and vertices, and the size."""
+        periodic = ", periodic" if self.lattice is not None else ""
+        counts = f"{self.face_count} faces, {len(self.vertices)} vertices"
+        return f"{type(self).__name__}({counts}, {extent(self.vertices)}{periodic})"
 
     @property
     def face_count(self) -> int:

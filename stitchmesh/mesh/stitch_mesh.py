@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError, first_few
-from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, frozen_array
+from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, extent, frozen_array
 from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
 
 BOTTOM, RIGHT, TOP, LEFT = range(4)
@@ -76,6 +76,13 @@ class StitchMesh(Mesh):
         self.check_stitch_faces(np.arange(self.face_count))
         if self.stretch is not None and self.stretch.shape != (len(self.edge_side),):
             raise LabelError(f"stretch: got shape {self.stretch.shape}; expected one number per edge")
+
+    def __repr__(self) -> str:
+        """Return one line: the number of stitches, or of panels if the mesh is labeled only, the rows, and the size."""
+        kind = "panels" if (self.stitch == Stitch.PANEL).all() else "stitches"
+        periodic = ", periodic" if self.lattice is not None else ""
+        counts = f"{self.face_count} {kind} in {len(np.unique(self.row))} rows"
+        return f"{type(self).__name__}({counts}, {extent(self.vertices)}{periodic})"
 
     def _fill_marks(self) -> None:
         counts = {"yarn": self.face_count, **dict.fromkeys(PER_SIDE, self.side_count)}

@@ -43,7 +43,7 @@ def relax_mesh_around_edit(
 
 
 def changed_faces(before: StitchMesh, after: StitchMesh) -> IntArray:
-    """Return the faces after an edit that are not at the place of a face before it, or have other borders, ascending."""
+    """Return the faces after an edit that are at no place of a face before it or have other borders, ascending."""
     tree = cKDTree(_centres(before))
     within = SAME_PLACE * float(np.ptp(before.vertices, axis=0).max())
     distance, same = tree.query(_centres(after), distance_upper_bound=within)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone
-from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.errors import MeshError, ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.meshrelax.attachment import attach
@@ -131,6 +131,8 @@ def relax_mesh_with_report(
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
+    check_kind("relax_mesh", fabric, StitchMesh)
+    check_kind("relax_mesh, surface", surface, Mesh)
     MeshRelaxOptions(aspect=aspect, alpha=alpha)  # This checks the numbers.
     _check(fabric, tolerance=tolerance, max_iterations=max_iterations, moving=moving)
     spacing = SURFACE_SPACING * float(np.sqrt(np.linalg.norm(fabric.face_vector_area, axis=1).mean()))

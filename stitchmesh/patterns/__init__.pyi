@@ -17,6 +17,8 @@ from .pattern import Loop as Loop
 from .pattern import Pattern as Pattern
 from .pattern import Row as Row
 from .pattern import check_closes as check_closes
+from .placement.apply import LaidPattern as LaidPattern
 from .placement.apply import apply_pattern as apply_pattern
-from .placement.apply import pattern_changes as pattern_changes
+from .placement.apply import lay_pattern as lay_pattern
+from .placement.left_out import LeftOut as LeftOut
 from .swatch_mesh import pattern_mesh as pattern_mesh

@@ -10,7 +10,7 @@ from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.contents import FilePath, check_path, read_lines
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
@@ -48,6 +48,7 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
         FileError: the file cannot be read, is empty or holds binary data.
         PatternError: the file does not describe a valid pattern; the message gives the line and the column.
     """
+    check_path(name_or_path)
     path = Path(name_or_path)
     if path.name == fspath(name_or_path) and not path.suffix:
         return _from_library(path.name)

@@ -164,6 +164,10 @@ class Pattern:
         if fault:
             raise PatternError(f"pattern {self.name!r}, row {fault[0] + 1}: {fault[1]}")
 
+    def __repr__(self) -> str:
+        """Return one line: the name and the size."""
+        return f"Pattern({self.name!r}, {self.width} loops x {self.height} rows)"
+
     @property
     def width(self) -> int:
         """Number of loops at the bottom of the tile."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.stitch import Stitch
@@ -32,6 +32,7 @@ def pattern_mesh(
         ParameterError: a number is not positive.
         PatternError: the pattern does not close.
     """
+    check_kind("pattern_mesh", pattern, Pattern)
     for name, number in (("columns", columns), ("rows", rows)):
         if number < 1:
             raise ParameterError(f"{name}: got {number}; expected at least 1")

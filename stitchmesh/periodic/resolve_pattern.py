@@ -9,7 +9,7 @@ from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.contents import FilePath, check_path, read_lines
 from stitchmesh.patterns import Pattern, pattern_names, read_pattern
 from stitchmesh.periodic.weave.library import SUFFIX, read_weave, weave_names
 from stitchmesh.periodic.weave.weave import Weave
@@ -32,6 +32,7 @@ def resolve_pattern(given: FilePath | Source) -> Source:
     """
     if isinstance(given, Pattern | Weave):
         return given
+    check_path(given)
     path = Path(given)
     name = fspath(given)
     if path.name == name and not path.suffix:

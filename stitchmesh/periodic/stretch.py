@@ -105,6 +105,11 @@ class StretchCurve:
     states: tuple[YarnSet, ...]
     """Relaxed yarns at each strain."""
 
+    def __repr__(self) -> str:
+        """Return one line: the direction and the strains."""
+        strains = f"{self.points[0].strain:.3g} to {self.points[-1].strain:.3g}"
+        return f"StretchCurve({self.direction}, {len(self.points)} strains from {strains}, the other {self.other})"
+
     def column(self, name: str) -> FloatArray:
         """Return one measurement of all points, shape (steps,)."""
         return np.array([getattr(point, name) for point in self.points], dtype=np.float64)

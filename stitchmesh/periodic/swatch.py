@@ -19,15 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.gauge import swatch_report
+from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.slipped_loop_check import check_loops_begin
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
@@ -36,9 +36,10 @@ from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, plain_stitches, segment_faces
+from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried_segments, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 LOOP_OVER_WIDTH = 4.07
@@ -70,6 +71,12 @@ class Swatch:
     """The stitch mesh from which the yarns were generated; None for a weave."""
     history: list[HistoryEntry]
     """Entries of the history of the relaxation, one for each assessment."""
+
+    def __repr__(self) -> str:
+        """Return one line: stitches (of a weave: crossings), size, state of rest, and yarns."""
+        counts = f"{self.report['wales']} x {self.report['courses']}"
+        size = f"{self.report['width']:.3g} x {self.report['height']:.3g} cm"
+        return f"Swatch({counts}, {size}, {rest_text(self.report)}, {self.yarns})"
 
     @property
     def lattice(self) -> Lattice:
@@ -105,12 +112,13 @@ def swatch(
     Raises:
         FileError: the file cannot be read.
         ParameterError: an option is out of bounds, or does not apply to the pattern.
-        PatternError: the pattern does not repeat, or the weave falls apart.
+        PatternError: the pattern does not repeat, a float is too long, or the weave falls apart.
         SolverError: the yarns cannot be relaxed.
     """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     if material is None:
         material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
+    check_kind("swatch, material", material, YarnMaterial)
     began = time.perf_counter()
     source = resolve_pattern(pattern)
     fabric, first = draw_swatch(source, chosen, quality)
@@ -140,7 +148,7 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
 
     Raises:
         ParameterError: an option does not apply to the pattern.
-        PatternError: the pattern does not repeat, or a loop is slipped in every row.
+        PatternError: the pattern does not repeat, a loop is slipped in every row, or a float is too long.
     """
     if isinstance(source, Weave):
         if options.loop_length is not None:
@@ -157,8 +165,10 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         rows=options.rows,
     )  # fmt: skip
     check_loops_begin(fabric)
+    check_floats(fabric, options.longest_float)
     yarns = generate_yarns(
-        fabric, yarn_radius=min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width), quality=quality
+        fabric, yarn_radius=min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width), quality=quality,
+        longest_float=options.longest_float,
     )
     if not plain_stitches(fabric).any():
         # no plain stitch can be measured; a plain stitch generated at this width would have the loop length
@@ -229,8 +239,9 @@ def even_rest_lengths(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:
     head_of = below if alike else fabric.face_count + np.arange(fabric.face_count)
     face = segment_faces(yarns)
     stitch = np.where(belongs_to_loop_below(yarns, fabric)[yarns.segment_points[:, 1]], head_of[face], face)
+    stitch = np.where(carried_segments(yarns), 2 * fabric.face_count + face, stitch)
     _, run, count = np.unique(
-        2 * fabric.face_count * yarns.segment_yarn + stitch, return_inverse=True, return_counts=True
+        3 * fabric.face_count * yarns.segment_yarn + stitch, return_inverse=True, return_counts=True
     )
     return replace(yarns, rest_length=(np.bincount(run, yarns.rest_length) / count)[run])
 

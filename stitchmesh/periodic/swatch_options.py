@@ -21,6 +21,9 @@ GAMMAS = (0.1, 10.0)
 """Smallest and largest gamma."""
 TAKE_UP = (0.1, 2.0)
 """Smallest and largest factor of a rest length (Leaf et al. 2018, section 7.2)."""
+LONGEST_FLOAT = 7
+"""Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches; longer
+floats catch fingers and pull the fabric together, and are woven in behind a stitch."""
 STRETCH_STEPS = 9
 """Default number of states of a stretch curve."""
 
@@ -30,7 +33,7 @@ class SwatchOptions:
     """Options of a swatch.
 
     Raises:
-        ParameterError: a length or gamma is not a positive number, or gamma is out of bounds.
+        ParameterError: a length or gamma is not a positive number, or gamma or the longest float is out of bounds.
     """
 
     yarn_radius: float = YARN_RADIUS
@@ -49,6 +52,8 @@ class SwatchOptions:
     """Number of repeats of the pattern in the cell, side by side."""
     rows: int = 1
     """Number of repeats of the pattern in the cell, one above another."""
+    longest_float: int = LONGEST_FLOAT
+    """Largest number of stitches of other yarns behind which a yarn floats; patterns with longer floats are refused."""
 
     def __post_init__(self) -> None:
         lengths = {"yarn radius": self.yarn_radius, "loop length": self.loop_length, "period width": self.period[0],
@@ -58,5 +63,7 @@ class SwatchOptions:
                 raise ParameterError(f"{name}: got {value} cm; expected a positive number")
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
+        if self.longest_float < 0:
+            raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:
             raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.patterns import Pattern, Row, check_closes
@@ -40,6 +40,7 @@ def torus_mesh(
         PatternError: the last row does not make the loops that the first row is worked on, or their twists do not fit.
         ParameterError: a number or a size is not positive.
     """
+    check_kind("torus_mesh", pattern, Pattern)
     for name, number in (("columns", columns), ("rows", rows)):
         if number < 1:
             raise ParameterError(f"{name}: got {number}; expected at least 1")

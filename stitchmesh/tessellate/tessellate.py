@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, TessellationError
+from stitchmesh.errors import ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
@@ -16,7 +16,7 @@ from stitchmesh.tessellate.courses import loops_per_course
 from stitchmesh.tessellate.panel import Panel, StitchFaces, add_stitches, inner_points
 
 STITCH_WIDTH = 0.8
-"""Wale spacing [cm] where a command is given none: worsted yarn by hand, about 13 stitches in 10 cm."""
+"""Wale spacing [cm] where a command is given none: bulky yarn by hand, 12.5 stitches in 10 cm."""
 COURSE_OVER_WALE_SPACING = 0.77
 """Height of a relaxed plain stitch divided by its width, the inverse of Munden's ratio R = 1.3."""
 
@@ -45,10 +45,12 @@ def tessellate(
         ParameterError: a size or count is out of range, an edge does not exist, a marked edge is a course edge, or the
             mesh has a lattice.
         TessellationError: the mesh already consists of stitches, counts of one row differ, a face has too few courses
-            for its change of width, or the stitches would not fit in memory.
+            for its change of width, the stitches would not fit in memory, or the faces of the mesh are far too
+            small for such stitches.
 
     Source: Yuksel et al. 2012, section 5.2.
     """
+    check_kind("tessellate", labeled, StitchMesh, "sm.label(mesh)")
     if labeled.lattice is not None:
         raise ParameterError("tessellate: got a mesh on a lattice; make periodic stitch meshes from charts instead")
     stitches = np.flatnonzero(labeled.stitch != Stitch.PANEL)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn.yarn_set import YarnSet
 
@@ -50,6 +50,7 @@ def estimate_radius(yarns: YarnSet) -> float:
     Raises:
         ParameterError: no strand is close to another.
     """
+    check_kind("estimate_radius", yarns, YarnSet)
     samples = _sample(yarns)
     minima = _local_minima(samples, _windows(len(samples.points)))
     if len(minima) == 0:

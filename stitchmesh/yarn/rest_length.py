@@ -10,7 +10,9 @@ If a loop length is given (Yuksel et al. 2012, section 6.3), a = loop length / r
 so that every plain stitch has the loop length before the factors are applied; otherwise a = 1. Plain stitches are the
 knit and purl stitches inside the fabric that are not part of a cable. All other yarn that stitches made (increases,
 decreases, cables, row ends with their turns, cast-on and bind-off) takes the median of a over the plain stitches, so
-that its length relative to plain stitches does not change. Yarn that no stitch made keeps its rest length.
+that its length relative to plain stitches does not change. Floats behind stitches of other yarns take the median too:
+a float is no part of the loop that it starts from, and that loop has the loop length beside its float. Yarn that no
+stitch made keeps its rest length.
 
 A segment extends approximately from its second to its third control point, and belongs to the stitch and to the row of
 the second one. The yarn of a plain stitch consists of its own foot and legs and of the head that they are drawn
@@ -34,7 +36,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.yarn.yarn_set import FLOATING, UNKNOWN_FACE, YarnSet
@@ -137,6 +139,8 @@ def apply_rest_lengths(yarns: YarnSet, change: RestLengths, *, fabric: StitchMes
             fabric of the yarns, the yarns do not store which stitches made them, or a loop length is given and the
             fabric has no plain stitch.
     """
+    check_kind("apply_rest_lengths", yarns, YarnSet)
+    check_kind("apply_rest_lengths, change", change, RestLengths)
     scale = np.full(len(yarns.rest_length), change.factor)
     if change.loop_length is not None:
         scale *= _loop_length_scale(yarns, _own_fabric(yarns, fabric, "loop length"), change.loop_length)
@@ -156,10 +160,19 @@ def segment_faces(yarns: YarnSet) -> IntArray:
     return yarns.face[yarns.segment_points[:, 1]]
 
 
+def carried_segments(yarns: YarnSet) -> NDArray[np.bool_]:
+    """Return whether each segment lies in a float behind stitches of other yarns, shape (S,)."""
+    carried: NDArray[np.bool_] = yarns.part[yarns.segment_points[:, 1]] == FLOATING
+    return carried
+
+
 def stitch_lengths(yarns: YarnSet, fabric: StitchMesh) -> FloatArray:
-    """Return the rest length of the yarn in each stitch face [cm], shape (F,); for a plain stitch, the loop length."""
+    """Return the rest length of the yarn in each stitch face [cm], shape (F,); for a plain stitch, the loop length.
+
+    Floats behind stitches of other yarns are not counted: they are no part of the loop that they start from.
+    """
     face = segment_faces(yarns)
-    known = face != UNKNOWN_FACE
+    known = (face != UNKNOWN_FACE) & ~carried_segments(yarns)
     total: FloatArray = np.bincount(face[known], yarns.rest_length[known], fabric.face_count).astype(np.float64)
     return total
 
@@ -213,10 +226,11 @@ def _loop_length_scale(yarns: YarnSet, fabric: StitchMesh, loop_length: float) -
     plain = plain_stitches(fabric) & (given > 0.0)
     if not plain.any():
         raise ParameterError("loop length: the fabric has no plain stitch away from its borders; use a factor instead")
-    of_face = np.full(fabric.face_count, np.median(loop_length / given[plain]))
+    median = np.median(loop_length / given[plain])
+    of_face = np.full(fabric.face_count, median)
     of_face[plain] = loop_length / given[plain]
     face = segment_faces(yarns)
-    return np.where(face == UNKNOWN_FACE, 1.0, of_face[face])
+    return np.where(face == UNKNOWN_FACE, 1.0, np.where(carried_segments(yarns), median, of_face[face]))
 
 
 def plain_stitches(fabric: StitchMesh) -> NDArray[np.bool_]:
@@ -267,7 +281,7 @@ def _segments_of_part(yarns: YarnSet, fabric: StitchMesh | None, name: str) -> N
     holds = np.isin(fabric.stitch[face], SLIPS if name == "floats" else HOLDING) & (face != UNKNOWN_FACE)
     found: NDArray[np.bool_] = holds & (own if name == "floats" else ~own)
     if name == "floats":
-        found = found | (yarns.part[yarns.segment_points[:, 1]] == FLOATING)
+        found = found | carried_segments(yarns)
     if not found.any():
         no_floats = "no slip stitch and no stitches of another yarn that yarn could pass"
         missing = no_floats if name == "floats" else "no slip or tuck that holds a loop"

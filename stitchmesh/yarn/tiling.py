@@ -23,7 +23,7 @@ from math import gcd, lcm
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, YarnError
+from stitchmesh.errors import ParameterError, YarnError, check_kind
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn.yarn_set import UNKNOWN_FACE, YarnSet
@@ -62,6 +62,7 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
         ParameterError: a count is not a positive integer.
         YarnError: the set of yarns has no lattice.
     """
+    check_kind("tile_yarns", yarns, YarnSet)
     lattice, steps = _lattice_of(yarns)
     _check_counts(columns, rows)
     strands = list(_strands(yarns, steps, columns, rows, periodic))

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import YarnError, first_few
 from stitchmesh.lattice import Lattice
-from stitchmesh.mesh import FloatArray, IntArray, frozen_array
+from stitchmesh.mesh import FloatArray, IntArray, extent, frozen_array
 
 UNKNOWN_FACE = -1
 """Stitch face of a control point that no stitch made."""
@@ -156,6 +156,14 @@ class YarnSet:
             face=unknown,
             part=np.zeros(len(points), dtype=np.int64),
         )
+
+    def __repr__(self) -> str:
+        """Return one line: the numbers of yarns and control points, the rest length of all yarn, radius and size."""
+        counts = f"{self.yarn_count} yarns, {len(self.points)} control points, {self.rest_length.sum() / 100:.1f} m"
+        thin, thick = self.radius.min(), self.radius.max()
+        radius = f"radius {thin:.3g} cm" if thin == thick else f"radius {thin:.3g} to {thick:.3g} cm"
+        periodic = ", periodic" if self.lattice is not None else ""
+        return f"YarnSet({counts}, {radius}, {extent(self.points)}{periodic})"
 
     @property
     def yarn_count(self) -> int:

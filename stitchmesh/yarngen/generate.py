@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, YarnError
+from stitchmesh.errors import ParameterError, YarnError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
@@ -86,6 +86,7 @@ def generate_yarns(
 
     Source: Yuksel et al. 2012, sections 4 and 6.2.
     """
+    check_kind("generate_yarns", fabric, StitchMesh)
     radius = checked_radius(fabric, yarn_radius)
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels):

@@ -23,16 +23,19 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
+from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width, trace_yarn_routes, yarns_along_routes
 
 SAME_POINT_DISTANCE = 0.02
 """Largest distance between a new control point and the old control point that it continues, over the yarn radius."""
 NEIGHBOURS = 64
 """Number of unchanged control points from which the displacement of a changed one is computed."""
+FADE_WIDTHS = 3.0
+"""Distance from changed stitches, in stitch widths, at which yarns start with their whole displacement."""
 RIDGE = 1e-3
 """Weight of a constant displacement field, over the weight of the neighbours. It determines the fit where the
 neighbours lie in a plane."""
@@ -83,14 +86,18 @@ def regenerate_yarns(
 
 
 def warm_start(
-    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY, **options: Any
-) -> WarmStart:
+    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, evened: StitchMesh | None = None,
+    quality: str | Quality = DEFAULT_QUALITY, **options: Any,
+) -> WarmStart:  # fmt: skip
     """Generate the yarns of an edited fabric, and place them by the relaxed yarns before the edit if that is possible.
 
     Args:
         relaxed: relaxed yarns of the fabric before the edit.
         before: the stitch mesh before the edit.
         after: the edited stitch mesh.
+        evened: the edited stitch mesh with other positions of its vertices, whose yarns are generated instead of those
+            of ``after``. Yarns start as generated in the stitches that the edit has changed. Elsewhere they start with
+            the displacement from generated to relaxed positions before the edit, which fades towards the changes.
         quality: the quality with which the relaxed yarns were generated.
         **options: the other arguments of ``generate_yarns`` with which the relaxed yarns were generated.
 
@@ -98,6 +105,9 @@ def warm_start(
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
         YarnError: as for ``generate_yarns``.
     """
+    check_kind("relaxed yarns", relaxed, YarnSet)
+    check_kind("fabric before the edit", before, StitchMesh)
+    check_kind("fabric after the edit", after, StitchMesh)
     radius = float(relaxed.radius[0])  # the mean of equal radii could differ by rounding
     old = generate_yarns(before, yarn_radius=radius, quality=quality, **options)
     if not np.array_equal(old.start, relaxed.start):
@@ -105,22 +115,40 @@ def warm_start(
             f"relaxed yarns: got {len(relaxed.points)} control points; this fabric and quality give {len(old.points)}; "
             "give the fabric and the quality with which the yarns were generated"
         )
-    new = generate_yarns(after, yarn_radius=radius, quality=quality, **options)
-    old_number = unchanged_points(old, new, SAME_POINT_DISTANCE * radius)
+    new = generate_yarns(after if evened is None else evened, yarn_radius=radius, quality=quality, **options)
+    old_number = unchanged_points(old, _as_edited(new, after, evened, quality, options), SAME_POINT_DISTANCE * radius)
     # generated yarn is straight without load
     natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
     new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)
-    known = np.flatnonzero(old_number >= 0)
+    known, moved = np.flatnonzero(old_number >= 0), np.flatnonzero(old_number < 0)
     if len(known) < NEIGHBOURS:
         return WarmStart(new, None, 0.0)
-    points = np.empty_like(new.points)
-    points[known] = relaxed.points[old_number[known]]
-    new_points = np.flatnonzero(old_number < 0)
-    shift = relaxed.points[old_number[known]] - new.points[known]
-    points[new_points] = new.points[new_points] + _interpolated(
-        new.points[known], shift, new.points[new_points], mean_stitch_width(after)
-    )
+    points, width = new.points.copy(), mean_stitch_width(after)
+    if evened is None:
+        points[known] = relaxed.points[old_number[known]]
+        shift = points[known] - new.points[known]
+        points[moved] += _interpolated(new.points[known], shift, new.points[moved], width)
+    else:
+        shift = (relaxed.points - old.points)[old_number[known]]
+        points[known] += _faded(new.points[known], shift, new.points[moved], FADE_WIDTHS * width)
     return WarmStart(new, replace(new, points=points), len(known) / len(new.points))
+
+
+def _as_edited(
+    new: YarnSet, after: StitchMesh, evened: StitchMesh | None, quality: str | Quality, options: dict[str, Any]
+) -> YarnSet:
+    """Return the yarns of the edited fabric before its stitches were evened out, whose points coincide with old ones.
+
+    These yarns may be too close together for a relaxation. If evening out has changed the number of their points, for
+    example of a float, the new yarns are returned.
+    """
+    if evened is None:
+        return new
+    radius = float(new.radius[0])
+    finish = YarnFinish(**options)
+    routes = trace_yarn_routes(after, radius, quality_named(quality).control_points_per_stitch, finish)
+    edited = yarns_along_routes(routes, radius)
+    return edited if np.array_equal(edited.start, new.start) else new
 
 
 def unchanged_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
@@ -159,6 +187,22 @@ def _interpolated(known: FloatArray, shift: FloatArray, points: FloatArray, widt
     normal[:, [1, 2, 3], [1, 2, 3]] += (RIDGE + nearest_square**2)[:, None]
     right = np.einsum("pk,pki,pkd->pid", weight, basis, shift[nearest])
     return np.linalg.solve(normal, right)[:, 0]
+
+
+def _faded(points: FloatArray, shift: FloatArray, changed: FloatArray, width: float) -> FloatArray:
+    """Displacements that fade to zero towards changed points [cm], shape (m, 3).
+
+    Args:
+        points: positions of the unchanged points [cm], shape (m, 3).
+        shift: their displacements [cm], shape (m, 3).
+        changed: positions of the changed points [cm], shape (n, 3).
+        width: distance from the changed points at which displacements are whole [cm].
+    """
+    if len(changed) == 0:
+        return shift
+    part = np.minimum(cKDTree(changed).query(points)[0] / width, 1.0)
+    faded: FloatArray = shift * (part**2 * (3.0 - 2.0 * part))[:, None]
+    return faded
 
 
 def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, old_number: IntArray) -> FloatArray:

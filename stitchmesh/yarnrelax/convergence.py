@@ -27,7 +27,7 @@ the precision, cannot exclude it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -147,7 +147,7 @@ class Assessment:
     def remedy(self) -> str:
         """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
         if self.residual <= ABOVE_NOISE * self.rounding:
-            return f"rounding of coordinates alone leaves {self.rounding:.2g}: set precision to float64"
+            return f"rounding of coordinates alone leaves {self.rounding:.2g}: take quality reference (float64)"
         return "raise max_iterations"
 
     @property
@@ -285,3 +285,9 @@ class Assessor:
 def _precision(model: Model) -> float:
     """Size of the last digit of 1."""
     return float(np.finfo(np.float32 if model.scalar is wp.float32 else np.float64).eps)
+
+
+def rest_text(report: Mapping[str, Any]) -> str:
+    """Return whether yarns are at rest, with the iterations and the residual of a report, as text."""
+    state = "at rest" if report["converged"] else "not at rest"
+    return f"{state} after {report['iterations']} iterations, residual {report['residual']:.2g}"

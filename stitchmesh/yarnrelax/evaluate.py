@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
+from stitchmesh.errors import check_kind
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
@@ -82,6 +83,8 @@ def put_evaluation(
     device: str | None,
 ) -> tuple[Model, State, Candidates]:
     """A model, and a state with samples placed and candidates listed, for an evaluation."""
+    check_kind("yarn_energies", yarns, YarnSet)
+    check_kind("yarn_energies, material", material, YarnMaterial)
     model = put_model(
         yarns,
         material,

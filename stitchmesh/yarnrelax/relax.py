@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.errors import ParameterError, SolverError, check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, StitchMesh
@@ -21,7 +21,7 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
-from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL
+from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, rest_text
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
@@ -45,6 +45,10 @@ class Relaxation:
     (2 where no yarns touch), pull_throughs, certificate, solver, device."""
     history: list[HistoryEntry]
     """The result of each assessment."""
+
+    def __repr__(self) -> str:
+        """Return one line: whether the yarns are at rest, and the yarns."""
+        return f"Relaxation({rest_text(self.report)}, {self.yarns})"
 
 
 @alone()
@@ -93,11 +97,14 @@ def relax_yarns(
             yarns, or a checkpoint of another relaxation.
         SolverError: the relaxation cannot go on, or a yarn passed through another; it names yarn and stitch face.
     """
+    check_kind("relax_yarns", yarns, YarnSet)
     began = time.perf_counter()
     quality = quality_named(quality)
     if material is None:
         material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    check_kind("relax_yarns, material", material, YarnMaterial)
     if keep_shape is not None:
+        check_kind("relax_yarns, keep_shape", keep_shape, StitchMesh)
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
     points = None if start is None else _points_of(start, yarns)
     if cell is not None and (terms or constraints):

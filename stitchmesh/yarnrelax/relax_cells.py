@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths
+from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -42,6 +43,10 @@ class RelaxedCell:
     gradient (the last gradient over the first), converged, residual, energy [erg], energies [erg], max_strain,
     min_distance_over_radius, and error, None or why the cell could not go on."""
 
+    def __repr__(self) -> str:
+        """Return one line: whether the yarns are at rest, and the yarns."""
+        return f"RelaxedCell({rest_text(self.report)}, {self.yarns})"
+
 
 @dataclass(frozen=True, eq=False)
 class RelaxedCells:
@@ -51,6 +56,10 @@ class RelaxedCells:
     """The cells, in the order in which they were given."""
     report: dict[str, Any]
     """seconds, launched (iterations of the cell that did most), converged (how many cells), device."""
+
+    def __repr__(self) -> str:
+        """Return one line: the number of cells, and the number of cells at rest."""
+        return f"RelaxedCells({len(self.cells)} cells, {self.report['converged']} at rest)"
 
 
 @alone()
@@ -128,6 +137,7 @@ def _check(
         if each is not None and len(each) != len(cells):
             raise ParameterError(f"{name}: got {len(each)} for {len(cells)} cells; expected one for each")
     for number, yarns in enumerate(cells):
+        check_kind(f"relax_cells, cell {number}", yarns, YarnSet)
         if yarns.lattice is None:
             raise ParameterError(f"cell {number}: repeats on no lattice; give it one, or relax it by itself")
     if quality.solver != "quasistatic":

@@ -19,6 +19,8 @@ from stitchmesh.cli.main import COMMANDS, main
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.pipeline import KnitOptions, RelaxOptions
 from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen import YarnFinish
 from tests.gallery import ROOT
 
@@ -62,13 +64,14 @@ def test_with_the_required_words_all_other_options_have_their_defaults(name, com
 def test_defaults_are_those_of_the_library():
     knit, swatch = parsed(words_of("knit")), parsed(words_of("swatch"))
     library = KnitOptions()
-    assert (knit.stitch_width, knit.quality, knit.device) == (library.stitch_width, library.quality, library.device)
+    assert (knit.quality, knit.device) == (library.quality, library.device)
+    assert knit.stitch_width is None and knit.yarn.size() == StitchSize()  # so the width is that of the library
     assert (knit.yarn_radius, knit.spiral) == (library.yarn_radius, library.spiral)
     assert knit.pattern_remainder == library.pattern_remainder
     assert knit.finish == library.finish == YarnFinish()
-    assert knit.yarn.material == RelaxOptions().material
+    assert knit.material.material == RelaxOptions().material
     assert knit.rest_lengths.rest_lengths() == RestLengths()
-    assert SwatchOptions(**swatch.fabric.options(), period=swatch.period) == SwatchOptions()
+    assert SwatchOptions(**swatch.fabric.options(woven=False), period=swatch.period) == SwatchOptions()
 
 
 def test_words_set_their_fields():
@@ -83,6 +86,20 @@ def test_words_set_their_fields():
     assert made.rest_lengths.rest_lengths().stitches == {"k": 1.1}
     assert made.no_picture and made.spiral and made.yarn_radius == 0.1
     assert made.finish.longest_float == 3 and made.solver.solver == "dynamics"
+
+
+@pytest.mark.parametrize("command", ["knit", "tessellate", "swatch", "stretch"])
+def test_a_yarn_and_a_gauge_set_the_sizes(command):
+    made = parsed([*words_of(command), "--yarn", "aran", "--gauge", "20x28"])
+    choice = made.fabric.yarn if command in ("swatch", "stretch") else made.yarn
+    assert choice.size() == stitch_size("aran", "20x28")
+
+
+def test_a_swatch_takes_the_yarn_and_a_weave_only_its_radius():
+    swatch, dk = parsed([*words_of("swatch"), "--yarn", "dk"]), Yarn.named("dk")
+    knitted, woven = (SwatchOptions(**swatch.fabric.options(woven=woven)) for woven in (False, True))
+    assert (knitted.yarn_radius, knitted.loop_length) == (dk.core_radius, dk.loop_length)
+    assert (woven.yarn_radius, woven.loop_length) == (dk.core_radius, None)
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,10 @@ import pytest
 
 from stitchmesh.cli import main as cli
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
+from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.rest_length import stitch_lengths
+from stitchmesh.yarn.rest_length import plain_stitches, stitch_lengths
+from stitchmesh.yarn.yarn_presets import Yarn
 from tests.gallery import ROOT, grid, moebius, tube
 
 REPORT = {
@@ -95,6 +97,25 @@ def test_the_stages_one_by_one_give_the_result_of_knit(tmp_path, tube_obj, knitt
     assert cli.main([*words, "-o", at["relaxed"]]) == 0
     stepwise, whole = read_yarns(at["relaxed"]), read_yarns(knitted / "yarns.h5")
     np.testing.assert_array_equal(stepwise.points, whole.points)
+
+
+def test_a_yarn_sets_the_sizes_of_every_stage(tmp_path, tube_obj):
+    rows, stitches, yarns = tmp_path / "rows.h5", tmp_path / "stitches.h5", tmp_path / "yarns.h5"
+    bulky, options = Yarn.named("bulky"), ["--yarn", "bulky"]
+    for words in (
+        ["label", tube_obj, "-o", rows],
+        ["tessellate", rows, "-o", stitches, *options],
+        ["yarns", stitches, "-o", yarns, "--quality", "draft", *options],
+        ["knit", tube_obj, "-o", tmp_path / "knit", "--quality", "draft", "--no-picture", *options],
+    ):
+        assert cli.main([str(word) for word in words]) == 0
+    expected = tessellate(read_stitches(rows), stitch_width=bulky.stitch_width, stitch_height=bulky.stitch_height)
+    np.testing.assert_array_equal(read_stitches(stitches).vertices, expected.vertices)
+    fabric, knitted = read_stitches(tmp_path / "knit" / "stitches.h5"), read_yarns(tmp_path / "knit" / "yarns.h5")
+    assert fabric.face_count == expected.face_count
+    assert set(read_yarns(yarns).radius) == set(knitted.radius) == {bulky.core_radius}
+    lengths = stitch_lengths(knitted, fabric)[plain_stitches(fabric)]
+    np.testing.assert_allclose(lengths, bulky.loop_length, rtol=1e-12)  # sums of rest lengths in double precision
 
 
 def test_info_check_and_convert(knitted, tmp_path, capsys):
@@ -234,6 +255,10 @@ def test_a_moebius_strip_gives_a_message_of_one_line(tmp_path, capsys):
         (["--stitch-width", "1e-5"], "GB of memory"),
         (["--stitch-width", "1", "--yarn-radius", "0.9"], "too thick"),
         (["--stitch-width", "1", "--yarn-radius", "0"], "positive"),
+        (["--yarn", "worstad"], "yarn: got 'worstad'; expected worsted"),
+        (["--gauge", "wide"], "gauge: got 'wide'; expected stitches in 10 cm such as 22"),
+        (["--gauge", "22x0"], "gauge: got 0 rows in 10 cm"),
+        (["--gauge", "22", "--stitch-width", "1"], "give one of the two"),
         (["--device", "tpu"], "expected one of"),
         (["--quality", "best"], "expected one of draft, standard, reference"),
         (["--unit", "furlong"], "furlong"),

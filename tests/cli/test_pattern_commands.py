@@ -37,8 +37,16 @@ def test_a_pattern_is_applied_to_a_file(tmp_path, fabric, capsys):
     assert cli.main(["pattern", str(fabric), "rib2x2", "-o", str(made), "--remainder", "stretch"]) == 0
     expected = apply_pattern(read_stitches(fabric), read_pattern("rib2x2"), remainder="stretch")
     assert differing(read_stitches(made), expected) == []
-    changed = (expected.stitch == Stitch.PURL).sum()
-    assert capsys.readouterr().out == f"2 x 2 rib: {changed} of 108 stitches changed\n"
+    assert capsys.readouterr().out == "2 x 2 rib: 90 of 108 stitches are in the pattern\n"  # all but the cast-on row
+
+
+def test_what_a_pattern_leaves_out_is_printed(tmp_path, fabric, capsys):
+    assert cli.main(["pattern", str(fabric), "rib2x2", "-o", str(tmp_path / "made.h5")]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "2 x 2 rib: 80 of 108 stitches are in the pattern",
+        "left out: 10 stitches (rows 1-5, wales 0-1): these loops are left over beside whole repeats of the pattern "
+        "and stay as they were",
+    ]
 
 
 def test_a_pattern_is_applied_around_a_face(tmp_path, fabric):
@@ -56,7 +64,8 @@ def test_knit_takes_a_pattern(tmp_path):
     stitches = read_stitches(folder / "stitches.h5").stitch
     report = json.loads((folder / "report.json").read_text())["pattern"]
     assert report["name"] == "1 x 1 rib" and report["seconds"] > 0.0
-    assert report["faces"] == np.count_nonzero(stitches == Stitch.PURL) > 0
+    assert report["faces"] == np.count_nonzero(stitches != Stitch.CAST_ON) > 0
+    assert report["left_out"] == []
 
 
 def test_bad_options_are_errors_before_the_computation(tmp_path, fabric, capsys):

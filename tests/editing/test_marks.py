@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.editing.edit import Edit, apply_edit
+from stitchmesh.editing.log import read_log, write_log
 from stitchmesh.errors import LabelError, MeshError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
@@ -45,6 +46,41 @@ def test_stripes_are_rows_and_single_faces():
     fabric = flat()
     striped = edited(fabric, "stripe", yarn=2, rows=[1, 3], faces=[0])
     assert (striped.yarn == np.where(np.isin(fabric.row, [1, 3]) | (np.arange(42) == 0), 2, 0)).all()
+
+
+@pytest.mark.parametrize("kind", [list, tuple, set, np.array, lambda faces: range(faces[0], faces[-1] + 1)])
+def test_faces_are_any_collection_of_numbers(kind, tmp_path):
+    """An edit with an array of faces is the edit with their list, in memory and in a log."""
+    fabric = flat()
+    faces = np.flatnonzero(fabric.row == 2)
+    edit = Edit("stripe", {"yarn": np.int64(2), "faces": kind(faces.tolist())})
+    assert edit == Edit("stripe", {"yarn": 2, "faces": faces.tolist()})
+    assert bits(apply_edit(fabric, edit).fabric) == bits(edited(fabric, "stripe", yarn=2, rows=[2]))
+    write_log(tmp_path / "log.jsonl", [edit])
+    assert read_log(tmp_path / "log.jsonl") == [edit]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"faces": np.arange(3)}, "stripe: needs 'yarn'; got faces"),
+        ({"faces": np.arange(3) / 2, "yarn": 1}, "stripe: faces[0] is 0.0; expected a whole number"),
+        ({"faces": np.ones(3, dtype=bool), "yarn": 1}, "stripe: faces[0] is true; expected a whole number"),
+        ({"faces": np.array(["a"]), "yarn": 1}, 'stripe: faces[0] is "a"; expected a whole number'),
+        ({"faces": np.array(3), "yarn": 1}, "stripe: faces is 3; expected a list or null"),
+        ({"faces": object(), "yarn": 1}, 'stripe: faces is "builtins.object"; expected a list or null'),
+    ],
+)
+def test_faces_that_are_no_numbers_are_refused_in_one_line(arguments, message):
+    with pytest.raises(ParameterError) as caught:
+        apply_edit(flat(), Edit("stripe", arguments))
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("arguments", [[3, 4], "faces", None, 3, {1: 2}])
+def test_arguments_have_names(arguments):
+    with pytest.raises(ParameterError, match=r"^edit 'stripe': got .*; expected arguments by name, such as \{"):
+        Edit("stripe", arguments)
 
 
 @pytest.mark.parametrize(("front", "layers"), [("left", [1, 1, 0]), ("right", [0, 0, 1])])

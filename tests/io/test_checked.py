@@ -7,10 +7,11 @@ from __future__ import annotations
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.io.checked import check_value, parse_json, plain_value
 
 
 class Panel(msgspec.Struct, forbid_unknown_fields=True):
@@ -68,3 +69,30 @@ def test_json_is_parsed_to_its_value():
         "edit": "flip_row",
         "arguments": {"face": [3, None]},
     }
+
+
+@pytest.mark.parametrize(
+    ("given", "plain"),
+    [
+        (np.array([3, 1]), [3, 1]),
+        (np.array(4), 4),
+        (np.int64(5), 5),
+        (np.float32(0.5), 0.5),
+        (np.bool_(True), True),
+        (np.arange(4).reshape(2, 2), [[0, 1], [2, 3]]),
+        ((np.int64(1), 2), [1, 2]),
+        (range(3), [0, 1, 2]),
+        ({10, 9, np.int64(8)}, [8, 9, 10]),
+        (iter([1, 2]), [1, 2]),
+        ({"faces": np.array([1]), "more": {"deep": (1,)}}, {"faces": [1], "more": {"deep": [1]}}),
+        ("text", "text"),
+        (b"bytes", b"bytes"),
+        (None, None),
+        (True, True),
+    ],
+)
+def test_numbers_and_collections_become_those_of_json(given: Any, plain: object):
+    found = plain_value(given)
+    assert found == plain and type(found) is type(plain)
+    items = found if isinstance(found, list) else []
+    assert all(type(item) in (int, list) for item in items)

@@ -19,6 +19,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import (
     RestLengths,
     apply_rest_lengths,
+    carried_segments,
     parse_rest_lengths,
     segment_faces,
     stitch_lengths,
@@ -97,6 +98,19 @@ def test_shaping_and_edges_take_the_median_scale_of_a_loop_length(flat, banded):
         changed = apply_rest_lengths(yarns, RestLengths(loop_length=2.5), fabric=fabric)
         share = (stitch_lengths(changed, fabric) / before)[~plain]
         np.testing.assert_allclose(share, np.median(2.5 / before[plain]), rtol=1e-12)  # Rounding of a sum.
+
+
+def test_a_float_is_no_part_of_the_loop_that_it_starts_from():
+    rows = tuple(Row(tuple(Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in row)) for row in ("00011", "02211"))
+    fabric = torus_mesh(Pattern("Colours", "", rows), stitch_width=0.8, stitch_height=0.6)
+    yarns = sm.generate_yarns(fabric, yarn_radius=0.1)
+    carried = carried_segments(yarns)
+    changed = apply_rest_lengths(yarns, RestLengths(loop_length=3.2), fabric=fabric)
+    loops = np.bincount(segment_faces(changed)[~carried], changed.rest_length[~carried])
+    np.testing.assert_allclose(loops, 3.2, rtol=1e-12)  # Rounding of a sum.
+    given = np.bincount(segment_faces(yarns)[~carried], yarns.rest_length[~carried])
+    share = changed.rest_length[carried] / yarns.rest_length[carried]
+    np.testing.assert_allclose(share, np.median(3.2 / given), rtol=1e-12)  # Rounding of a sum.
 
 
 def test_the_same_loop_length_applied_twice_changes_nothing(banded):

@@ -4,33 +4,83 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection
 from stitchmesh.errors import ParameterError
+
+if TYPE_CHECKING:
+    from stitchmesh.editing.edit import Edit as OneEdit
+    from stitchmesh.mesh import StitchMesh
 
 
 @dataclass(frozen=True)
 class Edit:
-    """Apply a log of edits to a stitch mesh."""
+    """Apply an edit, or a log of edits, to a stitch mesh."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
+    arguments: Annotated[Positional[tuple[str, ...]], help_entry("NAME=VALUE", "none")] = ()
+    """arguments of the edit (docs/editing.md); a value is a number, a text, or a list such as [1,2]"""
+    apply: Annotated[str | None, help_entry("EDIT", "none")] = None
+    """edit to apply"""
+    on: OnSelection = None
+    log: Annotated[str | None, help_entry("LOG", "not written")] = None
+    """file to which the edit is written as a log, for --replay"""
     replay: Annotated[str | None, help_entry("LOG", "none")] = None
     """file of edits, one JSON object in each line (docs/editing.md)"""
     output: Annotated[str | None, help_entry("FILE", "none", short="-o", help=WRITTEN_STITCHES)] = None
 
     def run(self) -> None:
         """Apply the edits, and write the result; if one edit is not possible, nothing is written."""
-        from stitchmesh.editing.log import replay_edits
+        from stitchmesh.editing.log import write_log
         from stitchmesh.io import read_stitches, write_stitches
 
-        if self.replay is None or self.output is None:
-            raise ParameterError("edit: needs a log of edits and a file for the result; give --replay LOG and -o FILE")
+        if self.output is None or (self.apply is None) == (self.replay is None):
+            raise ParameterError("edit: needs one edit or one log, and -o FILE; give --apply EDIT or --replay LOG")
         before = read_stitches(self.fabric)
-        after = replay_edits(before, self.replay)
+        after = self._edited(before)
         write_stitches(self.output, after)
+        if self.log is not None:
+            write_log(self.log, [self._edit()])
         print(f"{before.face_count} stitches before, {after.face_count} after")
+
+    def _edited(self, before: StitchMesh) -> StitchMesh:
+        """Return the stitch mesh after the edit or the log."""
+        from stitchmesh.editing.edit import apply_edit
+        from stitchmesh.editing.log import replay_edits
+
+        if self.replay is None:
+            return apply_edit(before, self._edit()).fabric
+        if self.arguments or self.on is not None or self.log is not None:
+            raise ParameterError("edit: a log holds whole edits; leave --on, --log and NAME=VALUE out")
+        return replay_edits(before, self.replay)
+
+    def _edit(self) -> OneEdit:
+        """Return the edit that the options describe.
+
+        Raises:
+            ParameterError: an argument does not have the form NAME=VALUE, or is given twice.
+        """
+        from stitchmesh.editing.edit import Edit as OneEdit
+        from stitchmesh.editing.on_selection import ON
+
+        values: dict[str, object] = {} if self.on is None else {ON: self.on}
+        for word in self.arguments:
+            name, equals, text = word.partition("=")
+            if not equals or name in values:
+                raise ParameterError(f"edit: got {word!r}; expected NAME=VALUE, each name once")
+            values[name] = _value(text)
+        return OneEdit(self.apply or "", values)
+
+
+def _value(text: str) -> object:
+    """Return a value that JSON can read, such as a number or a list, and any other text as it is."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text

@@ -15,6 +15,7 @@ from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
+    MaterialOptions,
     MeshRelaxation,
     MorePhysics,
     QualityName,
@@ -24,7 +25,7 @@ from stitchmesh.cli.options import (
     StitchCounts,
     StitchWidth,
     Unit,
-    YarnStiffness,
+    YarnAndGauge,
 )
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -43,7 +44,7 @@ class Knit:
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for the stitches, the yarns, a picture, a report and the convergence"""
     unit: Unit = DEFAULT_UNIT
-    stitch_width: StitchWidth = STITCH_WIDTH
+    stitch_width: StitchWidth = None
     pattern: Annotated[str | None, help_entry("NAME|FILE", "all knit")] = None
     """pattern of the stitches: a name of `stitchmesh patterns`, or a file"""
     pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
@@ -56,11 +57,12 @@ class Knit:
     device: Device = None
     no_picture: Flag = False
     """do not write preview.png"""
+    yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     rows: Rows = field(default_factory=Rows)
     stitches: StitchCounts = field(default_factory=StitchCounts)
     mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
     finish: YarnFinish = field(default_factory=YarnFinish)
-    yarn: YarnStiffness = field(default_factory=YarnStiffness)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
     solver: SolverOptions = field(default_factory=SolverOptions)
@@ -72,14 +74,17 @@ class Knit:
         from stitchmesh.patterns import read_pattern
         from stitchmesh.pipeline import KnitOptions, knit
 
-        edges, lengths = self.stitches.edge_settings(), self.rest_lengths.rest_lengths()
+        size = self.yarn.size(
+            stitch_width=self.stitch_width, stitch_height=self.stitches.course_height, yarn_radius=self.yarn_radius
+        )
+        edges, lengths = self.stitches.edge_settings(), self.rest_lengths.rest_lengths(size.loop_length)
         options = KnitOptions(
-            stitch_width=self.stitch_width,
-            stitch_height=self.stitches.course_height,
+            stitch_width=STITCH_WIDTH if size.stitch_width is None else size.stitch_width,
+            stitch_height=size.stitch_height,
             counts=edges.counts,
             marked=edges.marked,
             mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
-            yarn_radius=self.yarn_radius,
+            yarn_radius=size.yarn_radius,
             quality=self.solver.quality(self.quality),
             device=self.device,
             seeds=self.rows.seed,
@@ -88,7 +93,7 @@ class Knit:
             pattern_remainder=check_remainder(self.pattern_remainder),
             spiral=self.spiral,
             finish=self.finish,
-            relaxation=self.solver.relax_options(self.physics, lengths, self.yarn, Path(self.output)),
+            relaxation=self.solver.relax_options(self.physics, lengths, self.material, Path(self.output)),
         )
         with output_folder(self.output) as folder:
             mesh = read_mesh(self.mesh, unit=self.unit)

@@ -30,12 +30,14 @@ class Pattern:
     def run(self) -> None:
         """Apply the pattern, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
-        from stitchmesh.patterns import read_pattern
-        from stitchmesh.pipeline import with_pattern
+        from stitchmesh.patterns import lay_pattern, read_pattern
+        from stitchmesh.patterns.placement.left_out import left_out_lines
 
         chosen = read_pattern(self.pattern)
         remainder = check_remainder(self.remainder)
         fabric = read_stitches(self.fabric)
-        made, faces = with_pattern(fabric, chosen, remainder, face=self.face)
-        write_stitches(self.output, made)
-        print(f"{chosen.name}: {faces} of {made.face_count} stitches changed")
+        laid = lay_pattern(fabric, chosen, face=self.face, remainder=remainder)
+        write_stitches(self.output, laid.fabric)
+        print(f"{chosen.name}: {laid.faces_laid} of {laid.fabric.face_count} stitches are in the pattern")
+        for line in left_out_lines(laid.left_out):
+            print(line)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Annotated
 
 import tyro
@@ -17,6 +18,7 @@ from stitchmesh.cli.options import (
     READ_YARNS,
     WRITTEN_YARNS,
     Device,
+    MaterialOptions,
     MorePhysics,
     PinnedPlaces,
     QualityName,
@@ -24,7 +26,6 @@ from stitchmesh.cli.options import (
     RestLengthFactors,
     SolverOptions,
     Unit,
-    YarnStiffness,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -55,7 +56,7 @@ class Relax:
     device: Device = None
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
-    yarn: YarnStiffness = field(default_factory=YarnStiffness)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     solver: SolverOptions = field(default_factory=SolverOptions)
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
 
@@ -63,15 +64,17 @@ class Relax:
         """Relax the yarns, write them and print the report."""
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
+        from stitchmesh.pipeline import relax_with_options
 
         quality = self.solver.quality(self.quality)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         lengths, checkpoints = self.rest_lengths.rest_lengths(), checkpoint_folder(self.output)
-        options = self.solver.relax_options(self.physics, lengths, self.yarn, checkpoints)
+        options = self.solver.relax_options(self.physics, lengths, self.material, checkpoints)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric
-        relax_to_file(
-            self.output, self.report, given, options, quality=quality, device=self.device,
+        relax = partial(
+            relax_with_options, given, options, quality=quality, device=self.device,
             fabric=None if shape is None else read_stitches(shape), keep_shape=self.keep_shape is not None,
         )  # fmt: skip
+        relax_to_file(self.output, self.report, given, relax, quality=quality)

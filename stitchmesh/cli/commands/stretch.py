@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import Device, QualityName, SwatchFabric, YarnStiffness
+from stitchmesh.cli.options import Device, MaterialOptions, QualityName, SwatchFabric
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -37,7 +37,7 @@ class Stretch:
     wale: Annotated[str, help_entry("FROM:TO", help=f"strains along the wales: {STRAINS} direction")] = FREE
     steps: Annotated[int, help_entry("N")] = STRETCH_STEPS
     """number of strains, with the first and the last"""
-    yarn: YarnStiffness = field(default_factory=YarnStiffness)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
@@ -45,14 +45,18 @@ class Stretch:
     def run(self) -> None:
         """Compute the stretch curve, and write its table and its plot."""
         directions = stretch_directions(self.course, self.wale)
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
         from stitchmesh.periodic.stretch import stretch_test
         from stitchmesh.periodic.stretch_table import write_stretch
+        from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render.stretch_plot import plot_stretch
 
-        material = self.yarn.yarn_material(self.fabric.yarn_radius)
+        pattern = resolve_pattern(self.pattern)
+        options = self.fabric.options(woven=isinstance(pattern, Weave))
+        material = self.material.yarn_material(options["yarn_radius"])
         curve = stretch_test(
-            self.pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
-            progress=_print_state, **self.fabric.options(),
+            pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
+            progress=_print_state, **options,
         )  # fmt: skip
         write_stretch(Path(self.output) / "stretch.csv", curve)
         plot_stretch(curve, Path(self.output) / "stretch.png")

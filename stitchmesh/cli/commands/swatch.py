@@ -14,7 +14,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import Flag, Period, help_entry
-from stitchmesh.cli.options import FACTORS, Device, MaxIterations, QualityName, SwatchFabric, YarnStiffness
+from stitchmesh.cli.options import FACTORS, Device, MaterialOptions, MaxIterations, QualityName, SwatchFabric
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.periodic.swatch_options import SwatchOptions
@@ -39,7 +39,7 @@ class Swatch:
         UseAppendAction[tuple[str, ...]],
         help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
     ] = ()
-    yarn: YarnStiffness = field(default_factory=YarnStiffness)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
     """relax the width and the height of the repeat too, except those that --period fixes"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
@@ -56,11 +56,14 @@ class Swatch:
 
     def run(self) -> None:
         """Relax the repeat, write it with its pictures, and print the report."""
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
+        from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render import render_swatch
 
         tiles, pixels = check_tiles(self.tile), check_texture(self.texture)
+        woven = isinstance(resolve_pattern(self.pattern), Weave)
         options = SwatchOptions(
-            **self.fabric.options(), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
+            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
         )
         with output_folder(self.output) as folder:
             made = self._relaxed(options)
@@ -77,7 +80,7 @@ class Swatch:
         from stitchmesh.pipeline import relaxing_progress
 
         quality = quality_named(quality_with(self.quality, max_iterations=self.max_iterations))
-        material = self.yarn.yarn_material(options.yarn_radius)
+        material = self.material.yarn_material(options.yarn_radius)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         with show_progress() as progress:
             report_progress = relaxing_progress(
@@ -94,7 +97,7 @@ class Swatch:
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
 
         source = resolve_pattern(self.pattern)
-        yarn = {"material": self.yarn.material, "stiffness": self.yarn.values()}
+        yarn = {"material": self.material.material, "stiffness": self.material.values()}
         asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report

@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import WRITTEN_STITCHES, StitchCounts, StitchWidth
+from stitchmesh.cli.options import WRITTEN_STITCHES, StitchCounts, StitchWidth, YarnAndGauge
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 
 
@@ -21,19 +21,25 @@ class Tessellate:
     labeled: Annotated[Positional[str], help_entry("LABELED")]
     """labeled mesh, from `stitchmesh label`"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
-    stitch_width: StitchWidth = STITCH_WIDTH
+    stitch_width: StitchWidth = None
+    yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     stitches: StitchCounts = field(default_factory=StitchCounts)
 
     def run(self) -> None:
         """Divide the panels into stitch faces, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.mesh.stitch_counts import stitch_counts
+        from stitchmesh.tessellate.reached_size import reached_sizes
 
+        size = self.yarn.size(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
         labeled = read_stitches(self.labeled)
+        width = STITCH_WIDTH if size.stitch_width is None else size.stitch_width
         edges = self.stitches.edge_settings()
         fabric = tessellate(
-            labeled, stitch_width=self.stitch_width, stitch_height=self.stitches.course_height, counts=edges.counts,
-            marked=edges.marked,
-        )  # fmt: skip
+            labeled, stitch_width=width, stitch_height=size.stitch_height, counts=edges.counts, marked=edges.marked
+        )
         write_stitches(self.output, fabric)
         print(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))
+        for name, reached in reached_sizes(fabric).items():
+            spread = f"{reached['p5']:.3g} to {reached['p95']:.3g} cm from the 5th to the 95th percentile"
+            print(f"stitch {name.removesuffix('_cm')}: {reached['median']:.3g} cm (median), {spread}")

@@ -10,8 +10,9 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import GENERATED_RADIUS, READ_STITCHES, WRITTEN_YARNS, QualityName
+from stitchmesh.cli.options import GENERATED_RADIUS, READ_STITCHES, WRITTEN_YARNS, QualityName, YarnName
 from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarngen.finish import YarnFinish
 
 
@@ -21,6 +22,7 @@ class Yarns:
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
+    yarn: YarnName = None
     yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
     """yarn radius [cm]"""
     quality: QualityName = DEFAULT_QUALITY
@@ -31,7 +33,8 @@ class Yarns:
         from stitchmesh.io import read_stitches, write_yarns
         from stitchmesh.yarngen import generate_yarns
 
+        size = stitch_size(self.yarn, yarn_radius=self.yarn_radius)
         fabric = read_stitches(self.fabric)
-        yarns = generate_yarns(fabric, yarn_radius=self.yarn_radius, quality=self.quality, **asdict(self.finish))
+        yarns = generate_yarns(fabric, yarn_radius=size.yarn_radius, quality=self.quality, **asdict(self.finish))
         write_yarns(self.output, yarns)
         print(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")

@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from stitchmesh.errors import PatternError, first_few
+from stitchmesh.errors import PatternError, check_kind, first_few
 from stitchmesh.patterns.language.items import ItemParser
 from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
 from stitchmesh.patterns.language.text_charts import read_chart
@@ -42,6 +42,7 @@ def parse_pattern(text: str, name: str = "pattern") -> Pattern:
         PatternError: the text does not describe a valid pattern; the message gives the line, the column, what was found
             and what was expected.
     """
+    check_kind("parse_pattern", text, str, "pathlib.Path(file).read_text()")
     return _PatternParser(split_lines(text, name), name).parse()
 
 

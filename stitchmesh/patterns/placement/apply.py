@@ -1,132 +1,248 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Application of a pattern to a fabric: to the whole fabric, or to the grid of plain stitches around one face.
+"""Application of a pattern to a fabric: to the whole fabric, to a region, or to the plain stitches around one face.
 
 Source: Yuksel et al. 2012, section 5.3.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike
+
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import StitchMesh
-from stitchmesh.mesh.change import Change, Marks, Patch, apply_change
+from stitchmesh.io.contents import FilePath
+from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh.change import Change, Marks, apply_change
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns.pattern import SECTIONS, Pattern, check_closes
-from stitchmesh.patterns.placement.block import block_of
+from stitchmesh.patterns.library import read_pattern
+from stitchmesh.patterns.pattern import Pattern, check_closes
 from stitchmesh.patterns.placement.columns import (
     DEFAULT_REMAINDER,
     OUTSIDE,
-    TILE,
     Remainder,
     check_remainder,
     keeps_counts,
 )
-from stitchmesh.patterns.placement.crossing_marks import CrossingMarks
 from stitchmesh.patterns.placement.grid import fill_grid, grid_around
-from stitchmesh.patterns.placement.in_place import changed, changes_in_place
-from stitchmesh.patterns.placement.placement import Placement, side_below
-from stitchmesh.patterns.placement.replace import Replacement, Site, border_sides, find_site
+from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
+from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
+from stitchmesh.patterns.placement.loop_marks import LoopMarks
+from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
+from stitchmesh.patterns.placement.plain_ground import plain_ground
+from stitchmesh.patterns.placement.region import region_of
+from stitchmesh.patterns.placement.replace import Replacement
+from stitchmesh.patterns.placement.sites import CellNumbers, find_sites
+from stitchmesh.patterns.placement.units import units_of
 from stitchmesh.patterns.placement.wales import follow_wales
 
 
+@dataclass(frozen=True, eq=False)
+class LaidPattern:
+    """A fabric with a pattern, and what became of the stitches that were to take it."""
+
+    fabric: StitchMesh
+    """The fabric with the pattern."""
+    changes: tuple[Change, ...]
+    """Changes that make this fabric from the given one, in order; each has an exact inverse (``inverse_change``)."""
+    faces_laid: int
+    """Number of faces that are in the pattern."""
+    left_out: tuple[LeftOut, ...]
+    """Faces that are not in the pattern although they belong to the region, largest groups first. Cast-on rows and
+    drawn-through loops, which no pattern changes, are not listed."""
+
+
 def apply_pattern(
-    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
+    fabric: StitchMesh,
+    pattern: Pattern | FilePath,
+    *,
+    face: int | None = None,
+    faces: Iterable[int] | None = None,
+    remainder: Remainder = DEFAULT_REMAINDER,
 ) -> StitchMesh:
-    """Replace the stitches of a fabric by those of a pattern.
-
-    On a whole fabric, the columns of the pattern follow the wales and its rows are counted from the first row above the
-    cast-on row. Around a face, the pattern fills the largest grid of plain stitches that contains the face, from the
-    bottom of the grid. Cast-on rows and the increases and decreases of the fabric keep their loops. The borders of the
-    pattern lie at the ends of flat rows.
-
-    If every stitch of the pattern has one loop below and one above, the pattern continues to the last row and over
-    shaping; a shaping stitch becomes its knit or purl form. If the pattern has increases and decreases, only whole
-    tiles are placed, where plain stitches fill a rectangle of the size of a tile; the loops around each tile stay as
-    they were. New faces lie on the old course lines, so the mesh should be relaxed afterwards.
+    """Replace the stitches of a fabric by those of a pattern, and return the new fabric; see ``lay_pattern``.
 
     Args:
         fabric: a mesh of stitches, relaxed or not.
-        pattern: the pattern, for example from ``read_pattern``.
-        face: a plain stitch of the grid; the pattern covers the whole fabric if no face is given.
+        pattern: the pattern, its name in the library or the path of its file.
+        face: as for ``lay_pattern``.
+        faces: as for ``lay_pattern``.
+        remainder: as for ``lay_pattern``.
+
+    Raises:
+        ParameterError, FileError, PatternError, LabelError, MeshError: as for ``lay_pattern``.
+    """
+    return lay_pattern(fabric, pattern, face=face, faces=faces, remainder=remainder).fabric
+
+
+def lay_pattern(
+    fabric: StitchMesh,
+    pattern: Pattern | FilePath,
+    *,
+    face: int | None = None,
+    faces: Iterable[int] | None = None,
+    remainder: Remainder = DEFAULT_REMAINDER,
+) -> LaidPattern:
+    """Replace the stitches of a fabric by those of a pattern, and report what could not be replaced.
+
+    On a whole fabric or a region, the columns of the pattern follow the wales and its rows are counted from the first
+    row above the cast-on row, or from the lowest row of the region. Around a face, the pattern fills the largest grid
+    of plain stitches that contains the face, from the bottom of the grid. Cast-on rows and the increases and decreases
+    of the fabric keep their loops; an increase or a decrease becomes its knit or purl form. The borders of the pattern
+    lie at the ends of flat rows.
+
+    The pattern continues to the last row. Where shaping or the end of a row cuts a repeat, the parts of the repeat that
+    leave as many loops as they are worked on are laid, such as a yarn-over with its decrease, and the other stitches
+    are knit or purled. A cable crosses if all its loops are there. New faces lie on the old course lines, so the mesh
+    should be relaxed afterwards.
+
+    Args:
+        fabric: a mesh of stitches, relaxed or not.
+        pattern: the pattern, its name in the library or the path of its file.
+        face: a plain stitch of the grid.
+        faces: numbers of the faces of a region, in any order; the whole fabric if neither face nor faces are given.
         remainder: what happens to the loops of a row that whole tiles do not cover. ``centre`` leaves them unchanged
             on both sides, or at the start of a ring; ``stretch`` stretches the tiles over them, or spreads them
             between the tiles if stitches cannot be doubled; ``refuse`` raises an error.
 
     Raises:
-        ParameterError: the pattern fits nowhere, the face is not a plain stitch, the mesh has panels, or ``remainder``
-            is unknown or refuses the loops that are left over.
-        PatternError: the pattern has increases or decreases and does not close.
+        ParameterError: the pattern fits nowhere or is not in the library, the face is not a plain stitch, the region is
+            empty or holds a face that does not exist, both ``face`` and ``faces`` are given, the mesh has panels, or
+            ``remainder`` is unknown or refuses the loops that are left over.
+        FileError: the file of the pattern cannot be read.
+        PatternError: the file does not describe a valid pattern, or the pattern has increases or decreases and does not
+            close.
         LabelError: the cables of the fabric are malformed.
         MeshError: the fabric repeats on a lattice.
     """
-    for change in pattern_changes(fabric, pattern, face=face, remainder=remainder):
-        fabric = apply_change(fabric, change)
-    return fabric
-
-
-def pattern_changes(
-    fabric: StitchMesh, pattern: Pattern, *, face: int | None = None, remainder: Remainder = DEFAULT_REMAINDER
-) -> list[Change]:
-    """Return the changes of ``apply_pattern`` in order; each has an exact inverse (``inverse_change``).
-
-    The arguments are those of ``apply_pattern``.
-
-    Raises:
-        ParameterError, PatternError, LabelError, MeshError: as for ``apply_pattern``.
-    """
+    chosen = _pattern_of(pattern)
     check_remainder(remainder)
+    _check_fabric(fabric)
+    if face is not None and faces is not None:
+        raise ParameterError("got a face and a region; expected one of them")
+    inside = region_of(fabric, faces)
+    changes: list[Change] = []
+    if face is None:
+        ground = plain_ground(fabric, inside)
+        if ground:
+            changes.append(ground.patch)
+            fabric, inside = apply_change(fabric, ground.patch), ground.faces.merged(inside, ground.is_new)
+        placement = follow_wales(fabric, chosen, remainder, inside)
+    else:
+        grid = grid_around(fabric, face)
+        placement = fill_grid(fabric, chosen, grid, remainder)
+        inside = np.zeros(fabric.face_count, dtype=bool)
+        inside[grid.faces] = True
+    if (placement.column == OUTSIDE).all():
+        where = "fabric" if faces is None else "region"
+        raise ParameterError(
+            f"pattern {chosen.name!r}: its {chosen.width} columns are more than any first row of the {where} has; "
+            "use narrower stitches or another pattern"
+        )
+    return _Laying(fabric, chosen, placement, inside).laid(changes)
+
+
+def _pattern_of(pattern: object) -> Pattern:
+    if isinstance(pattern, Pattern):
+        return pattern
+    if isinstance(pattern, (str, PathLike)):
+        return read_pattern(pattern)
+    found = f"got {type(pattern).__name__}"
+    raise ParameterError(f"pattern: {found}; expected a Pattern, a name of the library or the path of a file")
+
+
+def _check_fabric(fabric: object) -> None:
+    if not isinstance(fabric, StitchMesh):
+        raise ParameterError(f"fabric: got {type(fabric).__name__}; expected a StitchMesh, the result of tessellate")
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels):
         raise ParameterError(f"face {panels[0]}: is a panel of a coarse mesh, not a stitch; tessellate the mesh first")
-    if face is None:
-        placement = follow_wales(fabric, pattern, remainder)
-    else:
-        placement = fill_grid(fabric, pattern, grid_around(fabric, face), remainder)
-    if not keeps_counts(pattern):
-        return _block_changes(fabric, pattern, placement)
-    if (placement.column == OUTSIDE).all():
-        raise ParameterError(
-            f"pattern {pattern.name!r}: its {pattern.width} columns are more than any first row of the fabric has; "
-            "use narrower stitches or another pattern"
-        )
-    return [*changes_in_place(fabric, pattern, placement)]
 
 
-def changed_face_count(changes: list[Change]) -> int:
-    """Return the number of faces that the changes of a pattern add, or whose stitch or yarn they change."""
-    added = sum(len(change.added_faces) for change in changes if isinstance(change, Patch))
-    marked = [change.places for change in changes if isinstance(change, Marks) and change.name in ("stitch", "yarn")]
-    return added + (len(np.unique(np.concatenate(marked))) if marked else 0)
+class _Laying:
+    """The changes that lay a placed pattern, and the faces that they leave out."""
+
+    def __init__(
+        self, fabric: StitchMesh, pattern: Pattern, placement: Placement, inside: NDArray[np.bool_]
+    ) -> None:
+        if not keeps_counts(pattern):
+            check_closes(pattern)
+        self.fabric, self.pattern, self.placement, self.inside = fabric, pattern, placement, inside
+        self.cells = CellNumbers(pattern, placement)
+        units = units_of(pattern)
+        self.table = CellTable(pattern, units, self.cells)
+        self.sites, self.in_site = find_sites(fabric, placement, self.cells, units.larger)
+
+    def laid(self, before: list[Change]) -> LaidPattern:
+        """Apply the changes: stitches of faces that stay, then new faces, then the marks of loops.
+
+        Args:
+            before: changes that have made the fabric.
+        """
+        fabric = self.fabric
+        loops = LoopMarks(fabric, self.pattern, self.placement, self.cells, self.sites)
+        crossings, uncrossed = loops.crossings()
+        marks = {"twist": loops.twist(self.table), "cable_shift": crossings.shift, "cable_layer": crossings.layer}
+        changes: list[Change] = [
+            *changes_in_place(fabric, self.pattern, self.cells.of_face, self.table, ~self.in_site)
+        ]
+        after = fabric
+        for change in changes:
+            after = apply_change(after, change)
+        reason = self._reasons(uncrossed)
+        laid = int((self.inside & (self.cells.of_face != BORDER) & (reason < 0) & ~self.in_site).sum())
+        side_after = np.arange(fabric.side_count)
+        if self.sites:
+            replacement = Replacement(after, self.pattern, self.sites)
+            patch = replacement.patch()
+            changes.append(patch)
+            after = apply_change(after, patch)
+            side_after = replacement.sides_after(patch)
+            kept = np.flatnonzero(reason >= 0)
+            moved = np.full(after.face_count, -1)
+            moved[replacement.face.after[kept]] = reason[kept]
+            reason = moved
+            laid += len(patch.added_faces)
+        for name, values in marks.items():
+            mark = _mark_after(after, name, values, side_after)
+            if len(mark.places):
+                changes.append(mark)
+                after = apply_change(after, mark)
+        return LaidPattern(after, (*before, *changes), laid, find_left_out(after, reason, _REASONS))
+
+    def _reasons(self, uncrossed: IntArray) -> IntArray:
+        """Return the index of the reason why each face is left out, -1 for the other faces, shape (F,)."""
+        cells, fabric = self.cells.of_face, self.fabric
+        reason = np.full(fabric.face_count, -1)
+        reason[self.inside & is_worked(fabric) & (cells == BORDER)] = _LEFT_OVER
+        plain = np.flatnonzero(is_plain(fabric) & (cells != BORDER) & ~self.in_site)
+        reason[plain[~self.table.is_single[cells[plain]]]] = _CUT
+        reason[uncrossed[~self.in_site[uncrossed]]] = _UNCROSSED
+        return reason
 
 
-def _block_changes(fabric: StitchMesh, pattern: Pattern, placement: Placement) -> list[Change]:
-    """Return the removal of cables that the blocks cut, then the new faces, then the marks of the loops below."""
-    check_closes(pattern)
-    blocks = {section: block for section in range(len(SECTIONS)) if (block := block_of(pattern, section))}
-    sites = [find_site(fabric, placement, section, block) for section, block in blocks.items()]
-    sites = [site for site in sites if len(site.grids)]
-    if not any(site.section == TILE for site in sites):
-        needed = f"needs {pattern.height} rows of {pattern.width} adjacent plain stitches"
-        raise ParameterError(f"pattern {pattern.name!r}: {needed}; found none, use another pattern or face")
-    changes, cleared = _remove_cut_cables(fabric, sites)
-    replacement = Replacement(cleared, pattern, sites)
-    patch = replacement.patch()
-    return [*changes, patch, *replacement.marks(patch)]
+_LEFT_OVER, _CUT, _UNCROSSED = range(3)
+_REASONS = [
+    "these loops are left over beside whole repeats of the pattern and stay as they were",
+    "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
+    "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
+]
 
 
-def _remove_cut_cables(fabric: StitchMesh, sites: list[Site]) -> tuple[list[Change], StitchMesh]:
-    """Remove the marks of cables that the blocks would cut; return these changes and the fabric without the cables."""
-    inside = np.concatenate([fabric.face_start[site.grids].ravel() + 2 for site in sites])
-    below = np.concatenate([side_below(fabric, site.grids[:, 0]).ravel() for site in sites])
-    top = np.concatenate([border_sides(fabric, site.grids)[2].ravel() for site in sites])
-    crossing = CrossingMarks(fabric)
-    crossing.clear(np.concatenate([np.setdiff1d(inside, top), below[below >= 0]]))
-    changes: list[Change] = []
-    for name, values in (("cable_shift", crossing.shift), ("cable_layer", crossing.layer)):
-        marks = changed(fabric, name, values)
-        if len(marks.places):
-            changes.append(marks)
-            fabric = apply_change(fabric, marks)
-    return changes, fabric
+def _mark_after(fabric: StitchMesh, name: str, values: IntArray, side_after: IntArray) -> Marks:
+    """Return the marks that give sides new values, where they differ from those of the fabric.
+
+    Args:
+        fabric: the fabric in which the marks change.
+        name: name of the mark.
+        values: value of each side before the faces were replaced.
+        side_after: number of each of these sides in ``fabric``, ``BORDER`` if the side is gone.
+    """
+    there = np.flatnonzero(side_after != BORDER)
+    there = there[values[there] != getattr(fabric, name)[side_after[there]]]
+    order = np.argsort(side_after[there])
+    return Marks(name, side_after[there][order], values[there][order])

@@ -79,7 +79,18 @@ def block_of(pattern: Pattern, section: int) -> Block | None:
     if min(loops) < 1:
         return None
     held = [row.loop_sections[section] for row in pattern.rows]
-    return _Builder([*loops, loops[0]], held).build(rows)
+    return build_block(rows, [*loops, loops[0]], held)
+
+
+def build_block(rows: list[tuple[Cell, ...]], loops: list[int], held: list[tuple[Loop, ...]]) -> Block:
+    """Return a piece of stitch mesh.
+
+    Args:
+        rows: stitches of each row, left to right.
+        loops: number of loops on each course line, from below the first row to above the last row.
+        held: how each row holds the loops of the line below it.
+    """
+    return _Builder(loops, held).build(rows)
 
 
 @dataclass

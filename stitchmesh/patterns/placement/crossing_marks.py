@@ -9,6 +9,7 @@ Otherwise the stitches are worked without the crossing.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
@@ -45,13 +46,18 @@ class CrossingMarks:
             faces.append(np.where(faces[-1] == BORDER, BORDER, self._right[faces[-1]]))
         return np.stack(faces, axis=1)
 
-    def cross(self, faces: IntArray, loops: tuple[Loop, ...]) -> None:
-        """Add a crossing below each run of faces, shape (n, loops), if the loops below the run lie side by side."""
+    def cross(self, faces: IntArray, loops: tuple[Loop, ...]) -> NDArray[np.bool_]:
+        """Add a crossing below each run of faces, shape (n, loops), if the loops below the run lie side by side.
+
+        Returns:
+            Whether the crossing is added below each run, shape (n,).
+        """
         sides = side_below(self._fabric, faces)
-        fits = ((faces != BORDER) & (sides != BORDER)).all(axis=1)
+        fits: NDArray[np.bool_] = ((faces != BORDER) & (sides != BORDER)).all(axis=1)
         fits &= (self._next_top_sides(sides[:, :-1]) == sides[:, 1:]).all(axis=1)
         for place, loop in enumerate(loops):
             self.shift[sides[fits, place]], self.layer[sides[fits, place]] = loop.shift, loop.layer
+        return fits
 
     def _next_top_sides(self, sides: IntArray) -> IntArray:
         """Return the top side to the right of each top side on its course line, across one wale edge at most."""

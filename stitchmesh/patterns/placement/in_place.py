@@ -1,114 +1,89 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns in which every stitch has one loop below and one above: marks of faces and sides change, but no faces.
+"""Stitches of a pattern that keep the face on which they lie: numbers of faces change, but no faces.
 
 A shaping stitch of the garment keeps its loops and takes its knit or purl form, according to the pattern at that place.
+A plain stitch of a unit that is not whole is knit or purled, whichever the pattern does there.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.change import Marks
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch, turned_over
-from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.patterns.placement.columns import LEFT_BORDER, OUTSIDE, RIGHT_BORDER, TILE, columns_of
-from stitchmesh.patterns.placement.crossing_marks import CrossingMarks, crossings_of
-from stitchmesh.patterns.placement.placement import Placement, is_plain, side_below
+from stitchmesh.patterns.pattern import SECTIONS, Cell, Pattern
+from stitchmesh.patterns.placement.placement import is_plain
+from stitchmesh.patterns.placement.sites import CellNumbers
+from stitchmesh.patterns.placement.units import Units
 
 
-def changes_in_place(fabric: StitchMesh, pattern: Pattern, placement: Placement) -> list[Marks]:
-    """Return the changes of stitches, yarns, twists and cables that put a pattern on a fabric.
+class CellTable:
+    """What the plain stitches of each cell of a pattern become, by the number of the cell."""
+
+    def __init__(self, pattern: Pattern, units: Units, cells: CellNumbers) -> None:
+        """Fill the table from the units of one stitch, and from the stitches near a cell for all other units."""
+        count = pattern.height * sum(pattern.rows[0].bottoms)
+        self.is_single = np.zeros(count, dtype=bool)
+        self.stitch = np.full(count, int(Stitch.KNIT))
+        self.yarn = np.zeros(count, dtype=np.int64)
+        self.made = np.zeros(count, dtype=np.int64)
+        for section in range(len(SECTIONS)):
+            width = pattern.rows[0].bottoms[section]
+            for row in range(pattern.height):
+                for column in range(width):
+                    number = int(cells.number(section, row, column))
+                    single = units.single.get((section, row, column))
+                    near = single or _cell_near(pattern.rows[row].sections[section], (column + 0.5) / width)
+                    self.is_single[number] = single is not None
+                    self.stitch[number] = near.stitch if single else _plain_form(near)
+                    self.made[number] = single.twist[0] if single else 0
+                    self.yarn[number] = near.yarn
+
+
+def _cell_near(cells: tuple[Cell, ...], share: float) -> Cell:
+    """Return the stitch that works the loop at a share of a row's width."""
+    below = [place for place, cell in enumerate(cells) for _ in range(cell.n_bottom)]
+    return cells[below[int(share * len(below))]]
+
+
+def _plain_form(cell: Cell) -> Stitch:
+    """Return the purl stitch if a stitch is purled only, otherwise the knit stitch."""
+    return Stitch.PURL if set(VOCABULARY[cell.stitch].made) & {"k", "p"} == {"p"} else Stitch.KNIT
+
+
+def changes_in_place(
+    fabric: StitchMesh, pattern: Pattern, cells: IntArray, table: CellTable, kept: NDArray[np.bool_]
+) -> list[Marks]:
+    """Return the changes of stitches and yarns of the faces that keep their loops.
 
     If the pattern has only one yarn, every face keeps its own yarn.
 
-    Raises:
-        LabelError: the cables of the fabric are malformed.
+    Args:
+        fabric: the mesh.
+        pattern: the pattern.
+        cells: number of each face's cell, ``BORDER`` outside the pattern, shape (F,).
+        table: what becomes of each cell.
+        kept: whether each face keeps its loops, shape (F,).
     """
-    cells = _cells(pattern, placement)
-    faces = np.flatnonzero(cells != BORDER)
-    plain = faces[is_plain(fabric)[faces]]
-    shift, layer = _crossed(fabric, pattern, placement, plain)
-    arrays = {
-        "stitch": _stitches(fabric, pattern, cells, faces),
-        "yarn": _yarns(fabric, pattern, cells, faces),
-        "twist": _twists(fabric, pattern, cells, plain),
-        "cable_shift": shift,
-        "cable_layer": layer,
-    }
-    return [marks for name, values in arrays.items() if len((marks := changed(fabric, name, values)).places)]
+    faces = np.flatnonzero((cells != BORDER) & kept)
+    wanted = table.stitch[cells[faces]]
+    own = fabric.stitch[faces]
+    stitch, yarn = fabric.stitch.copy(), fabric.yarn.copy()
+    shaped = np.where(wanted == Stitch.PURL, _AS_PURL[own], _AS_KNIT[own])
+    stitch[faces] = np.where(is_plain(fabric)[faces], wanted, shaped)
+    if pattern.yarn_count > 1:
+        yarn[faces] = table.yarn[cells[faces]]
+    marks = [changed(fabric, "stitch", stitch), changed(fabric, "yarn", yarn)]
+    return [mark for mark in marks if len(mark.places)]
 
 
 def changed(fabric: StitchMesh, name: str, values: IntArray) -> Marks:
     """Return the marks at which values differ from the values of a fabric."""
     places = np.flatnonzero(values != getattr(fabric, name))
     return Marks(name, places, values[places])
-
-
-def _cells(pattern: Pattern, placement: Placement) -> IntArray:
-    """Return the index of each face's cell, counted row by row; ``BORDER`` outside the pattern, shape (F,)."""
-    left, width, right = pattern.rows[0].bottoms
-    cells = np.full(len(placement.column), BORDER)
-    for section, start, count in ((LEFT_BORDER, 0, left), (TILE, left, width), (RIGHT_BORDER, left + width, right)):
-        columns = columns_of(section, placement.column)
-        own = np.flatnonzero(columns != OUTSIDE)
-        cells[own] = placement.row[own] * (left + width + right) + start + columns[own] % max(count, 1)
-    return cells
-
-
-def _stitches(fabric: StitchMesh, pattern: Pattern, cells: IntArray, faces: IntArray) -> IntArray:
-    wanted = np.array([cell.stitch for row in pattern.rows for cell in row.cells])[cells[faces]]
-    purl = wanted == Stitch.PURL
-    stitch = fabric.stitch.copy()
-    stitch[faces] = np.where(
-        is_plain(fabric)[faces], wanted, np.where(purl, _AS_PURL[stitch[faces]], _AS_KNIT[stitch[faces]])
-    )
-    return stitch
-
-
-def _yarns(fabric: StitchMesh, pattern: Pattern, cells: IntArray, faces: IntArray) -> IntArray:
-    yarn = fabric.yarn.copy()
-    if pattern.yarn_count > 1:
-        yarn[faces] = np.array([cell.yarn for row in pattern.rows for cell in row.cells])[cells[faces]]
-    return yarn
-
-
-def _twists(fabric: StitchMesh, pattern: Pattern, cells: IntArray, plain: IntArray) -> IntArray:
-    """Return the twist of each side, shape (C,): from the stitch that makes a loop and the stitch that works it."""
-    made = np.array([cell.twist[0] for row in pattern.rows for cell in row.cells])[cells[plain]]
-    held = np.array([loop.twist for row in pattern.rows for loop in row.loops])[cells[plain]]
-    twist = fabric.twist.copy()
-    twist[fabric.face_start[plain] + 2] = made
-    below = side_below(fabric, plain)
-    held, below = held[below != BORDER], below[below != BORDER]
-    new = np.zeros(fabric.face_count, dtype=bool)
-    new[plain] = True
-    own = np.where(new[fabric.side_face[below]] | (held == 0), twist[below], 0)
-    twist[below] = own + held
-    return twist
-
-
-def _crossed(
-    fabric: StitchMesh, pattern: Pattern, placement: Placement, plain: IntArray
-) -> tuple[IntArray, IntArray]:
-    """Return the cable shifts and cable layers of all sides, each of shape (C,)."""
-    marks = CrossingMarks(fabric)
-    below = side_below(fabric, plain)
-    marks.clear(below[below != BORDER])
-    takes = np.zeros(fabric.face_count, dtype=bool)
-    takes[plain] = True
-    for number, row in enumerate(pattern.rows):
-        for section, cable in crossings_of(row):
-            width = max(row.bottoms[section], 1)
-            columns = columns_of(section, placement.column)
-            here = takes & (placement.row == number) & (columns != OUTSIDE)
-            first = np.flatnonzero(here & (columns % width == cable.start))
-            runs = marks.runs(first, len(cable))
-            runs = runs[(runs != BORDER).all(axis=1)]
-            consecutive = (columns[runs] == columns[runs[:, :1]] + np.arange(len(cable))) & here[runs]
-            marks.cross(runs[consecutive.all(axis=1)], row.loop_sections[section][cable.start : cable.stop])
-    return marks.shift, marks.layer
 
 
 def _flavoured(purl: bool) -> IntArray:

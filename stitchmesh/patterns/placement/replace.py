@@ -8,66 +8,14 @@ block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from stitchmesh.mesh import BORDER, BOTTOM, LEFT, PER_SIDE, RIGHT, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.change import UNKNOWN_STRETCH, Marks, Patch, stretch_at, vertices_left
-from stitchmesh.mesh.courses import right_neighbours
+from stitchmesh.mesh.change import UNKNOWN_STRETCH, Patch, stretch_at, vertices_left
 from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.block import Block
-from stitchmesh.patterns.placement.columns import OUTSIDE, TILE, columns_of
-from stitchmesh.patterns.placement.crossing_marks import CrossingMarks, crossings_of
-from stitchmesh.patterns.placement.placement import Placement, is_plain, plain_above, side_below
-
-
-@dataclass(frozen=True, eq=False)
-class Site:
-    """The places of all copies of a block."""
-
-    section: int
-    """Section of the pattern, as in ``columns.py``."""
-    block: Block
-    """The block that is copied."""
-    grids: IntArray
-    """Plain faces that each copy replaces, from the lower left, shape (copies, rows, columns)."""
-
-    @property
-    def face_count(self) -> int:
-        """Number of faces of all copies."""
-        return len(self.grids) * len(self.block.stitch)
-
-
-def find_site(fabric: StitchMesh, placement: Placement, section: int, block: Block) -> Site:
-    """Find all places where a whole section of a pattern covers a rectangle of plain stitches.
-
-    Args:
-        fabric: the mesh.
-        placement: the pattern's row and column of each face.
-        section: the section, as in ``columns.py``.
-        block: the block of that section.
-    """
-    plain = is_plain(fabric)
-    column = np.where(plain, columns_of(section, placement.column), OUTSIDE)
-    right, above = right_neighbours(fabric), plain_above(fabric)
-    at_corner = (column != OUTSIDE) & (column % block.width == 0) & (placement.row == 0)
-    if section != TILE:
-        at_corner &= column == 0
-    lowest = [np.flatnonzero(at_corner)]
-    for _ in range(block.width - 1):
-        lowest.append(_neighbours(right, lowest[-1]))
-    rows = [np.stack(lowest, axis=1)]
-    for _ in range(block.height - 1):
-        rows.append(_neighbours(above, rows[-1]))
-    grids = np.stack(rows, axis=1)
-    whole = (grids != BORDER).all(axis=(1, 2))
-    wanted = column[grids[:, :1, :1]] + np.arange(block.width)
-    whole &= (column[grids] == wanted).all(axis=(1, 2))
-    whole &= (placement.row[grids] == np.arange(block.height)[:, None]).all(axis=(1, 2))
-    whole &= (right[grids[:, :, :-1]] == grids[:, :, 1:]).all(axis=(1, 2))
-    return Site(section, block, grids[whole])
+from stitchmesh.patterns.placement.sites import Site
 
 
 def _first_faces(sites: list[Site]) -> list[IntArray]:
@@ -79,12 +27,8 @@ def _first_faces(sites: list[Site]) -> list[IntArray]:
     return result
 
 
-def _neighbours(step: IntArray, faces: IntArray) -> IntArray:
-    return np.where(faces == BORDER, BORDER, step[faces])
-
-
 class Replacement:
-    """The patch that adds the blocks, and the changes of marks below them."""
+    """The patch that replaces plain faces by the blocks of sites."""
 
     def __init__(self, fabric: StitchMesh, pattern: Pattern, sites: list[Site]) -> None:
         """Number the removed and added faces."""
@@ -151,7 +95,7 @@ class Replacement:
         for site in self.sites:
             marks = np.tile(getattr(site.block, name), (len(site.grids), 1))
             if name != "twist":
-                top = _flat(site.block, TOP)
+                top = flat_places(site.block, TOP)
                 marks[:, top] = getattr(self.fabric, name)[border_sides(self.fabric, site.grids)[TOP]]
             parts.append(marks.ravel())
         return np.concatenate(parts)
@@ -186,7 +130,7 @@ class Replacement:
             for border, sides in border_sides(self.fabric, site.grids).items():
                 across = self.fabric.twin[sides]
                 outer = np.where((across == BORDER)[..., None], BORDER, self.across[across])
-                twin[:, _flat(site.block, border)] = outer
+                twin[:, flat_places(site.block, border)] = outer
             parts.append(twin.reshape(-1, 2))
         return np.concatenate(parts)
 
@@ -195,61 +139,20 @@ class Replacement:
         for site in self.sites:
             stretch = np.full((len(site.grids), len(site.block.corners)), UNKNOWN_STRETCH)
             for border, sides in border_sides(self.fabric, site.grids).items():
-                stretch[:, _flat(site.block, border)] = stretch_at(self.fabric, sides.ravel()).reshape(sides.shape)
+                known = stretch_at(self.fabric, sides.ravel()).reshape(sides.shape)
+                stretch[:, flat_places(site.block, border)] = known
             parts.append(stretch.ravel())
         return np.concatenate(parts)
 
-    def marks(self, patch: Patch) -> list[Marks]:
-        """Return the changes of marks of the loops below the first rows; sides are numbered as after the patch."""
-        wanted = self._marks_below()
-        start = self._starts(patch)
-        result = []
-        for name, (sides, values) in wanted.items():
-            if len(sides):
-                face, place = self.across[sides].T
-                places = start[face] + place
-                order = np.argsort(places)
-                result.append(Marks(name, places[order], values[order]))
-        return result
+    def sides_after(self, patch: Patch) -> IntArray:
+        """Return the number after the patch of each old side, ``BORDER`` if the side is gone, shape (C,).
 
-    def _starts(self, patch: Patch) -> IntArray:
-        """Return the first side of each face after the patch."""
+        A side on the border of a removed grid becomes the side of the block there.
+        """
         sizes = self.face.merged(np.diff(self.fabric.face_start), patch.face_size)
-        return np.concatenate([[0], np.cumsum(sizes)])
-
-    def _marks_below(self) -> dict[str, tuple[IntArray, IntArray]]:
-        """Return the sides and values of the marks that the first row of the pattern changes, by name of the mark."""
-        fabric = self.fabric
-        crossing = CrossingMarks(fabric)
-        twist, twisted = self._own_twists(), np.zeros(fabric.side_count, dtype=bool)
-        for site in self.sites:
-            lowest = site.grids[:, 0]
-            row = self.pattern.rows[0]
-            below = side_below(fabric, lowest)
-            for place, loop in enumerate(row.loop_sections[site.section]):
-                sides = below[below[:, place] != BORDER, place]
-                if loop.twist:
-                    twist[sides] += loop.twist
-                    twisted[sides] = True
-            for section, cable in crossings_of(row):
-                if section == site.section:
-                    loops = row.loop_sections[section][cable.start : cable.stop]
-                    crossing.cross(lowest[:, cable.start : cable.stop], loops)
-        crossed = (crossing.shift != fabric.cable_shift) | (crossing.layer != fabric.cable_layer)
-        held = np.flatnonzero(twisted)
-        moved = np.flatnonzero(crossed)
-        return {
-            "twist": (held, twist[held]),
-            "cable_shift": (moved, crossing.shift[moved]),
-            "cable_layer": (moved, crossing.layer[moved]),
-        }
-
-    def _own_twists(self) -> IntArray:
-        """Return the half turn that the blocks give to the loops of their top borders; 0 elsewhere, shape (C,)."""
-        twist = np.zeros(self.fabric.side_count, dtype=np.int64)
-        for site in self.sites:
-            twist[border_sides(self.fabric, site.grids)[TOP]] = site.block.twist[_flat(site.block, TOP)]
-        return twist
+        start = np.concatenate([[0], np.cumsum(sizes)])
+        face, place = self.across.T
+        return np.where(face < 0, BORDER, start[face] + place)
 
 
 def border_sides(fabric: StitchMesh, grids: IntArray) -> dict[int, IntArray]:
@@ -263,7 +166,7 @@ def border_sides(fabric: StitchMesh, grids: IntArray) -> dict[int, IntArray]:
     }
 
 
-def _flat(block: Block, border: int) -> IntArray:
+def flat_places(block: Block, border: int) -> IntArray:
     """Return the places of a border's sides among all sides of a block."""
     first = np.cumsum(block.face_size) - block.face_size
     face, place = block.border[border].T

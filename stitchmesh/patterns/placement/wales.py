@@ -1,113 +1,147 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Placement of a pattern on a whole garment: its columns follow the wales, so that ribs run straight.
+"""Placement of a pattern on a garment or on a region: its columns follow the wales, and its rows follow the courses.
 
-Columns are assigned to the loops of every row that starts a fabric and are carried upwards from loop to loop. A
-decrease passes on the column of the loop that shows. An increase makes new columns; they continue the columns of the
-neighbour on the side away from the increase's own loop. The pattern therefore opens or closes at the line of shaping
-and stays whole beside it. A pattern with increases and decreases needs space for whole tiles: where a repeat begins and
-the tile of a column does not fit, new tiles are placed beside it.
+Columns are assigned to the loops of every row that starts a fabric or a region, and are carried upwards from loop to
+loop. The pattern's row is counted from there, and it is the same along a whole course. A decrease passes on the column
+of the loop that shows. An increase makes new columns; they continue the columns of the neighbour on the side away from
+the increase's own loop. The pattern therefore opens or closes at the line of shaping, and its columns stay straight
+beside the line, as a knitter keeps them.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
-from stitchmesh.mesh.courses import (
-    Course,
-    bottom_sides,
-    course_of_faces,
-    courses_below,
-    find_courses,
-    knitting_order,
-    sides_across,
-    top_sides,
-)
+from stitchmesh.mesh.courses import Course, bottom_sides, knitting_order, sides_across, top_sides
 from stitchmesh.mesh.stitch import VOCABULARY, Making, Stitch
 from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, is_tile, keeps_counts, lay_out
+from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, is_tile, lay_out, spread_tiles
 from stitchmesh.patterns.placement.placement import Placement, is_worked
-from stitchmesh.patterns.placement.tile_fit import TileFit
+from stitchmesh.patterns.placement.region import find_runs
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
 
 
-def follow_wales(fabric: StitchMesh, pattern: Pattern, remainder: Remainder) -> Placement:
-    """Place a pattern on every stitch of a garment; its first row lies on the cast-on row.
+def follow_wales(
+    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
+) -> Placement:
+    """Place a pattern on every stitch of a region; its first row is the first row that is not a cast-on row.
+
+    Args:
+        fabric: stitch mesh.
+        pattern: the pattern.
+        remainder: treatment of the loops of a first row that whole tiles do not cover.
+        inside: whether each face belongs to the region, shape (F,).
 
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover a first row.
     """
-    return _WalePlacement(fabric, pattern, remainder).placement()
+    return _WalePlacement(fabric, pattern, remainder, inside).placement()
 
 
 class _WalePlacement:
-    """Columns of all loops and faces, filled row by row from below."""
+    """Columns of all loops and faces of a region, filled run by run from below."""
 
-    def __init__(self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder) -> None:
-        self.fabric, self.pattern, self.remainder = fabric, pattern, remainder
-        self.tile_fit = None if keeps_counts(pattern) else TileFit(fabric, pattern, remainder)
-        self.courses = find_courses(fabric)
-        self.course_of = course_of_faces(fabric, self.courses)
-        self.level = np.full(len(self.courses), -1)  # rows of the pattern below each course; -1 for a cast-on row
+    def __init__(
+        self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
+    ) -> None:
+        self.fabric, self.pattern, self.remainder, self.inside = fabric, pattern, remainder, inside
+        self.runs = find_runs(fabric, inside)
+        self.run_of = np.full(fabric.face_count, BORDER)
+        for number, run in enumerate(self.runs):
+            self.run_of[list(run.faces)] = number
+        self.level = np.full(len(self.runs), -1)  # rows of the pattern below each run; -1 for a cast-on row
         self.above = np.full(fabric.side_count, _UNKNOWN)  # column that each top side passes on
         self.column = np.full(fabric.face_count, OUTSIDE)
 
     def placement(self) -> Placement:
-        """Carry the columns through all courses and return the placement."""
-        order, left = knitting_order(courses_below(self.fabric, self.courses))
+        """Carry the columns through all runs and return the placement."""
+        order, left = knitting_order(self._runs_below())
         for number in [*order, *left]:
             self._carry(number)
-        level = self.level[self.course_of]
-        placed = is_worked(self.fabric) & (level >= 0)
-        return Placement(np.where(placed, self.column, OUTSIDE), level % self.pattern.height)
+        placed = is_worked(self.fabric) & self.inside
+        level = np.where(self.inside, self.level[self.run_of], -1)
+        return Placement(np.where(placed & (level >= 0), self.column, OUTSIDE), level % self.pattern.height)
+
+    def _runs_below(self) -> list[set[int]]:
+        """Return, for each run, the runs that its loops come from."""
+        fabric = self.fabric
+        sides = fabric.sides_of(np.flatnonzero(self.inside))
+        across = sides_across(fabric, sides, TOP)
+        under = self.run_of[fabric.side_face[across]]
+        joined = (fabric.side_role[sides] == 0) & (across != BORDER) & (under != BORDER)
+        below: list[set[int]] = [set() for _ in self.runs]
+        pairs = np.unique(np.stack([self.run_of[fabric.side_face[sides[joined]]], under[joined]], axis=1), axis=0)
+        for run, other in pairs.tolist():
+            below[run].add(other)
+        return below
 
     def _carry(self, number: int) -> None:
-        course, fabric = self.courses[number], self.fabric
-        faces = np.array(course.faces)
+        run, fabric = self.runs[number], self.fabric
+        faces = np.array(run.faces)
         below, known = self._columns_below(number)
-        tops = np.array(top_sides(fabric, course.faces), dtype=np.int64)
-        cast_on = fabric.stitch[faces] == Stitch.CAST_ON
+        tops = np.array(top_sides(fabric, run.faces), dtype=np.int64)
         if known:
-            below = _fill_unknown(below, course.closed)
+            below = _fill_unknown(below, run.closed)
             self.level[number] += 1
-        elif cast_on.all():
-            self.above[tops] = self._lay_out(len(tops), course)
+        elif (fabric.stitch[faces] == Stitch.CAST_ON).all():
+            self.above[tops] = self._lay_out(len(tops), run)
             return
         else:
-            below = self._lay_out(len(below), course)
+            below = self._lay_out(len(below), run)
             self.level[number] = 0
+        if self.level[number] % self.pattern.height == 0 and self.remainder != "refuse":
+            below = self._begin_tiles(below, run.closed)
         own = _own_columns(fabric, faces, below)
-        if self.tile_fit and self.level[number] % self.pattern.height == 0:
-            own = self._fit_tiles(self.tile_fit, faces, own, course.closed, first=self.level[number] == 0)
         self.column[faces] = own
-        self.above[tops] = _columns_made(fabric, faces, own, course.closed)
+        self.above[tops] = _columns_made(fabric, faces, own, run.closed)
 
     def _columns_below(self, number: int) -> tuple[IntArray, bool]:
-        """Return the columns of the loops below a course, and whether any is known; set the level to the one below."""
+        """Return the columns of the loops below a run, and whether any is known; set the level to the one below."""
         fabric = self.fabric
-        bottoms = np.array(bottom_sides(fabric, self.courses[number].faces), dtype=np.int64)
+        bottoms = np.array(bottom_sides(fabric, self.runs[number].faces), dtype=np.int64)
         sides = sides_across(fabric, bottoms, TOP)
         columns = np.where(sides == BORDER, _UNKNOWN, self.above[sides])
-        under = self.course_of[fabric.side_face[sides[columns != _UNKNOWN]]]
+        under = self.run_of[fabric.side_face[sides[columns != _UNKNOWN]]]
         if len(under):
             self.level[number] = self.level[under].max()
         return columns, len(under) > 0
 
-    @staticmethod
-    def _fit_tiles(tile_fit: TileFit, faces: IntArray, own: IntArray, closed: bool, *, first: bool) -> IntArray:
-        """Return columns with whole tiles; in a first row, all tiles may move if more tiles fit then."""
-        fitted = tile_fit.fit(faces, own, closed)
-        if first:
-            moved = tile_fit.fit(faces, np.where(is_tile(own), OUTSIDE, own), closed)
-            return max(fitted, moved, key=lambda columns: int(is_tile(columns).sum()))
-        return fitted
+    def _begin_tiles(self, below: IntArray, closed: bool) -> IntArray:
+        """Return the columns with new tiles where enough adjacent loops lie outside the pattern for a whole repeat.
 
-    def _lay_out(self, count: int, course: Course) -> IntArray:
-        where = f"row {self.fabric.row[course.faces[0]]} (face {course.faces[0]})"
-        return lay_out(self.pattern, count, closed=course.closed, remainder=self.remainder, where=where)
+        The new columns continue those on the left of the gap, if these end with a whole tile.
+        """
+        width, outside = self.pattern.width, below == OUTSIDE
+        if outside.all():
+            whole = lay_out(self.pattern, len(below), closed=closed, remainder=self.remainder, where="")
+            return below if (whole == OUTSIDE).all() else whole
+        turn = int(np.argmin(outside)) if closed else 0
+        columns = np.roll(below, -turn)
+        places = np.flatnonzero(columns == OUTSIDE)
+        for gap in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+            if len(gap) >= width:
+                before = columns[gap[0] - 1] if gap[0] and is_tile(columns[gap[:1] - 1])[0] else -1
+                columns[gap] = self._tiles(len(gap), -(-(int(before) + 1) // width) * width)
+        return np.roll(columns, turn)
+
+    def _tiles(self, count: int, first: int) -> IntArray:
+        """Return the columns of whole tiles on a number of loops, counted from ``first``."""
+        width = self.pattern.width
+        tiles, rest = divmod(count, width)
+        if self.remainder == "stretch":
+            columns = spread_tiles(tiles, width, rest, closed=False)
+        else:
+            columns = np.concatenate([np.arange(tiles * width), np.full(rest, OUTSIDE)])
+        return np.where(columns == OUTSIDE, OUTSIDE, columns + first)
+
+    def _lay_out(self, count: int, run: Course) -> IntArray:
+        where = f"row {self.fabric.row[run.faces[0]]} (face {run.faces[0]})"
+        return lay_out(self.pattern, count, closed=run.closed, remainder=self.remainder, where=where)
 
 
 def _fill_unknown(columns: IntArray, closed: bool) -> IntArray:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError, YarnError
+from stitchmesh.errors import ParameterError, YarnError, check_kind
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.textures.plan import Plan
@@ -58,6 +58,10 @@ class TextureMaps:
     """Directions of the uppermost yarn, shape (h, w, 3): a unit vector (x, y) in the plane of the fabric, and the sine
     of the angle between the yarn and this plane; 0 in holes."""
 
+    def __repr__(self) -> str:
+        """Return one line: the size of the maps."""
+        return f"TextureMaps({self.height.shape[1]} x {self.height.shape[0]} pixels, depth {self.depth:.3g} cm)"
+
 
 def texture_maps(
     yarns: YarnSet, *, width: int, height: int | None = None, tiles: tuple[int, int] = (1, 1)
@@ -74,6 +78,7 @@ def texture_maps(
         ParameterError: a size or a number of tiles is not a positive whole number, or a size is above 8192.
         YarnError: the yarns have no lattice.
     """
+    check_kind("texture_maps", yarns, YarnSet)
     cell = yarns if tiles == (1, 1) else tile_yarns(yarns, *tiles, periodic=True)
     if cell.lattice is None:
         raise YarnError("textures: the yarns do not repeat; expected a cell on a lattice, such as a periodic swatch")

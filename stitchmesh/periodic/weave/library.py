@@ -10,7 +10,7 @@ from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.contents import FilePath, check_path, read_lines
 from stitchmesh.patterns.library import pattern_folder
 from stitchmesh.periodic.weave.image import read_weave_image
 from stitchmesh.periodic.weave.text import parse_weave
@@ -37,6 +37,7 @@ def read_weave(name_or_path: FilePath) -> Weave:
         FileError: the file cannot be read, is empty or holds binary data.
         PatternError: the file does not describe a weave, or describes one that falls apart.
     """
+    check_path(name_or_path)
     path = Path(name_or_path)
     if path.name == fspath(name_or_path) and not path.suffix:
         return _from_library(path.name)

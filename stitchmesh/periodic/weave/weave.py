@@ -92,6 +92,10 @@ class Weave:
         self._check_every_yarn_interlaces()
         self._check_hangs_together()
 
+    def __repr__(self) -> str:
+        """Return one line: the name and the size."""
+        return f"Weave({self.name!r}, {len(self.warps)} warps x {len(self.wefts)} wefts)"
+
     @cached_property
     def over(self) -> NDArray[np.bool_]:
         """Whether each weft passes over each warp, shape (wefts, warps)."""

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.swatch_options import SPACING
@@ -54,6 +54,7 @@ def weave_yarns(
     Raises:
         ParameterError: the radius or a spacing is not a positive number, or the quality is unknown.
     """
+    check_kind("weave_yarns", weave, Weave)
     _check_positive("yarn radius", yarn_radius)
     between = _spacings(2 * SPACING * yarn_radius if spacing is None else spacing)
     per_crossing = max(4, quality_named(quality).control_points_per_stitch // CROSSINGS_PER_STITCH)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 
-from stitchmesh.errors import YarnError
+from stitchmesh.errors import YarnError, check_kind
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
@@ -104,6 +104,8 @@ def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFA
         YarnError: the yarns were not generated from this stitch mesh with this finish; a link threads a loop more or
             less often than its stitch defines; or yarn has passed through yarn. The message names both places.
     """
+    check_kind("check_loops", fabric, StitchMesh)
+    check_kind("check_loops, yarns", yarns, YarnSet)
     if (fabric.lattice is None) != (yarns.lattice is None):
         raise YarnError("yarns: of the yarns and the stitch mesh only one has a lattice; expected both or neither")
     pieces = yarn_pieces(fabric, yarns, finish)

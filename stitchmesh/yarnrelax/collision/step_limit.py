@@ -65,6 +65,8 @@ from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH, from_entry, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
+FINER = "take quality reference, which has more contact samples"
+"""Advice where contact is sampled too coarsely."""
 SMALLEST_CLEARANCE = 1e-3
 """Clearance over the mean yarn radius below which a relaxation ends."""
 
@@ -313,14 +315,14 @@ def _too_close(model: Model, state: State, candidates: Candidates, sample: int) 
         return f"{place}: its control points are not finite; the last good state was kept"
     if 2.0 * (model.radius[model.yarns.segment_yarn[segment]] - reach) + candidates.margin < SMALLEST_CLEARANCE:
         found = f"{2 * reach * count:.3g} yarn radii between control points, too many for {count} contact samples"
-        return f"{place}: {found}; give it longer rest lengths, or raise k_length or contact_samples"
+        return f"{place}: {found}; give it longer rest lengths, or {FINER}"
     nearest, distance = model.integers(np.array([-1])), model.empty(1)
     inputs = [model.constants, sample, state.samples, half_tangent, candidates.count, candidates.lists]
     model.launch(nearest_entry, 1, inputs, [nearest, distance])
     other = yarn_place(model.yarns, int(model.yarns.segment_points[_segment(model, int(nearest.numpy()[0])), 1]))
     found = f"{float(distance.numpy()[0]):.2g} yarn radii between the axes, and {count} contact samples a segment"
-    remedy = "move them apart, change rest lengths in steps of a fifth, or raise k_contact or contact_samples"
-    return f"{place}: too close to {other} for the contact energy to separate them, {found}; {remedy}"
+    remedy = "move them apart, take thinner yarn, change rest lengths in steps of a fifth, raise k_contact"
+    return f"{place}: too close to {other} for the contact energy to separate them, {found}; {remedy}, or {FINER}"
 
 
 def _segment(model: Model, sample: int) -> int:

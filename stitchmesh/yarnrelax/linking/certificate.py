@@ -37,7 +37,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import SolverError
+from stitchmesh.errors import SolverError, check_kind
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.crossing_codes import decoded
@@ -75,6 +75,7 @@ def linking_certificate(yarns: YarnSet, *, device: str | None = None) -> csr_arr
     Raises:
         ParameterError: an unknown device, or yarns over too many periods of a lattice.
     """
+    check_kind("linking_certificate", yarns, YarnSet)
     linking = doubled_linking(yarns, device=device)
     first, second = linking.yarns.T
     entries = linking.doubled if yarns.lattice is not None else linking.doubled // 2

@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of a garment: front and back, sleeves and body, and where rows meet.
+
+Front and back are defined for each row. A row that runs around the body or around a limb has an axis, the normal of
+its ring, and a *forward* direction perpendicular to the axis. The forward direction of the first row is +z. From row to
+row it is turned no more than the axis turns (parallel transport), so that the instep of a sock, which continues the
+front of the leg, is front. A face is in front if it lies in the forward half of its row: at least halfway from the
+rearmost face of the row to the foremost one. A row that does not run around, as above an armhole, is in front as a
+whole if its mean normal points forward.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.courses import right_neighbours
+from stitchmesh.selection.borders import Border, borders, named_borders
+
+FLAT_ROW = 0.5
+"""Length of the mean unit normal of an open row from which the row is flat; an arc of 217 degrees has this value."""
+ROUNDING = 1e-6
+"""Coordinates that differ by less than this part of the size of the garment are equal."""
+STEEP = 0.1
+"""Smallest length of a unit vector's part perpendicular to an axis, for which its direction is used."""
+LEFT_HAND, UP, FORWARD = np.eye(3)
+"""Directions of the axes, as the wearer sees them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """The rows and the borders of a fabric, with their places. All values are computed when they are first used."""
+
+    fabric: StitchMesh
+    """The stitch mesh."""
+
+    @cached_property
+    def borders(self) -> list[Border]:
+        """Borders with their names."""
+        return borders(self.fabric)
+
+    @cached_property
+    def face_centre(self) -> FloatArray:
+        """Mean of the corners of each face [cm], shape (F, 3)."""
+        fabric = self.fabric
+        total = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1], axis=0)
+        return total / np.diff(fabric.face_start)[:, None]
+
+    @cached_property
+    def row_numbers(self) -> IntArray:
+        """Numbers of the rows that have faces, ascending, shape (R,)."""
+        return np.unique(self.fabric.row)
+
+    @cached_property
+    def row_index(self) -> IntArray:
+        """Index into ``row_numbers`` of the row of each face, shape (F,)."""
+        return np.searchsorted(self.row_numbers, self.fabric.row)
+
+    def _row_sum(self, values: FloatArray) -> FloatArray:
+        """Sum of vectors of faces over the faces of each row, shape (R, 3)."""
+        return np.stack([np.bincount(self.row_index, values[:, k], len(self.row_numbers)) for k in range(3)], axis=1)
+
+    @cached_property
+    def row_centre(self) -> FloatArray:
+        """Mean of the face centres of each row [cm], shape (R, 3)."""
+        return self._row_sum(self.face_centre) / np.bincount(self.row_index)[:, None]
+
+    @cached_property
+    def row_axis(self) -> FloatArray:
+        """Vector area of the ring through the face centres of each row [cm^2], shape (R, 3)."""
+        after = right_neighbours(self.fabric)
+        inner = np.flatnonzero(after != BORDER)
+        offset = self.face_centre - self.row_centre[self.row_index]
+        spans = np.zeros_like(offset)
+        spans[inner] = np.cross(offset[inner], self.face_centre[after[inner]] - self.row_centre[self.row_index[inner]])
+        return 0.5 * self._row_sum(spans)
+
+    @cached_property
+    def runs_around(self) -> NDArray[np.bool_]:
+        """Whether each row runs around the body or a limb, shape (R,).
+
+        A closed ring and a turn of a spiral do, and an open row does if its normals point in most directions.
+        """
+        ends = self.row_index[right_neighbours(self.fabric) == BORDER]
+        is_open = np.bincount(ends, minlength=len(self.row_numbers)) > 0
+        return ~is_open | (np.linalg.norm(self.row_normal, axis=1) < FLAT_ROW)
+
+    @cached_property
+    def row_normal(self) -> FloatArray:
+        """Mean unit normal of the faces of each row, shape (R, 3); near 0 for a row that runs around."""
+        area = self.fabric.face_vector_area
+        length = np.linalg.norm(area, axis=1, keepdims=True)
+        return self._row_sum(area / length) / np.bincount(self.row_index)[:, None]
+
+    @cached_property
+    def rows_beside(self) -> list[list[int]]:
+        """Rows that share course edges with each row, by index, in ascending order."""
+        fabric, count = self.fabric, len(self.row_numbers)
+        sides = np.flatnonzero(~fabric.is_wale & (fabric.twin != BORDER))
+        row, other = self.row_index[fabric.side_face[sides]], self.row_index[fabric.side_face[fabric.twin[sides]]]
+        beside: list[list[int]] = [[] for _ in range(count)]
+        for key in np.unique((row * count + other)[row != other]).tolist():
+            beside[key // count].append(key % count)
+        return beside
+
+    @cached_property
+    def row_forward(self) -> FloatArray:
+        """Forward direction of each row, a unit vector, shape (R, 3)."""
+        axis = self.row_axis
+        length = np.linalg.norm(axis, axis=1, keepdims=True)
+        axis = np.where(self.runs_around[:, None], axis / np.where(length > 0.0, length, 1.0), 0.0)
+        forward = np.zeros_like(axis)
+        reached = np.zeros(len(axis), dtype=bool)
+        for root in range(len(axis)):
+            if reached[root]:
+                continue
+            forward[root], reached[root] = _perpendicular(FORWARD, axis[root], UP), True
+            waiting = deque([root])
+            while waiting:
+                row = waiting.popleft()
+                for other in self.rows_beside[row]:
+                    if not reached[other]:
+                        forward[other] = _perpendicular(forward[row], axis[other], forward[row])
+                        reached[other] = True
+                        waiting.append(other)
+        return forward
+
+    @cached_property
+    def in_front(self) -> NDArray[np.bool_]:
+        """Whether each face is in front (module docstring), shape (F,); a face exactly at the side is."""
+        forward = self.row_forward
+        depth = np.einsum("fk,fk->f", self.face_centre, forward[self.row_index])
+        foremost, rearmost = np.full(len(forward), -np.inf), np.full(len(forward), np.inf)
+        np.maximum.at(foremost, self.row_index, depth)
+        np.minimum.at(rearmost, self.row_index, depth)
+        halfway = ((foremost + rearmost) / 2)[self.row_index]
+        faces_forward = np.einsum("rk,rk->r", self.row_normal, forward) >= 0.0
+        around = self.runs_around[self.row_index]
+        return np.where(around, depth >= halfway - self.rounding, faces_forward[self.row_index])
+
+    @cached_property
+    def rounding(self) -> float:
+        """Differences of coordinates below this length are rounding [cm]."""
+        return ROUNDING * float(np.ptp(self.fabric.vertices, axis=0).max())
+
+    @cached_property
+    def on_left(self) -> NDArray[np.bool_]:
+        """Whether each face is on the wearer's left of the middle plane, shape (F,); a face exactly on the plane is."""
+        across = self.fabric.vertices[:, 0]
+        return self.face_centre[:, 0] >= (across.min() + across.max()) / 2 - self.rounding
+
+    def sleeve_rows(self, hand: str | None) -> IntArray:
+        """Return the indices of the rows of the sleeves, which are the tubes from the cuffs to the body.
+
+        From each cuff, row follows row while all loops of a row lead to one further row that runs around. The last row
+        of a sleeve is the one before the row that also meets rows of the body. A tube that meets no body is no sleeve.
+
+        Args:
+            hand: ``left`` or ``right``; None for all.
+        """
+        rows = [self._sleeve(border) for border in named_borders(self.borders, "cuffs", hand)]
+        return np.array(sorted({row for sleeve in rows for row in sleeve}), dtype=np.int64)
+
+    def _sleeve(self, cuff: Border) -> list[int]:
+        """Return the rows of the sleeve that ends in a cuff; none if its tube meets no body."""
+        touching = self.row_index[self.fabric.side_face[cuff.sides]]
+        rows = [int(np.bincount(touching).argmax())]
+        while True:
+            further = [row for row in self.rows_beside[rows[-1]] if row not in rows[-3:]]
+            if not further:
+                return []
+            if len(further) > 1 or not self._continues(rows, further[0]):
+                return rows
+            rows.append(further[0])
+
+    def _continues(self, rows: list[int], row: int) -> bool:
+        """Whether a row continues a tube: it runs around, and of the rows beside it one at most is not of the tube."""
+        further = [other for other in self.rows_beside[row] if other not in rows[-3:]]
+        return bool(self.runs_around[row]) and len(further) <= 1
+
+
+def _perpendicular(vector: FloatArray, axis: FloatArray, otherwise: FloatArray) -> FloatArray:
+    """Return the unit vector along the part of a unit vector perpendicular to a unit axis; the axis may be 0.
+
+    If the vector is nearly parallel to the axis, ``otherwise`` takes its place.
+    """
+    for candidate in (vector, otherwise, UP, FORWARD):
+        part = candidate - (candidate @ axis) * axis
+        length = float(np.linalg.norm(part))
+        if length >= STEEP:
+            return part / length
+    return vector

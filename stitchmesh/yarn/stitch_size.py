@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The sizes of stitches and of their yarn that follow from the name of a yarn, a gauge, and single lengths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarn.yarn_presets import GAUGE_LENGTH, WIDTH_OVER_CORE, Gauge, Yarn, parse_gauge
+
+
+@dataclass(frozen=True, kw_only=True)
+class StitchSize:
+    """Sizes of a stitch and of its yarn [cm]; None where nothing determines a size."""
+
+    stitch_width: float | None = None
+    """Wale spacing."""
+    stitch_height: float | None = None
+    """Course spacing."""
+    yarn_radius: float | None = None
+    """Radius of the core of the yarn."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures."""
+    loop_length: float | None = None
+    """Yarn length of a plain stitch."""
+
+
+def stitch_size(
+    yarn: str | Yarn | None = None, gauge: str | Gauge | None = None, *, stitch_width: float | None = None,
+    stitch_height: float | None = None, yarn_radius: float | None = None, loop_length: float | None = None,
+) -> StitchSize:  # fmt: skip
+    """Return the sizes of a stitch and of its yarn.
+
+    A given length is returned unchanged. The other sizes follow from the yarn and the gauge; the gauge is that of the
+    yarn if it is not given. A stitch width without a gauge replaces the gauge of the yarn, in the proportions of
+    stockinette.
+
+    Args:
+        yarn: a yarn, or its name (``Yarn.named``).
+        gauge: stitches and rows in 10 cm, also as a text such as ``22`` or ``22x30``.
+        stitch_width: wale spacing [cm].
+        stitch_height: course spacing [cm].
+        yarn_radius: radius of the core of the yarn [cm].
+        loop_length: yarn length of a plain stitch [cm].
+
+    Raises:
+        ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
+    """
+    known = Yarn.named(yarn) if isinstance(yarn, str) else yarn
+    knitted = _gauge(known, parse_gauge(gauge) if isinstance(gauge, str) else gauge, stitch_width, stitch_height)
+    if knitted is None:
+        return StitchSize(
+            stitch_width=stitch_width, stitch_height=stitch_height, yarn_radius=yarn_radius, loop_length=loop_length
+        )
+    if yarn_radius is None:
+        yarn_radius = knitted.stitch_width / WIDTH_OVER_CORE if known is None else known.core_radius
+    return StitchSize(
+        stitch_width=knitted.stitch_width,
+        stitch_height=knitted.stitch_height if stitch_height is None else stitch_height,
+        yarn_radius=yarn_radius,
+        drawn_radius=None if known is None else max(known.apparent_radius, yarn_radius),
+        loop_length=knitted.loop_length if loop_length is None else loop_length,
+    )
+
+
+def _gauge(
+    yarn: Yarn | None, gauge: Gauge | None, stitch_width: float | None, stitch_height: float | None
+) -> Gauge | None:
+    """Return the gauge that is given, or that of the stitch width, or that of the yarn; None without any of them."""
+    if gauge is not None:
+        for name, length in {"stitch width": stitch_width, "stitch height": stitch_height}.items():
+            if length is not None:
+                raise ParameterError(f"{name}: got {length:g} cm and a gauge of {gauge}; give one of the two")
+        return gauge
+    if yarn is None or stitch_width is None:
+        return None if yarn is None else yarn.gauge
+    if not stitch_width > 0.0:
+        raise ParameterError(f"stitch width: got {stitch_width:g} cm; expected a positive number")
+    return Gauge(GAUGE_LENGTH / stitch_width)

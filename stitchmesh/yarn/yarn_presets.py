@@ -1,0 +1,220 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Hand-knitting yarns by name, and the gauge at which they are knitted.
+
+The table holds what is published: the stitches in 4 inches (10.16 cm) of stockinette and the needle of the Craft Yarn
+Council's standard yarn weight system, the wraps per inch (WPI) of Spin-Off's chart, in which yarn is wound side by side
+around a ruler, and the length of 100 g that shops state. All sizes are derived from the middle of a range:
+
+    stitch width      w = 10.16 cm / stitches
+    stitch height     h = w / 1.3, with Munden's ratio of course and wale counts in relaxed stockinette
+    loop length       l = 4.06 w, with Munden's constant K_w = 4.06 (wales per cm = K_w / l)
+    core radius       r = w / 8
+    apparent radius   R = 2.54 cm / WPI / 2
+    weight            m = 100 g / length
+
+Yarn is soft and hairy: what the eye sees is thicker than what resists. Loops of incompressible yarn at Peirce's loop
+length of 16.67 diameters would be 8.2 radii wide, but hand-knitted stitches are 4 to 5 apparent radii wide. A yarn
+therefore has two radii. Its core, with 16.2 diameters in a loop, is what touches in a simulation. Its apparent radius,
+1.2 to 2 times that of the core, is what a picture shows; fibres of adjacent yarns overlap there.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from dataclasses import dataclass, replace
+
+from stitchmesh.errors import ParameterError
+
+GAUGE_LENGTH = 10.0
+"""Length in which a gauge counts stitches and rows [cm]."""
+ROWS_OVER_STITCHES = 1.3
+"""Rows over stitches in a square of relaxed stockinette, Munden's K_c / K_w."""
+LOOP_OVER_WIDTH = 4.06
+"""Loop length over stitch width of relaxed stockinette, Munden's K_w."""
+WIDTH_OVER_CORE = 8.0
+"""Stitch width over the radius of the core of the yarn."""
+CENTIMETRES_PER_INCH = 2.54
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """Stitches and rows in 10 cm of stockinette.
+
+    Raises:
+        ParameterError: a count is not a positive number.
+    """
+
+    stitches: float
+    """Stitches in 10 cm along a row."""
+    rows: float = math.nan
+    """Rows in 10 cm along a wale; by default 1.3 times the stitches."""
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.rows):
+            object.__setattr__(self, "rows", ROWS_OVER_STITCHES * self.stitches)
+        for name in ("stitches", "rows"):
+            count = getattr(self, name)
+            if not (math.isfinite(count) and count > 0.0):
+                raise ParameterError(f"gauge: got {count:g} {name} in 10 cm; expected a positive number")
+
+    @staticmethod
+    def of_stitch(width: float, height: float) -> Gauge:
+        """Return the gauge of stitches of that width and height [cm]."""
+        return Gauge(GAUGE_LENGTH / width, GAUGE_LENGTH / height)
+
+    @property
+    def stitch_width(self) -> float:
+        """Wale spacing [cm]."""
+        return GAUGE_LENGTH / self.stitches
+
+    @property
+    def stitch_height(self) -> float:
+        """Course spacing [cm]."""
+        return GAUGE_LENGTH / self.rows
+
+    @property
+    def loop_length(self) -> float:
+        """Yarn length of a plain stitch of relaxed stockinette [cm]."""
+        return LOOP_OVER_WIDTH * self.stitch_width
+
+    def __str__(self) -> str:
+        """Return the gauge as knitters write it: ``22 stitches and 29 rows in 10 cm``."""
+        return f"{self.stitches:.3g} stitches and {self.rows:.3g} rows in 10 cm"
+
+
+def parse_gauge(text: str) -> Gauge:
+    """Parse a gauge as a user writes it: stitches in 10 cm (``22``), or stitches and rows (``22x30``).
+
+    Raises:
+        ParameterError: the text does not have one of these forms, or a count is not a positive number.
+    """
+    try:
+        counts = [float(word) for word in text.lower().split("x")]
+    except ValueError:
+        counts = []
+    if len(counts) not in (1, 2) or not all(map(math.isfinite, counts)):
+        expected = "stitches in 10 cm such as 22, or stitches x rows such as 22x30"
+        raise ParameterError(f"gauge: got {text!r}; expected {expected}")
+    return Gauge(*counts)
+
+
+@dataclass(frozen=True)
+class Yarn:
+    """A yarn for hand knitting, at a gauge.
+
+    Raises:
+        ParameterError: a radius or the weight is not a positive number, or the core is thicker than the yarn.
+    """
+
+    name: str
+    """Name of the yarn."""
+    core_radius: float
+    """Radius within which the yarn resists compression [cm]; the radius of a simulation."""
+    apparent_radius: float
+    """Radius that the eye sees [cm]; the radius of a picture."""
+    grams_per_metre: float
+    """Weight of a length of yarn [g/m]."""
+    gauge: Gauge
+    """Stitches and rows in 10 cm of stockinette."""
+    needle: tuple[float, float] = (math.nan, math.nan)
+    """Thinnest and thickest needle that is recommended for the yarn [mm]; not a number if unknown."""
+
+    def __post_init__(self) -> None:
+        for field in ("core_radius", "apparent_radius", "grams_per_metre"):
+            value = getattr(self, field)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ParameterError(f"yarn {self.name!r}: {field} is {value}; expected a positive number")
+        if self.core_radius > self.apparent_radius:
+            found = f"core_radius {self.core_radius:g} cm and apparent_radius {self.apparent_radius:g} cm"
+            raise ParameterError(f"yarn {self.name!r}: got {found}; expected a core inside the apparent radius")
+
+    @staticmethod
+    def named(name: str) -> Yarn:
+        """Return the yarn of that name (``yarn_names`` lists the names), at its usual gauge.
+
+        Raises:
+            ParameterError: there is no yarn of that name; the message states the nearest name.
+        """
+        plain = "-".join(str(name).lower().replace("-", " ").replace("_", " ").split())
+        if plain not in _NAMED:
+            near = difflib.get_close_matches(plain, _NAMED, n=1)
+            raise ParameterError(f"yarn: got {name!r}; expected {near[0] if near else ', '.join(_NAMED)}")
+        return _NAMED[plain]
+
+    @property
+    def stitch_width(self) -> float:
+        """Wale spacing at the gauge [cm]."""
+        return self.gauge.stitch_width
+
+    @property
+    def stitch_height(self) -> float:
+        """Course spacing at the gauge [cm]."""
+        return self.gauge.stitch_height
+
+    @property
+    def loop_length(self) -> float:
+        """Yarn length of a plain stitch at the gauge [cm]."""
+        return self.gauge.loop_length
+
+    def knitted_at(self, gauge: Gauge) -> Yarn:
+        """Return the same yarn at another gauge: the radii stay, the stitches change."""
+        return replace(self, gauge=gauge)
+
+
+@dataclass(frozen=True)
+class _YarnWeight:
+    """One row of the table: the lowest and the highest value of each range."""
+
+    names: tuple[str, ...]
+    """Names of the yarn; the first one is its own."""
+    stitches: tuple[float, float]
+    """Stitches in 10.16 cm of stockinette."""
+    needle: tuple[float, float]
+    """Diameter of the needle [mm]."""
+    wraps: tuple[float, float]
+    """Wraps per inch."""
+    metres: tuple[float, float]
+    """Length of 100 g [m]."""
+
+    def yarn(self) -> Yarn:
+        """Return the yarn, with the sizes of the module docstring."""
+        width = 4.0 * CENTIMETRES_PER_INCH / _middle(self.stitches)
+        return Yarn(
+            name=self.names[0],
+            core_radius=width / WIDTH_OVER_CORE,
+            apparent_radius=CENTIMETRES_PER_INCH / _middle(self.wraps) / 2.0,
+            grams_per_metre=100.0 / _middle(self.metres),
+            gauge=Gauge(GAUGE_LENGTH / width),
+            needle=self.needle,
+        )
+
+
+def _middle(bounds: tuple[float, float]) -> float:
+    return (bounds[0] + bounds[1]) / 2.0
+
+
+_TABLE = (
+    _YarnWeight(("lace",), (33, 40), (1.5, 2.25), (18, 18), (600, 800)),
+    _YarnWeight(("fingering", "sock", "baby"), (27, 32), (2.25, 3.25), (16, 18), (350, 450)),
+    _YarnWeight(("sport",), (23, 26), (3.25, 3.75), (14, 15), (250, 350)),
+    _YarnWeight(("dk", "double-knitting", "light-worsted"), (21, 24), (3.75, 4.5), (12, 13), (200, 250)),
+    _YarnWeight(("worsted", "aran"), (16, 20), (4.5, 5.5), (10, 11), (120, 200)),
+    _YarnWeight(("bulky", "chunky"), (12, 15), (5.5, 8.0), (8, 9), (100, 130)),
+    _YarnWeight(("super-bulky", "super-chunky"), (6, 11), (8.0, 12.75), (7, 7), (50, 100)),
+)
+"""Yarns from thin to thick. Wraps of the first and the last yarn are one-sided ranges (18 or more, 7 or fewer), of
+which the bound is taken; so are the needle and the length of the last yarn (8 mm and more, less than 100 m)."""
+
+_NAMED = {name: row.yarn() for row in _TABLE for name in row.names}
+
+
+def yarn_names() -> tuple[str, ...]:
+    """Return the names of the yarns from thin to thick, without their other names."""
+    return tuple(row.names[0] for row in _TABLE)
+
+
+def yarn_for_gauge(gauge: Gauge) -> Yarn:
+    """Return the named yarn whose usual number of stitches is nearest, by ratio, to that of a gauge."""
+    return min(_NAMED.values(), key=lambda yarn: abs(math.log(yarn.gauge.stitches / gauge.stitches)))

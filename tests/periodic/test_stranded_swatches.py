@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stranded charts as swatches: they come to rest, with loops as long as in one colour, or a float is too long."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns import Cell, Pattern, Row
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import LONGEST_FLOAT, SwatchOptions
+from stitchmesh.quality import quality_named
+from stitchmesh.yarn.rest_length import carried_segments, segment_faces
+
+DRAFT = {"quality": "draft", "device": "cpu"}
+CHARTS = {
+    "lice": "lice",
+    "peerie": "peerie",
+    "checks": "checks",
+    "standing columns of two": "0011/0011",
+    "standing columns of four": "00001111/00001111",
+    "standing columns of one": "0001/0001",
+    "a lone pixel": "0000/0000/0000/0001",
+    "three colours": "012/120/201",
+    "the longest float": "0" * LONGEST_FLOAT + "1",
+}
+
+
+def chart(text: str) -> Pattern:
+    """Return a chart of yarn numbers, the upper row first, or the pattern of a name."""
+    if not text[0].isdigit():
+        return resolve_pattern(text)
+    rows = (Row(tuple(Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in row)) for row in reversed(text.split("/")))
+    return Pattern("chart", "", tuple(rows))
+
+
+@pytest.mark.parametrize("relax_cell", [False, True], ids=["held", "free"])
+@pytest.mark.parametrize("name", CHARTS)
+def test_a_stranded_chart_comes_to_rest(name, relax_cell):
+    report = sm.swatch(chart(CHARTS[name]), relax_cell=relax_cell, **DRAFT).report
+    assert report["converged"] and report["pull_throughs"] == 0
+    # Yarns that touch are 2 radii apart. At the default loop length the yarn is loose, and little force presses it.
+    assert report["min_distance_over_radius"] > 1.5
+    # The yarn of each loop and of each float is as long as its way through the fabric; nothing has to stretch.
+    assert report["max_strain"] < 0.01
+
+
+@pytest.mark.parametrize("text", ["0011/0011", "0001/0001"])
+def test_standing_columns_come_to_rest_at_standard(text):
+    assert sm.swatch(chart(text), quality="standard", device="cpu").report["converged"]
+
+
+@pytest.mark.parametrize("name", CHARTS)
+def test_every_loop_has_the_loop_length_beside_its_float(name):
+    _fabric, yarns = draw_swatch(chart(CHARTS[name]), SwatchOptions(loop_length=4.0), quality_named("draft"))
+    carried, face = carried_segments(yarns), segment_faces(yarns)
+    # A head has the rest length of its own face here, because all stitches are plain.
+    loops = np.bincount(face[~carried], yarns.rest_length[~carried])
+    np.testing.assert_allclose(loops, 4.0, rtol=1e-12)  # rounding of a sum
+    # The rest length of a float is its drawn length at the loop length that was drawn, about 1 % apart.
+    ratio = yarns.rest_length[carried].sum() / yarns.lengths[carried].sum()
+    assert 0.95 < ratio < 1.05
+
+
+def test_a_float_that_is_too_long_is_refused_with_its_place():
+    longest = "0" * 9 + "1"
+    expected = (
+        r"row 1, stitch 10 from the left: yarn 1 floats behind 9 stitches \(9\.2 cm\); at most 7 are allowed; work a "
+        r"stitch of this yarn among them, or raise longest_float \(--longest-float\)"
+    )
+    with pytest.raises(PatternError, match=expected):
+        sm.swatch(chart("0" * 10 + "/" + longest), **DRAFT)
+    assert sm.swatch(chart(longest), longest_float=9, **DRAFT).report["converged"]
+    with pytest.raises(PatternError, match="floats behind 3 stitches"):
+        sm.swatch(chart("0001/0001"), longest_float=2, **DRAFT)
+    with pytest.raises(ParameterError, match="longest float: got -1 stitches; expected 0 or more"):
+        SwatchOptions(longest_float=-1)
+
+
+def test_the_longest_float_counts_across_the_border_of_the_cell():
+    """Two stitches of yarn 1 that are 5 apart in the chart are 6 apart across its border."""
+    text = "1" + "0" * 5 + "1" + "0" * 6
+    with pytest.raises(PatternError, match="floats behind 6 stitches"):
+        sm.swatch(chart(text), longest_float=5, **DRAFT)
+
+
+def test_repeats_side_by_side_have_the_floats_of_one_repeat():
+    with pytest.raises(PatternError, match="row 1, stitch 12 from the left: yarn 1 floats behind 3 stitches"):
+        sm.swatch(chart("0001"), columns=3, longest_float=2, **DRAFT)
