@@ -8,7 +8,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -19,7 +19,6 @@ import numpy as np
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.spiral import make_spiral
-from stitchmesh.errors import SolverError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
@@ -43,6 +42,7 @@ from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.crowded_start import relax_from_crowded_start
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
@@ -198,7 +198,7 @@ def relax_with_options(
     """Change the rest lengths of yarns, and relax the yarns.
 
     If the yarns start so close together that the contact samples of the quality cannot separate them, as in a bobble at
-    quality ``draft``, the relaxation starts again with twice as many samples.
+    quality ``draft``, the relaxation starts again (``crowded_start``).
 
     Args:
         yarns: the yarns.
@@ -210,33 +210,28 @@ def relax_with_options(
         start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
-        crowded_start: whether a relaxation that cannot start is started again with more contact samples.
+        crowded_start: whether a relaxation that cannot start is started again.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
     quality = quality_named(quality)
-    started: list[int] = []
     report_progress = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
-
-    def note_progress(entry: HistoryEntry) -> None:
-        started.append(entry["iteration"])
-        report_progress(entry["iteration"], entry["residual"], entry["energies"])
-
-    relax = partial(
-        relax_yarns, apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric), start=start,
-        material=options.yarn_material(float(yarns.radius.mean())), device=device,
-        keep_shape=fabric if keep_shape else None, terms=options.terms, constraints=options.constraints,
-        progress=note_progress, on_state=on_state, checkpoint=options.checkpoint, resume=options.resume,
-    )  # fmt: skip
-    try:
-        return relax(quality=quality)
-    except SolverError as error:
-        if started or not crowded_start:
-            raise
-        finer = replace(quality, contact_samples=2 * quality.contact_samples)
-        logger.warning(f"{error}: started again with {finer.contact_samples} contact samples a segment")
-        return relax(quality=finer)
+    relax = partial(relax_from_crowded_start, relax_yarns) if crowded_start else relax_yarns
+    return relax(
+        apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
+        start=start,
+        material=options.yarn_material(float(yarns.radius.mean())),
+        quality=quality,
+        device=device,
+        keep_shape=fabric if keep_shape else None,
+        terms=options.terms,
+        constraints=options.constraints,
+        progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
+        on_state=on_state,
+        checkpoint=options.checkpoint,
+        resume=options.resume,
+    )
 
 
 def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
