@@ -77,7 +77,9 @@ def main() -> None:
     parser.add_argument("--device", default="cpu")
     arguments = parser.parse_args()
     print(f"Python {platform.python_version()}, {platform.machine()}")
-    options = KnitOptions(arguments.stitch_width, None, arguments.quality, arguments.device)
+    options = KnitOptions(
+        stitch_width=arguments.stitch_width, quality=arguments.quality, device=arguments.device
+    )
     for path in arguments.mesh:
         measure(path, arguments.unit, options)
 

@@ -4,9 +4,9 @@
 
     python benchmarks/labeling_steps.py
 
-The meshes are a tube, a tube that narrows to triangles at a pole, and a flat piece. Every step starts from a mesh whose
-derived tables are cached, as they are after the first step, except for `start at the border`, which computes them. The
-undo of a step is the old value and costs nothing.
+The meshes are a tube as high as it is wide, a tube with eight times as many faces in a row, and a flat piece. Every
+step starts from a mesh whose derived tables are cached, as they are after the first step. The undo of a step is the old
+value and costs nothing.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ def relaxed_batch(drawn: dict[int, YarnSet], cell: str, quality: Quality, device
     material = YarnMaterial.named().scaled(SwatchOptions.yarn_radius / REFERENCE_RADIUS)
     cells = relax_cells(
         list(drawn.values()), materials=[material] * len(drawn), free=None if free is None else [free] * len(drawn),
-        quality=quality, device=device,
+        quality=quality, device=device, progress=False,
     ).cells  # fmt: skip
     outcomes = {}
     for (number, yarns), relaxed in zip(drawn.items(), cells, strict=True):

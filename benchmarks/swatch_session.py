@@ -1,24 +1,34 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Response of a live swatch: time from a change to the first frame and to convergence, and the relaxed state.
+"""Response of a live swatch: time from a change to the first frame and to convergence, and time per frame.
 
     python benchmarks/swatch_session.py
     python benchmarks/swatch_session.py --device cuda:0 --quality standard
 
 Each pattern relaxes in a free cell. Then several changes are made, each of them after the swatch has converged. The
-kernels are compiled and loaded by a run of all changes before the measured run.
+kernels are compiled and loaded by a run of all changes before the measured run. Then the swatch is drawn again, and
+single steps with different numbers of iterations per frame are timed.
 """
 
 from __future__ import annotations
 
 import argparse
 import platform
+import time
+from dataclasses import replace
 from typing import Any
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
+from stitchmesh.quality import quality_named
 
 PATTERNS = ("stockinette", "rib2x2", "honeycomb")
+FRAME_ITERATIONS = (1, 5, 20, 100)
+"""Numbers of iterations per frame that are timed."""
+TIMED_ITERATIONS = 300
+"""Iterations over which the time of a frame is measured."""
+NEVER = 1e-12
+"""Tolerance at which no swatch comes to rest while it is timed."""
 LONGEST = 300.0
 """Time limit of a change [s]."""
 
@@ -69,6 +79,21 @@ def measure(pattern: str, quality: str, device: str | None, show: bool) -> None:
                 print(f"{pattern:<13}{points:>7}  {name:<27}{line}", flush=True)
 
 
+def frame_times(pattern: str, quality: str, device: str | None) -> str:
+    """Return a line of the table: milliseconds per frame for each number of iterations per frame."""
+    times, endless = [], replace(quality_named(quality), tolerance=NEVER)
+    with sm.SwatchSession(pattern, quality=endless, device=device, relax_cell=True, stopped=True) as session:
+        points = len(session.frame.yarns.points)
+        for count in FRAME_ITERATIONS:
+            session.iterations_per_frame = count
+            session.reset()
+            session.step(timeout=LONGEST)  # the first step starts the relaxation
+            before, began = session.frame, time.perf_counter()
+            last = session.step(TIMED_ITERATIONS // count, timeout=LONGEST)
+            times.append(1e3 * (time.perf_counter() - began) / (last.number - before.number))
+    return f"{pattern:<13}{points:>7}" + "".join(f"{each:>10.2f}" for each in times)
+
+
 def main() -> None:
     """Time the changes of each pattern."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -83,6 +108,9 @@ def main() -> None:
     for pattern in given.patterns:
         measure(pattern, given.quality, given.device, show=False)
         measure(pattern, given.quality, given.device, show=True)
+    print(f"\n{'ms per frame of':<15}{'points':>5}" + "".join(f"{count:>7} it." for count in FRAME_ITERATIONS))
+    for pattern in given.patterns:
+        print(frame_times(pattern, given.quality, given.device), flush=True)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 """StitchMesh: from a polygon mesh of a garment to knitted, relaxed yarns.
 
 The stub file ``__init__.pyi`` lists the public names and their modules. A module is imported when one of its names is
-used first, so that ``import stitchmesh`` and the help of the command line are fast. The function ``tessellate`` has the
-same name as its package; ``lazy_loader`` keeps an import of the package from replacing the function.
+used first, so that ``import stitchmesh`` and the help of the command line are fast. The functions ``tessellate`` and
+``render`` have the names of their packages; ``lazy_loader`` keeps an import of a package from replacing the function.
 """
 
 import lazy_loader

@@ -19,7 +19,9 @@ from .io import write_yarns as write_yarns
 from .labeling import LabelingFault as LabelingFault
 from .labeling import PartialLabeling as PartialLabeling
 from .labeling import label as label
+from .labeling import read_labeling as read_labeling
 from .labeling import start_labeling as start_labeling
+from .labeling import write_labeling as write_labeling
 from .lattice import Lattice as Lattice
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
@@ -50,6 +52,12 @@ from .periodic.weave.library import weave_names as weave_names
 from .periodic.weave.weave import Weave as Weave
 from .periodic.weave.yarns import weave_yarns as weave_yarns
 from .quality import Quality as Quality
+from .recipe.knit_recipe import knit_recipe as knit_recipe
+from .recipe.recipe import Recipe as Recipe
+from .recipe.recipe_file import read_recipe as read_recipe
+from .recipe.recipe_file import write_recipe as write_recipe
+from .render import PictureOptions as PictureOptions
+from .render import render as render
 from .selection import Border as Border
 from .selection import Selection as Selection
 from .selection import borders as borders

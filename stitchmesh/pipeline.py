@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import logging
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -14,11 +12,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from stitchmesh import __version__
 from stitchmesh.compute.device import device_named
+from stitchmesh.editing.edit import Edit, apply_edit
+from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
+from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
@@ -26,17 +25,19 @@ from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.change import PaletteChange, apply_change
+from stitchmesh.mesh.palette import make_palette
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
-from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.placement.apply import lay_pattern
-from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, Remainder
+from stitchmesh.patterns import LaidPattern
+from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.reached_size import reached_sizes
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_radius
@@ -45,11 +46,6 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.crowded_start import relax_from_crowded_start
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
-
-logger = logging.getLogger(__name__)
-
-Progress = Callable[[str, float, str], None]
-"""Function that reports progress: called with the stage, its completed part (0 to 1), and one or two lines of text."""
 
 
 @dataclass(frozen=True)
@@ -99,18 +95,24 @@ class KnitOptions:
     """Options of the relaxation of the stitch mesh."""
     yarn_radius: float | None = None
     """Yarn radius [cm]; by default an eighth of the stitch width."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures and files for renderers [cm]; by default 1.7 yarn radii (``generate_yarns``)."""
     quality: str | Quality = DEFAULT_QUALITY
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None
     """Warp's name of the device; None for the preferred device."""
+    borders: Sequence[int | tuple[int, int]] = ()
+    """Edges of borders from which rows start (``label``)."""
     seeds: Sequence[int | tuple[int, int]] = ()
     """Course edges from which rows start (``label``)."""
     flip: Sequence[int] = ()
     """Faces whose rows are reversed (``label``)."""
-    pattern: Pattern | None = None
-    """Knitting pattern; None for plain knit."""
-    pattern_remainder: Remainder = DEFAULT_REMAINDER
-    """Treatment of the stitches that remain beside whole tiles of the pattern, as in ``apply_pattern``."""
+    palette: Sequence[str] = ()
+    """Colours of the yarns by number, as texts (``parse_colour``); stock colours for all other numbers."""
+    patterns: Sequence[PatternRegion] = ()
+    """Knitting patterns, each on its part of the fabric; plain knit elsewhere."""
+    edits: Sequence[Edit] = ()
+    """Edits of the stitch mesh, after the patterns and before the mesh relaxation."""
     spiral: bool = False
     """Whether the rings of tubes become turns of one spiral row."""
     finish: YarnFinish = field(default_factory=YarnFinish)
@@ -145,13 +147,10 @@ class Knitted:
         return f"Knitted({self.fabric}, {self.yarns})"
 
 
-def no_progress(stage: str, done: float, note: str) -> None:
-    """Report no progress (a ``Progress`` function)."""
-
-
 def knit(
-    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress
-) -> Knitted:
+    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress,
+    seconds_after: Callable[[YarnSet], float] | None = None,
+) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh, and write them.
 
     The function writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc``, ``report.json`` and ``convergence.csv`` into the
@@ -163,6 +162,8 @@ def knit(
         folder: output folder.
         options: options of all stages.
         progress: called with the progress of each stage.
+        seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
+            the progress of the last stage counts this time.
 
     Raises:
         StitchMeshError: a stage cannot continue; the error is that of the stage.
@@ -179,7 +180,7 @@ def knit(
     try:
         relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
-            progress=progress, on_state=saver.keep,
+            progress=progress, on_state=saver.keep, seconds_after=seconds_after(yarns) if seconds_after else 0.0,
         )  # fmt: skip
     except KeyboardInterrupt:
         saver.save()
@@ -193,7 +194,8 @@ def knit(
 def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
-    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, crowded_start: bool = True,
+    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
+    crowded_start: bool = True,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
 
@@ -211,12 +213,15 @@ def relax_with_options(
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
         crowded_start: whether a relaxation that cannot start is started again.
+        seconds_after: estimated time of work after the relaxation [s], which the progress counts.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
     quality = quality_named(quality)
-    report_progress = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+    report_progress = relaxing_progress(
+        "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
+    )
     relax = partial(relax_from_crowded_start, relax_yarns) if crowded_start else relax_yarns
     return relax(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
@@ -271,7 +276,7 @@ def _stitches(
 ) -> StitchMesh:
     clock = _Clock()
     progress("label", 0.0, f"{mesh.face_count} faces")
-    labeled = label(mesh, seeds=options.seeds, flip=options.flip)
+    labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(
@@ -280,28 +285,55 @@ def _stitches(
     )  # fmt: skip
     checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
-    if options.pattern is not None:
-        progress("pattern", 0.0, options.pattern.name)
-        laid = lay_pattern(fabric, options.pattern, remainder=options.pattern_remainder)
-        fabric = laid.fabric
-        left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
-                    for part in laid.left_out]  # fmt: skip
-        report["pattern"] = {
-            "name": options.pattern.name,
-            "faces": laid.faces_laid,
-            "left_out": left_out,
-            "seconds": clock.lap(),
-        }
+    fabric = _worked(fabric, options, report, progress)
+    clock.lap()
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     relaxed, how = relax_mesh_with_report(
         fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
         **options.mesh_arguments,
     )  # fmt: skip
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
+    report["gauge"] = asdict(fabric_gauge(relaxed))
     if options.spiral:
         rings, relaxed = relaxed, make_spiral(relaxed)
         report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
     return relaxed
+
+
+def _worked(
+    fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Return the fabric with its colours, patterns and edits."""
+    clock = _Clock()
+    if options.palette:
+        fabric = apply_change(fabric, PaletteChange(make_palette(options.palette)))
+    if options.patterns:
+        progress("pattern", 0.0, ", ".join(region.pattern.name for region in options.patterns))
+        laid = lay_patterns(fabric, options.patterns)
+        fabric = laid[-1].fabric
+        entries = [_pattern_entry(region, one) for region, one in zip(options.patterns, laid, strict=True)]
+        report["patterns"] = {"seconds": clock.lap(), "laid": entries}
+    for number, edit in enumerate(options.edits):
+        progress("edit", number / len(options.edits), edit.name)
+        fabric = _edited(fabric, edit)
+    if options.edits:
+        report["edits"] = {"seconds": clock.lap(), "count": len(options.edits)}
+    return fabric
+
+
+def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object]:
+    left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
+                for part in laid.left_out]  # fmt: skip
+    on = None if region.on is None else str(region.on)
+    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "left_out": left_out}
+
+
+def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
+    """Return the fabric after an edit; an error names the edit."""
+    try:
+        return apply_edit(fabric, edit).fabric
+    except StitchMeshError as error:
+        raise type(error)(f"edit {edit.name}: {error}") from error
 
 
 def _yarns(
@@ -309,7 +341,10 @@ def _yarns(
 ) -> YarnSet:
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
-    yarns = generate_yarns(fabric, yarn_radius=options.yarn_radius, quality=quality, **asdict(options.finish))
+    yarns = generate_yarns(
+        fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
+        **asdict(options.finish),
+    )  # fmt: skip
     report["yarngen"] = {
         "seconds": clock.lap(),
         "yarns": yarns.yarn_count,
@@ -318,45 +353,6 @@ def _yarns(
     }
     progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     return yarns
-
-
-def relaxing_progress(
-    stage: str, tolerance: float, progress: Progress, *, max_iterations: float = math.inf
-) -> Callable[..., None]:
-    """Return a function that converts the assessments of a solver into the completed part of a stage.
-
-    The returned function is called with the iteration, the residual and, optionally, the energies by term. Residuals
-    decrease approximately geometrically, so that the completed part is computed from the logarithm of the residual, or
-    from the number of iterations if that gives a larger part.
-
-    Args:
-        stage: name of the stage.
-        tolerance: residual at which the stage is complete.
-        progress: called with the completed part and a line of text.
-        max_iterations: iterations at which the stage is complete.
-    """
-    start: list[tuple[int, float]] = []
-
-    def report_assessment(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
-        """Report one assessment."""
-        if not start and residual > tolerance and math.isfinite(residual):
-            start.append((iteration, residual))
-        done = 0.0
-        if start and residual > 0.0:
-            first, highest = start[0]
-            decrease = math.log(highest / residual) / math.log(highest / tolerance)
-            done = max(decrease, (iteration - first) / max(max_iterations - first, 1.0))
-        progress(stage, float(np.clip(done, 0.0, 1.0)), _note(iteration, residual, energies or {}))
-
-    return report_assessment
-
-
-def _note(iteration: int, residual: float, energies: Mapping[str, float]) -> str:
-    """Iteration and residual of a relaxation, and its energies in a second line."""
-    line = f"iteration {iteration}, residual {residual:.3g}"
-    if not energies:
-        return line
-    return f"{line}\n{', '.join(f'{term} {energy:.2g}' for term, energy in energies.items())} erg"
 
 
 class _Clock:

@@ -43,7 +43,14 @@ class Command(Protocol):
         """Run the command."""
 
 
-def help_entry(metavar: str, unset: str | None = None, *, help: str | None = None, short: str | None = None) -> object:
+def help_entry(
+    metavar: str,
+    unset: str | None = None,
+    *,
+    help: str | None = None,
+    short: str | None = None,
+    also: str | None = None,
+) -> object:
     """Return an annotation that describes an option in the help.
 
     Args:
@@ -51,9 +58,11 @@ def help_entry(metavar: str, unset: str | None = None, *, help: str | None = Non
         unset: description of the default, for an option whose default is None or an empty tuple.
         help: help text, if it contains values and cannot be the docstring of the field.
         short: second flag, for example ``-o``.
+        also: former name of the option, which is still accepted.
     """
     hint = None if unset is None else f"(default: {unset})"
-    return arg(metavar=metavar, help=help, help_behavior_hint=hint, aliases=None if short is None else [short])
+    aliases = [flag for flag in (short, also) if flag is not None]
+    return arg(metavar=metavar, help=help, help_behavior_hint=hint, aliases=aliases or None)
 
 
 def parsed_by(parse: Callable[[str], T], metavar: str, write: Callable[[T], str] = str) -> PrimitiveConstructorSpec[T]:
@@ -77,7 +86,8 @@ Flag = Annotated[bool, arg(help_behavior_hint="")]
 """An option without a value, which is false if it is not given."""
 
 
-def _pair(text: str) -> tuple[int, int]:
+def pair(text: str) -> tuple[int, int]:
+    """Convert two whole numbers with a comma between them."""
     try:
         first, second = (int(word) for word in text.split(","))
     except ValueError as error:
@@ -108,7 +118,7 @@ def _sizes(words: list[str]) -> tuple[float | None, ...]:
         raise ValueError(f"got {' '.join(words)!r}; expected two numbers of cm, or {FREE} for either") from error
 
 
-Pair = Annotated[tuple[int, int], parsed_by(_pair, "V,W")]
+Pair = Annotated[tuple[int, int], parsed_by(pair, "V,W")]
 """Two whole numbers in one word, with a comma between them."""
 OneOrTwo = Annotated[tuple[float, ...] | None, parsed_by(_one_or_two, "A[,B]")]
 """One number, or two numbers in one word with a comma between them."""

@@ -45,10 +45,22 @@ def description(content: Mesh | YarnSet) -> list[str]:
     return [*lines, *_stitch_lines(content)] if isinstance(content, StitchMesh) else lines
 
 
+def in_brief(content: Mesh | YarnSet) -> str:
+    """Return the kind and the main counts of a mesh, a stitch mesh or yarns, as part of one line."""
+    if isinstance(content, YarnSet):
+        metres = float(content.lengths.sum()) / 100.0
+        return f"{content.yarn_count:,} yarns, {len(content.points):,} control points, {metres:.3g} m"
+    if not isinstance(content, StitchMesh):
+        return f"polygon mesh, {content.face_count:,} faces, {len(content.vertices):,} vertices"
+    kind = "panels" if (content.stitch == Stitch.PANEL).all() else "stitches"
+    return f"stitch mesh, {content.face_count:,} {kind} in {content.row.max() + 1:,} rows"
+
+
 def _yarn_lines(yarns: YarnSet) -> list[str]:
     return [
         f"yarns: {yarns.yarn_count} ({int(yarns.closed.sum())} closed)",
         f"control points: {len(yarns.points)}",
+        f"colours: {len(np.unique(yarns.colour))}",
         f"length: {yarns.lengths.sum():.2f} cm",
         f"radius: {yarns.radius.min():.4g} to {yarns.radius.max():.4g} cm",
         f"strain: {yarns.strain.min():.3%} to {yarns.strain.max():.3%}",
@@ -72,12 +84,15 @@ def _stitch_lines(fabric: StitchMesh) -> list[str]:
         f"decreases: {shaped['decreases']}",
         f"twisted loops: {np.count_nonzero(fabric.twist)}",
         f"cables: {_cables(fabric)}",
-        f"yarns: {_yarn_counts(fabric)}",
+        f"colours: {_colour_counts(fabric)}",
     ]
 
 
-def _yarn_counts(fabric: StitchMesh) -> str:
-    """Return the number of yarns of the stitches and, if there are several, the number of stitches of each yarn."""
+def _colour_counts(fabric: StitchMesh) -> str:
+    """Return the number of colours of the stitches and, if there are several, the number of stitches of each colour.
+
+    A colour may be knitted with many yarns: each ring of a tube has its own.
+    """
     numbers, faces = np.unique(fabric.yarn, return_counts=True)
     if len(numbers) == 1:
         return "1"

@@ -25,6 +25,7 @@ from stitchmesh.cli.commands.relax import Relax
 from stitchmesh.cli.commands.relax_edited import RelaxEdited
 from stitchmesh.cli.commands.relax_mesh import RelaxMesh
 from stitchmesh.cli.commands.render import Render
+from stitchmesh.cli.commands.select import Select
 from stitchmesh.cli.commands.stretch import Stretch
 from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
@@ -36,7 +37,7 @@ INTERRUPTED = 130
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch,
-    Info, Check, Patterns, Instructions, Convert, Render,
+    Info, Select, Check, Patterns, Instructions, Convert, Render,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""
 

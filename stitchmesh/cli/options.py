@@ -16,28 +16,34 @@ from tyro.conf import UseAppendAction, arg
 from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.mesh.palette import Palette, parse_yarn_colours, recolour_palette
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
+from stitchmesh.recipe.sections import (
+    LabelSection,
+    MaterialSection,
+    PhysicsSection,
+    RestLengthsSection,
+    StitchesSection,
+)
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
-from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
+from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
-from stitchmesh.yarn.yarn_presets import yarn_names
+from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 from stitchmesh.yarnrelax.model.material import (
     DEFAULT_MATERIAL,
     NAMED,
     REFERENCE_RADIUS,
     YarnMaterial,
-    parse_stiffnesses,
 )
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline import RelaxOptions
-    from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
-    from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+    from stitchmesh.yarnrelax.energies.term import ConstraintChoice
 
 READ_STITCHES = "stitch mesh: .h5 or .smobj"
 WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
@@ -46,6 +52,7 @@ WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp, .glb or .obj"
 FOUND_RADIUS = "from the file, or estimated from the distances between yarns"
 SWATCH_RADIUS = f"that of the yarn, or {SwatchOptions.yarn_radius}"
 SWATCH_LOOP = f"that of the gauge or of the yarn, or {COMPACT_LOOP} diameters"
+DRAWN_RADIUS = "that of the yarn, or 1.7 times its radius"
 GENERATED_RADIUS = "that of the yarn, or an eighth of the stitch width"
 
 FACTORS = (
@@ -111,15 +118,36 @@ class YarnAndGauge:
         """
         return stitch_size(self.yarn, self.gauge, **lengths)
 
+    def named(self) -> Yarn | None:
+        """Return the yarn that is named; None if there is none.
+
+        Raises:
+            ParameterError: the yarn is unknown.
+        """
+        return None if self.yarn is None else Yarn.named(self.yarn)
+
 
 @dataclass(frozen=True)
 class Rows:
-    """Seeds and directions of the knitting rows."""
+    """Starts and directions of the knitting rows, and the side of the mesh that is outside."""
 
-    seed: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
-    """course edge from which rows start: its two vertices, counted from 0"""
+    start_border: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """border from which rows start, whole: the two vertices of one of its edges, counted from 0"""
+    start_edge: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W", also="--seed")] = ()
+    """course edge from which rows start: its border up to the next corners, or the edge loop through it"""
     flip: Annotated[UseAppendAction[tuple[int, ...]], help_entry("FACE")] = ()
     """face whose row is reversed, counted from 0"""
+    turn_inside_out: Flag = False
+    """reverse all faces of the mesh first, so that its other side is outside"""
+
+    def section(self) -> LabelSection:
+        """Return the section of a recipe."""
+        return LabelSection(
+            start_borders=self.start_border,
+            start_edges=self.start_edge,
+            flip=self.flip,
+            turn_inside_out=self.turn_inside_out,
+        )
 
 
 @dataclass(frozen=True)
@@ -135,17 +163,9 @@ class StitchCounts:
     edges: Annotated[str | None, help_entry("FILE", "no file")] = None
     """text file of counts V,W=COUNT and marked edges V,W, one on each line"""
 
-    def edge_settings(self) -> EdgeSettings:
-        """Return the counts and marked edges of the options and of the file.
-
-        Raises:
-            FileError: the file cannot be read, or a line is malformed.
-            ParameterError: a count is malformed, or two counts for one edge differ.
-        """
-        from stitchmesh.tessellate.edge_file import EdgeSettings, parse_edge_counts, read_edge_settings
-
-        given = parse_edge_counts(self.count).joined(EdgeSettings(marked=self.mark))
-        return given if self.edges is None else read_edge_settings(self.edges).joined(given)
+    def section(self) -> StitchesSection:
+        """Return the section of a recipe."""
+        return StitchesSection(course_height=self.course_height, counts=self.count, marked=self.mark, edges=self.edges)
 
 
 @dataclass(frozen=True)
@@ -175,13 +195,9 @@ class MaterialOptions:
     material: Material = DEFAULT_MATERIAL
     stiffness: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME=VALUE", help=STIFFNESS_HELP)] = ()
 
-    def values(self) -> dict[str, float]:
-        """Return the changed values of the material, by name.
-
-        Raises:
-            ParameterError: a value is malformed, or its name is unknown.
-        """
-        return parse_stiffnesses(self.stiffness)
+    def section(self) -> MaterialSection:
+        """Return the section of a recipe."""
+        return MaterialSection(name=self.material, stiffness=self.stiffness)
 
     def yarn_material(self, yarn_radius: float) -> YarnMaterial:
         """Return the material of a yarn of some radius [cm].
@@ -189,7 +205,23 @@ class MaterialOptions:
         Raises:
             ParameterError: the material or a value is unknown, or a value is out of bounds.
         """
-        return YarnMaterial.named(self.material, self.values()).scaled(yarn_radius / REFERENCE_RADIUS)
+        return YarnMaterial.named(self.material, self.section().values()).scaled(yarn_radius / REFERENCE_RADIUS)
+
+
+@dataclass(frozen=True)
+class YarnColours:
+    """Colours of the yarns in pictures and files."""
+
+    colour: Annotated[UseAppendAction[tuple[str, ...]], help_entry("N=COLOUR", "those of the pattern")] = ()
+    """colour of a yarn number: #rrggbb or a name, such as 0=cream; may be repeated"""
+
+    def recoloured(self, palette: Palette) -> Palette:
+        """Return a palette with these colours.
+
+        Raises:
+            ParameterError: a text has no number or no colour.
+        """
+        return recolour_palette(palette, parse_yarn_colours(self.colour))
 
 
 @dataclass(frozen=True)
@@ -202,17 +234,11 @@ class RestLengthFactors:
     """yarn length of every plain stitch before the factors apply [cm]"""
     rest_length: Annotated[UseAppendAction[tuple[str, ...]], help_entry("KEY=F", help=f"factor {FACTORS}")] = ()
 
-    def rest_lengths(self, loop_length: float | None = None) -> RestLengths:
-        """Return the changes of the rest lengths.
-
-        Args:
-            loop_length: yarn length of every plain stitch if the option is not given [cm].
-
-        Raises:
-            ParameterError: a factor is malformed or out of bounds.
-        """
-        length = loop_length if self.loop_length is None else self.loop_length
-        return parse_rest_lengths(self.rest_length, factor=self.rest_length_factor, loop_length=length)
+    def section(self) -> RestLengthsSection:
+        """Return the section of a recipe."""
+        return RestLengthsSection(
+            factor=self.rest_length_factor, loop_length=self.loop_length, factors=self.rest_length
+        )
 
 
 @dataclass(frozen=True)
@@ -230,28 +256,22 @@ class MorePhysics:
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the file of the body"""
 
-    def terms(self) -> list[TermChoice]:
-        """Return the energies whose options are given; the modules of the other energies are not imported."""
-        terms: list[TermChoice] = []
-        if self.gravity is not None:
-            from stitchmesh.yarnrelax.energies.gravity import Gravity
+    def section(self) -> PhysicsSection:
+        """Return the section of a recipe."""
+        return PhysicsSection(
+            gravity=self.gravity,
+            friction=_number_or_pair(self.friction),
+            twist=_number_or_pair(self.twist),
+            body=self.body,
+            body_unit=self.body_unit,
+        )
 
-            terms.append(Gravity(self.gravity))
-        if self.friction is not None:
-            from stitchmesh.yarnrelax.energies.friction import Friction
 
-            along, *across = self.friction
-            terms.append(Friction((along, across[0]) if across else along))
-        if self.twist is not None:
-            from stitchmesh.yarnrelax.energies.twist import Twist
-
-            terms.append(Twist(*self.twist))
-        if self.body is not None:
-            from stitchmesh.io import read_mesh
-            from stitchmesh.yarnrelax.energies.body import Body
-
-            terms.append(Body(read_mesh(self.body, unit=self.body_unit)))
-        return terms
+def _number_or_pair(numbers: tuple[float, ...] | None) -> float | tuple[float, float] | None:
+    """Return a single number, or two numbers as a pair."""
+    if numbers is None or len(numbers) == 1:
+        return None if numbers is None else numbers[0]
+    return numbers[0], numbers[1]
 
 
 @dataclass(frozen=True)
@@ -285,14 +305,15 @@ class SolverOptions:
 
         return RelaxOptions(
             material=material.material,
-            stiffness=material.values(),
+            stiffness=material.section().values(),
             rest_lengths=rest_lengths,
-            terms=physics.terms(),
-            checkpoint=self._checkpoints(checkpoints),
+            terms=physics.section().terms(),
+            checkpoint=self.checkpoints(checkpoints),
             resume=self.resume,
         )
 
-    def _checkpoints(self, folder: Path) -> Checkpoints | None:
+    def checkpoints(self, folder: Path) -> Checkpoints | None:
+        """Return the checkpoints of a relaxation, which are written to a folder; None without checkpoints."""
         if self.checkpoint_every is None:
             return None
         from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -325,6 +346,8 @@ class SwatchFabric:
     yarn: Annotated[YarnAndGauge, arg(name="")] = field(default_factory=YarnAndGauge)
     yarn_radius: Annotated[float | None, help_entry("CM", SWATCH_RADIUS)] = None
     """yarn radius [cm]"""
+    drawn_radius: Annotated[float | None, help_entry("CM", f"{DRAWN_RADIUS}; of a weave its radius")] = None
+    """radius of the yarn in pictures and files for renderers [cm]"""
     loop_length: Annotated[float | None, help_entry("CM", SWATCH_LOOP)] = None
     """yarn length of a plain stitch [cm]"""
     spacing: Annotated[tuple[float, ...] | None, help_entry("CM [CM]", f"{SPACING} diameters")] = None
@@ -347,15 +370,19 @@ class SwatchFabric:
         Raises:
             ParameterError: there are more than two spacings, the yarn is unknown, or the gauge is malformed.
         """
-        size = self.yarn.size(yarn_radius=self.yarn_radius, loop_length=self.loop_length)
+        size = self.yarn.size(
+            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius, loop_length=self.loop_length
+        )
         only_yarn = self.loop_length is None and self.yarn.gauge is None
         return {
             "yarn_radius": SwatchOptions.yarn_radius if size.yarn_radius is None else size.yarn_radius,
+            "drawn_radius": self.drawn_radius if woven else size.drawn_radius,
             "loop_length": None if woven and only_yarn else size.loop_length,
             "spacing": self._spacing(),
             "gamma": self.gamma,
             "columns": self.columns,
             "rows": self.rows,
+            "longest_float": self.longest_float,
         }
 
     def _spacing(self) -> float | tuple[float, float] | None:

@@ -8,10 +8,18 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stitchmesh.errors import DisplayError, FileError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality, quality_named
+
+if TYPE_CHECKING:
+    from stitchmesh.yarn import YarnSet
+
+
+START_OF_RENDERER, POINT_OF_PICTURE = 2.0, 6e-5
+"""Time to start the renderer and to plot the convergence [s], and to draw one control point without a GPU [s]."""
 
 
 @contextmanager
@@ -46,9 +54,20 @@ def plot_history(history: Sequence[HistoryEntry], folder: Path, quality: str | Q
     plot_convergence(history, folder / "convergence.png", tolerance=quality_named(quality).tolerance)
 
 
-def draw_if_possible(draw: Callable[[], None]) -> None:
-    """Draw a picture; if this machine cannot draw, print the reason and continue, because all other files exist."""
+def draw_if_possible(draw: Callable[[], None]) -> bool:
+    """Draw a picture; if this machine cannot draw, print the reason and continue, because all other files exist.
+
+    Returns:
+        Whether the picture was drawn.
+    """
     try:
         draw()
     except DisplayError as error:
         print(f"no picture: {error}", file=sys.stderr)
+        return False
+    return True
+
+
+def picture_seconds(yarns: YarnSet) -> float:
+    """Estimate the time to draw a picture of yarns [s], for the progress of the work before the picture."""
+    return START_OF_RENDERER + POINT_OF_PICTURE * len(yarns.points)

@@ -17,22 +17,11 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.text import Text
 
-from stitchmesh.pipeline import Progress as Report
+from stitchmesh.progress import STAGE_TEXTS, seconds_left
+from stitchmesh.progress import Progress as Report
 
-STAGE_TEXTS = {
-    "label": "labeling rows",
-    "tessellate": "tessellating",
-    "pattern": "applying the pattern",
-    "meshrelax": "relaxing the stitch mesh",
-    "yarngen": "generating yarns",
-    "yarnrelax": "relaxing yarns",
-}
-
-"""Text for each stage."""
 LINE_SECONDS = 3.0
 """Shortest time between two lines in a file [s]."""
-SMALLEST_PART = 0.05
-"""Completed part below which the remaining time is not estimated."""
 NEXT_LINE = "\n"
 """Separator of the two lines of a note."""
 
@@ -48,19 +37,6 @@ def show_progress(console: Console | None = None) -> Iterator[Report]:
         bar = _Bar(display)
         yield bar
         bar.end_stage()
-
-
-def seconds_left(spent: float, done: float) -> float | None:
-    """Estimate the remaining time of a stage [s].
-
-    Args:
-        spent: time so far [s].
-        done: completed part, from 0 to 1.
-
-    Returns:
-        The remaining time at constant speed; None if the completed part is too small, or the stage is complete.
-    """
-    return spent * (1.0 - done) / done if SMALLEST_PART < done < 1.0 else None
 
 
 class _Lines:

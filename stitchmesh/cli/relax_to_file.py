@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from stitchmesh.cli.output_folder import output_folder, plot_history
+from stitchmesh.cli.summary import print_result, relax_summary
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.history import write_history
 from stitchmesh.quality import Quality
@@ -29,8 +29,9 @@ def checkpoint_folder(output: str) -> Path:
 
 
 def relax_to_file(
-    output: str, report: str | None, given: YarnSet | None, relax: Callable[..., T], *, quality: str | Quality
-) -> T:
+    output: str, report: str | None, given: YarnSet | None, relax: Callable[..., T], *, quality: str | Quality,
+    as_json: bool = False,
+) -> T:  # fmt: skip
     """Relax yarns and write them; after an interrupt, the last good state is written to the output file.
 
     Args:
@@ -40,6 +41,7 @@ def relax_to_file(
             written then.
         relax: function that relaxes the yarns; it takes the keyword arguments ``progress`` and ``on_state``.
         quality: name of a preset, or a ``Quality``.
+        as_json: whether the report is printed instead of a summary.
 
     Returns:
         The result of ``relax``.
@@ -56,7 +58,7 @@ def relax_to_file(
         folder = None if report is None else stack.enter_context(output_folder(report))
         progress = stack.enter_context(show_progress())
         try:
-            relaxed = relax(progress=progress, on_state=lambda state: last.__setitem__(slice(None), [state]))
+            relaxed: T = relax(progress=progress, on_state=lambda state: last.__setitem__(slice(None), [state]))
         except KeyboardInterrupt:
             for state in last:
                 write_yarns(output, state)
@@ -68,5 +70,7 @@ def relax_to_file(
             write_json(folder / "report.json", relaxed.report)
             write_history(folder / "convergence.csv", relaxed.history)
             plot_history(relaxed.history, folder, quality)
-    print(json.dumps(relaxed.report, indent=2))
+    numbers = "--report DIR writes all numbers" if folder is None else f"{folder / 'report.json'} holds all numbers"
+    lines = [*relax_summary(relaxed.yarns, relaxed.report), f"Wrote {output}; {numbers}."]
+    print_result(relaxed.report, lines, as_json=as_json)
     return relaxed

@@ -75,7 +75,7 @@ def _lines(sketch: Sketch, low: list[int], high: list[int]) -> tuple[list[int], 
     area = np.cross(corners[3] - corners[0], corners[2] - corners[1])
     width = np.linalg.norm(corners[1] - corners[0])
     outward = width * area / np.linalg.norm(area)
-    tall = min(1.0, ASPECT * width / np.linalg.norm(corners[2] - corners[0]))
+    tall = min(1.0, float(ASPECT * width / np.linalg.norm(corners[2] - corners[0])))
     lower, upper = ([sketch.vertex(_point_at(corners, outward, u, 0.5 + (v - 0.5) * tall, height))
                      for u, v, height in line]
                     for line in (LOWER_LINE, UPPER_LINE))  # fmt: skip

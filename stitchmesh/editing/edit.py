@@ -19,10 +19,10 @@ import numpy as np
 from stitchmesh.editing.bobble import bobble
 from stitchmesh.editing.cable_marks import clear_cable, cross_cable, set_cable
 from stitchmesh.editing.course_edges import collapse_course_edge, split_course_edge
-from stitchmesh.editing.on_selection import ON, edit_places, place_argument, place_arguments, places_after
+from stitchmesh.editing.on_selection import ON, edit_places, followed_places, place_argument, place_arguments
 from stitchmesh.editing.pasting import paste_pattern
 from stitchmesh.editing.row_edits import flip_row, insert_row, remove_row
-from stitchmesh.editing.stitch_marks import change_stitch, stripe, twist_loop
+from stitchmesh.editing.stitch_marks import change_stitch, recolour, stripe, twist_loop
 from stitchmesh.editing.wale_columns import remove_wale
 from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
 from stitchmesh.editing.wale_lines import insert_wale
@@ -31,14 +31,14 @@ from stitchmesh.errors import MeshError, ParameterError, check_kind, described
 from stitchmesh.io.checked import check_value, plain_value
 from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
-from stitchmesh.mesh.change import Change, Marks, apply_change, inverse_change
+from stitchmesh.mesh.change import Change, Marks, Patch, apply_change, inverse_change
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.selection import select
 
 EDITS: dict[str, Callable[..., list[Change]]] = {
     edit.__name__: edit
     for edit in (
-        change_stitch, twist_loop, stripe,
+        change_stitch, twist_loop, stripe, recolour,
         cross_cable, set_cable, clear_cable,
         split_course_edge, collapse_course_edge,
         add_wale_edge, remove_wale_edge, shift_wale_edge,
@@ -69,15 +69,17 @@ class Edit:
     arguments: Mapping[str, object] = field(default_factory=dict)
     """Arguments of the edit by name, without the stitch mesh: numbers, texts and lists of numbers.
 
-    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side.
-    NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when the edit is made.
+    The argument ``on`` holds a selection, such as ``hem 6``, in place of the numbers of a face, faces or a side; a
+    ``Selection`` becomes its text. NumPy numbers, NumPy arrays, tuples, ranges and sets become numbers and lists when
+    the edit is made.
     """
 
     def __post_init__(self) -> None:
         if not isinstance(self.arguments, Mapping) or not all(isinstance(name, str) for name in self.arguments):
             expected = 'arguments by name, such as {"faces": [3, 4]}'
             raise ParameterError(f"edit {self.name!r}: got {described(self.arguments)}; expected {expected}")
-        object.__setattr__(self, "arguments", plain_value(self.arguments))
+        values = {name: str(value) if name == ON else value for name, value in self.arguments.items()}
+        object.__setattr__(self, "arguments", plain_value(values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +128,7 @@ def apply_edit(fabric: StitchMesh, edit: Edit) -> Edited:
 
 
 def _apply_at_places(fabric: StitchMesh, name: str, arguments: dict[str, Any]) -> Edited:
-    """Apply an edit at each place of a selection; places that an earlier one of them removed are left out."""
+    """Apply an edit at each place of a selection, one after another."""
     places = edit_places(fabric, name, arguments)
     others = {key: value for key, value in arguments.items() if key != ON}
     changes: list[Change] = []
@@ -134,7 +136,7 @@ def _apply_at_places(fabric: StitchMesh, name: str, arguments: dict[str, Any]) -
     while len(places):
         place = place_arguments(fabric, name, int(places[0]))
         edited = apply_changes(fabric, EDITS[name](fabric, **others, **place))
-        places = places_after(places[1:], fabric.face_count, edited.changes)
+        places = followed_places(places[1:], fabric, edited.fabric, edited.changes)
         fabric, changes, inverse = edited.fabric, [*changes, *edited.changes], [*edited.inverse, *inverse]
     return Edited(fabric, tuple(changes), tuple(inverse))
 
@@ -209,7 +211,8 @@ def _changed_loops(fabric: StitchMesh, change: Change) -> IntArray:
     if isinstance(change, Marks):
         sides = change.places if change.name.startswith("cable") else np.zeros(0, dtype=np.int64)
     else:
-        sides = fabric.sides_of(change.added_faces)
+        added = change.added_faces if isinstance(change, Patch) else np.zeros(0, dtype=np.int64)
+        sides = fabric.sides_of(added)
     across = fabric.twin[sides]
     sides = np.concatenate([sides, across[across != BORDER]])
     return sides[fabric.side_role[sides] == TOP]

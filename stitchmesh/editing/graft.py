@@ -10,6 +10,7 @@ bottom sides of stitches that work loops.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -58,12 +59,12 @@ def ungraft(fabric: StitchMesh, side: int) -> StitchMesh:
         side: a course side inside the fabric. The line extends to the borders, or around.
 
     Raises:
-        ParameterError: the side is not a course side between two faces.
+        ParameterError: the side is not a course side between two faces, or the course line meets itself elsewhere.
     """
     if not 0 <= side < fabric.side_count or fabric.is_wale[side] or fabric.twin[side] == BORDER:
         raise ParameterError(f"ungraft: got side {side}; expected a course side between two faces")
     after, before = (partial(_next_course_side, fabric, step=step) for step in (fabric.side_next, fabric.side_previous))
-    line = np.array(chain_through(side, after, before)[0])
+    line = np.array(chain_through(side, _until_repeated(after, side), _until_repeated(before, side))[0])
     twin = fabric.twin.copy()
     twin[fabric.twin[line]], twin[line] = BORDER, BORDER
     fan = corner_fans(fabric, twin)
@@ -101,13 +102,30 @@ def _is_ring(fabric: StitchMesh, line: list[int]) -> bool:
     return fabric.next_border_side(line[-1]) == line[0]
 
 
+def _until_repeated(step: Callable[[int], int], start: int) -> Callable[[int], int]:
+    """Return a step along a course line that raises an error where the line meets itself, instead of going round."""
+    seen = {start}
+
+    def next_side(side: int) -> int:
+        following = step(side)
+        if following in seen and following != start:
+            raise ParameterError(f"ungraft: the course line through side {start} meets itself at side {following}")
+        seen.add(following)
+        return following
+
+    return next_side
+
+
 def _next_course_side(fabric: StitchMesh, side: int, *, step: IntArray) -> int:
-    """Return the next course side of a line, in the same face or across a wale side; ``BORDER`` at the end."""
+    """Return the next course side of a line, in the same face or across a wale side; ``BORDER`` at the end.
+
+    The line also ends beside a face that has no course side there, as at the end of a short row.
+    """
     following = int(step[side])
     if fabric.is_wale[following]:
         across = int(fabric.twin[following])
         following = BORDER if across == BORDER else int(step[across])
-    ends = following == BORDER or fabric.twin[following] == BORDER
+    ends = following == BORDER or fabric.is_wale[following] or fabric.twin[following] == BORDER
     return BORDER if ends else following
 
 

@@ -20,6 +20,7 @@ from stitchmesh.mesh.change import Change, Patch
 from stitchmesh.mesh.courses import faces_across
 from stitchmesh.mesh.renumbering import REMOVED, Renumbering
 from stitchmesh.selection import select
+from stitchmesh.selection.parts import face_centres
 
 ON = "on"
 """Argument of an edit that holds a selection."""
@@ -150,7 +151,7 @@ def place_arguments(fabric: StitchMesh, name: str, face: int) -> dict[str, objec
 
 
 def places_after(places: IntArray, face_count: int, changes: Iterable[Change]) -> IntArray:
-    """Return the numbers of faces after some changes; faces that the changes remove are left out.
+    """Return the numbers of faces after some changes, ``REMOVED`` for the faces that the changes remove, shape (n,).
 
     Args:
         places: numbers of faces before the changes, shape (n,).
@@ -160,7 +161,29 @@ def places_after(places: IntArray, face_count: int, changes: Iterable[Change]) -
     for change in changes:
         if isinstance(change, Patch):
             numbers = Renumbering.of(face_count, change.removed_faces, change.added_faces)
-            places = numbers.after[places]
-            places = places[places != REMOVED]
+            places = np.where(places == REMOVED, REMOVED, numbers.after[places])
             face_count = len(numbers.moved) + len(numbers.added)
     return places
+
+
+def followed_places(places: IntArray, before: StitchMesh, after: StitchMesh, changes: Iterable[Change]) -> IntArray:
+    """Return the faces of an edited fabric that stand in the places of faces before the edit, shape (n,).
+
+    An edit makes the neighbours of its place anew. A face that it removes is followed to the nearest new face.
+
+    Args:
+        places: numbers of faces before the edit, shape (n,).
+        before: the fabric before the edit.
+        after: the fabric after the edit.
+        changes: the changes of the edit.
+    """
+    moved = places_after(np.arange(before.face_count), before.face_count, changes)
+    is_new = np.ones(after.face_count, dtype=bool)
+    is_new[moved[moved != REMOVED]] = False
+    new = np.flatnonzero(is_new)
+    lost = np.flatnonzero(moved[places] == REMOVED)
+    result = moved[places]
+    if len(lost) and len(new):
+        offset = face_centres(after, new)[None, :] - face_centres(before, places[lost])[:, None]
+        result[lost] = new[np.linalg.norm(offset, axis=2).argmin(axis=1)]
+    return result[result != REMOVED]

@@ -12,7 +12,8 @@ from stitchmesh.editing.fitting import check_fit, stitch_named
 from stitchmesh.editing.sides import check_face, check_side
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
-from stitchmesh.mesh.change import Change, Marks
+from stitchmesh.mesh.change import Change, Marks, PaletteChange
+from stitchmesh.mesh.palette import check_yarn_number, parse_colour, recolour_palette
 
 
 def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list[Change]:
@@ -85,3 +86,17 @@ def _faces(fabric: StitchMesh, faces: Sequence[int]) -> IntArray:
     for face in faces:
         check_face(fabric, face)
     return np.unique(np.asarray(faces, dtype=np.int64))
+
+
+def recolour(fabric: StitchMesh, yarn: int, colour: str) -> list[Change]:
+    """Give one yarn number another colour; the numbers below it that have no colour yet keep their stock colours.
+
+    Args:
+        fabric: any stitch mesh.
+        yarn: number of the yarn.
+        colour: ``#rrggbb``, or a name such as ``navy`` (``parse_colour``).
+
+    Raises:
+        ParameterError: the number is negative or above ``LAST_YARN``, or the text is no colour.
+    """
+    return [PaletteChange(recolour_palette(fabric.palette, {check_yarn_number(yarn): parse_colour(colour)}))]

@@ -18,7 +18,7 @@ from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.hand_knitting.rows import Crossings, row_words
-from stitchmesh.hand_knitting.words import colour_letter, stitch_meaning, stitch_word
+from stitchmesh.hand_knitting.words import cable_meanings, colour_letter, stitch_meaning, stitch_word
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
@@ -27,9 +27,6 @@ MORE_WORDS = {
     r"\) in 1 st": "(...) in 1 st: all of it in the next st; keep: its old loop stays on the needle",
     r" tbl": "tbl: through the back loop",
     r" turning ": "turning R1 L2: first turn the 1st st so that its right leg is in front, the 2nd so that its left is",
-    r"\bc\d+[fb]\b": "c4f, c4b: cross 4, the first 2 held in front, in back; knit all",
-    r"\bcross \d": "cross 2/3 front: hold 2 sts in front; work the next 3, then the 2",
-    r"\bcross to ": "cross to 2-3-1: rearrange the sts into this order; front to back: their order in depth",
     r"\bco\d": "co: cast on with a backward loop",
     r"\bdt\d": "dt: draw the yarn through the st and let the st off the needle",
     r"\bpass \d": "pass 1: leave the next st unworked and continue after it",
@@ -72,7 +69,8 @@ def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[st
                     meanings[stitch_word(stitch, row.right_side)] = stitch_meaning(stitch, row.right_side)
     named = [f"  {word}: {meaning}" for word, meaning in sorted(meanings.items()) if " in 1 st" not in word]
     rows = "\n".join(line for line in body if line.startswith("Ro"))
-    return ["Words", *named, *(f"  {text}" for words, text in MORE_WORDS.items() if re.search(words, rows))]
+    more = [text for words, text in MORE_WORDS.items() if re.search(words, rows)]
+    return ["Words", *named, *(f"  {text}" for text in [*cable_meanings(rows), *more])]
 
 
 def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossings: Crossings) -> list[str]:
@@ -95,7 +93,7 @@ def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossing
         bodies.append(((f" ({'RS' if row.right_side else 'WS'})" if not piece.in_rounds else ""), text))
     lines += _numbered(bodies, rows[0][0] if rows else 0, "Round" if piece.in_rounds else "Row")
     lines += joins.describe_remaining(piece) if piece.needle else ["Cut the yarn and pull it tight."]
-    return lines + charts(fabric, piece)
+    return lines + charts(fabric, piece, crossings)
 
 
 def _cast_on(fabric: StitchMesh, row: PieceRow, loops: int, in_rounds: bool) -> str:

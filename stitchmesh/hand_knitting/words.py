@@ -8,6 +8,7 @@ it is the word of the stitch turned about its wale (``from_wrong_side``).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -119,6 +120,36 @@ def cable_word(group: CableGroup, right_side: bool) -> str:
     order = "-".join(str(loop + 1) for loop in np.argsort(place))
     depth = "-".join(str(loop + 1) for loop in np.argsort(-front, kind="stable"))
     return f"cross to {order} front to back {depth}"
+
+
+def cable_meanings(rows: str) -> list[str]:
+    """Return the explanations of all crossings in the text of some rows, the short words first.
+
+    Each crossing of ``cable_word`` has its own explanation, and so have ``c4f`` and its like, the crossings of two
+    equal bundles that are knit.
+    """
+    short = sorted({(int(count), side) for count, side in re.findall(r"\bc(\d+)([fb])\b", rows)})
+    bundles = sorted(set(re.findall(r"\bcross (\d+)/(\d+) (front|back)\b", rows)))
+    orders = sorted(set(re.findall(r"\bcross to ([\d-]+) front to back ([\d-]+)", rows)))
+    lines = []
+    for count, side in short:
+        half, where = _sts(count // 2), "front" if side == "f" else "back"
+        meaning = f"hold the next {half} in {where}, knit the following {half}, then the {half} held"
+        lines.append(f"c{count}{side}: {meaning}")
+    for first, second, side in bundles:
+        held, then = _sts(int(first)), f"work the following {_sts(int(second))}"
+        meaning = f"hold the next {held} in {side}, {then}, then the {held} held, as the next words say"
+        lines.append(f"cross {first}/{second} {side}: {meaning}")
+    for order, depth in orders:
+        foremost, _, behind = depth.partition("-")
+        place = f"st {foremost} in front, behind it {behind.replace('-', ', behind it ')}"
+        meaning = f"bring sts 1 to {order.count('-') + 1} into the order {order}, {place}"
+        lines.append(f"cross to {order} front to back {depth}: {meaning}; work them as the next words say")
+    return lines
+
+
+def _sts(count: int) -> str:
+    return "st" if count == 1 else f"{count} sts"
 
 
 def colour_letter(yarn: int) -> str:

@@ -13,7 +13,9 @@ import difflib
 import json
 import re
 from collections.abc import Iterable, Mapping, Set
-from typing import Any, TypeVar
+from dataclasses import MISSING, Field, fields, is_dataclass
+from functools import cache
+from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 import numpy as np
@@ -85,6 +87,54 @@ def check_value(value: object, kind: type[T]) -> T:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         raise ParameterError(_error_message(str(error), value, kind)) from error
+
+
+def check_table(value: object, kind: type[T]) -> T:
+    """Check a table with named keys against a dataclass, and return it as an instance of the dataclass.
+
+    The fields may be dataclasses and tuples of dataclasses. A key that is not a field is an error.
+
+    Args:
+        value: a table of a JSON or TOML file.
+        kind: the dataclass.
+
+    Raises:
+        ParameterError: as for ``check_value``, or the constructor of a dataclass does not accept its values.
+    """
+    return cast(T, _instance(check_value(value, _strict(cast(Any, kind))), kind))
+
+
+@cache
+def _strict(kind: Any) -> Any:
+    """Return a type that has the fields of a dataclass and accepts no others; other types stay as they are."""
+    if is_dataclass(kind) and isinstance(kind, type):
+        hints = get_type_hints(kind)
+        described = [(part.name, _strict(hints[part.name]), *_default_of(part)) for part in fields(kind)]
+        return msgspec.defstruct(kind.__name__, described, forbid_unknown_fields=True, kw_only=True)
+    if get_origin(kind) is tuple:
+        parts = tuple(part if part is Ellipsis else _strict(part) for part in get_args(kind))
+        return tuple[parts]  # type: ignore[valid-type]
+    return kind
+
+
+def _default_of(part: Field[Any]) -> tuple[Any, ...]:
+    """Return the default of a field as one element, an empty tuple for a field without a default.
+
+    The default is never used, because only the keys that are given become arguments of the dataclass.
+    """
+    required = part.default is MISSING and part.default_factory is MISSING
+    return () if required else (msgspec.UNSET,)
+
+
+def _instance(value: Any, kind: Any) -> Any:
+    """Return a checked value as an instance of the dataclass, or of the types of a tuple."""
+    if is_dataclass(kind) and isinstance(kind, type):
+        hints = get_type_hints(kind)
+        given = {part.name: getattr(value, part.name) for part in fields(kind)}
+        return kind(**{name: _instance(one, hints[name]) for name, one in given.items() if one is not msgspec.UNSET})
+    if get_origin(kind) is tuple and Ellipsis in get_args(kind):
+        return tuple(_instance(one, get_args(kind)[0]) for one in value)
+    return value
 
 
 def _error_message(msgspec_message: str, value: object, kind: Any) -> str:

@@ -4,9 +4,10 @@
 
 In the program yarns are cubic B-splines. HDF5 keeps every field of a yarn set without loss. USD keeps all fields
 except rest lengths and natural curvatures, with coordinates rounded to float32. The other formats keep only the curves,
-and VTP also the colours. A BCC file usually holds Catmull-Rom curves, which pass through the same knots as the
-B-splines but differ from them between the knots; the largest distance between the two curves is logged. BCC and OBJ
-files state no radius: the radius is then estimated, and a warning is logged.
+VTP also the colours and both radii, and glTF the colours and tubes of the apparent radius. A BCC file usually holds
+Catmull-Rom curves, which pass through the same knots as the B-splines but differ from them between the knots; the
+largest distance between the two curves is logged. BCC and OBJ files state no radius: the radius is then estimated, and
+a warning is logged.
 
 HDF5 and ``.pyp`` keep the lattice of periodic yarns. The other formats hold a finite piece of periodic yarns, by
 default one period: the yarns of the piece are open and end at the borders of the piece (``stitchmesh.yarn.tiling``).
@@ -25,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
@@ -38,7 +40,8 @@ from stitchmesh.io.yarn_formats.splines import bspline_to_catmull_rom, catmull_r
 from stitchmesh.io.yarn_formats.usd import LABELS, read_usd, write_usd
 from stitchmesh.io.yarn_formats.vtp import read_vtp, write_vtp
 from stitchmesh.lattice import Lattice
-from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.palette import empty_palette, filled_palette
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.radius_estimate import estimate_radius
 from stitchmesh.yarn.tiling import instances, tile_yarns
@@ -203,14 +206,17 @@ def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: 
 def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     check_unit_left_out(path, scale)
     curves = read_usd(path)
-    radii = [curve.radius for curve in curves if curve.radius is not None]
-    own = np.array(radii) if len(radii) == len(curves) else None
+    own = _array_of_all([curve.radius for curve in curves])
     closed = [curve.closed for curve in curves]
     yarns = _yarns_of_curves([curve.points for curve in curves], closed, own if radius is None else radius)
     shared = [name for name in LABELS if all(name in curve.labels for curve in curves)]
     labels: dict[str, Any] = {name: np.concatenate([curve.labels[name] for curve in curves]) for name in shared}
-    if all(curve.colour is not None for curve in curves):
-        labels["colour"] = [curve.colour for curve in curves]
+    labels |= _colours(
+        _array_of_all([curve.colour for curve in curves]), _array_of_all([curve.display_colour for curve in curves])
+    )
+    drawn = _array_of_all([curve.drawn_radius for curve in curves])
+    if radius is None and drawn is not None:
+        labels["drawn_radius"] = drawn
     return dataclasses.replace(yarns, **labels)
 
 
@@ -227,7 +233,10 @@ def _read_vtp(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     curves = [polyline_to_bspline(points * scale, flag) for points, flag in pairs]
     own = None if content.radius is None else content.radius * scale
     yarns = _yarns_of_curves(curves, content.closed, own if radius is None else radius)
-    return yarns if content.colour is None else dataclasses.replace(yarns, colour=content.colour)
+    changes = _colours(content.colour, content.rgb)
+    if radius is None and content.drawn_radius is not None:
+        changes["drawn_radius"] = content.drawn_radius * scale
+    return dataclasses.replace(yarns, **changes)
 
 
 def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
@@ -274,8 +283,32 @@ def _yarns_of_curves(
     return _with_radius(yarns, estimate)
 
 
+def _array_of_all(values: list[Any]) -> NDArray | None:
+    """Return the values as an array; None if one of them is None."""
+    return None if any(value is None for value in values) else np.array(values)
+
+
+def _colours(number: IntArray | None, shown: NDArray[np.uint8] | None) -> dict[str, Any]:
+    """Return the fields ``colour`` and ``palette`` of yarns.
+
+    Args:
+        number: colour number of each yarn, shape (Y,); if None, equal colours have one number.
+        shown: colour of each yarn (sRGB), shape (Y, 3); None if the file states none.
+    """
+    if shown is None:
+        return {} if number is None else {"colour": number}
+    if number is None:
+        palette, number = np.unique(shown, axis=0, return_inverse=True)
+        return {"colour": number.ravel(), "palette": palette}
+    palette = filled_palette(empty_palette(), int(number.max()) + 1)
+    if (palette[number] == shown).all():
+        return {"colour": number}
+    palette[number] = shown
+    return {"colour": number, "palette": palette}
+
+
 def _with_radius(yarns: YarnSet, radius: float) -> YarnSet:
-    return dataclasses.replace(yarns, radius=np.full(yarns.yarn_count, radius))
+    return yarns.with_radius(radius)
 
 
 def _log_conversion(path: FilePath, error: float) -> None:

@@ -4,6 +4,7 @@
 
 from stitchmesh.labeling.faults import LabelingFault
 from stitchmesh.labeling.label import label
+from stitchmesh.labeling.labeling_file import read_labeling, write_labeling
 from stitchmesh.labeling.partial_labeling import PartialLabeling, start_labeling
 
-__all__ = ["LabelingFault", "PartialLabeling", "label", "start_labeling"]
+__all__ = ["LabelingFault", "PartialLabeling", "label", "read_labeling", "start_labeling", "write_labeling"]

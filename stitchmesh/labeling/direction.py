@@ -44,11 +44,11 @@ def turned_rows(mesh: Mesh, labels: Labels, seeded: Iterable[int]) -> NDArray[np
 def _neighbours(mesh: Mesh, labels: Labels) -> list[tuple[int, int, int]]:
     """Pairs of rows, and whether one of them must be reversed to match, in descending order of the matched length."""
     sides = seam_sides(mesh, labels)
-    top = _is_top(mesh, labels)
     across = mesh.twin[sides]
+    top, top_across = (is_top(mesh, some, labels.left_wale, labels.right_wale) for some in (sides, across))
     rows = np.sort([labels.row[mesh.side_face[sides]], labels.row[mesh.side_face[across]]], axis=0)
     pair, place = np.unique(rows[0] * labels.row_count + rows[1], return_inverse=True)
-    sign = np.where(top[sides] == top[across], -1.0, 1.0)
+    sign = np.where(top == top_across, -1.0, 1.0)
     gain = np.round(np.bincount(place, sign * mesh.side_length[sides], minlength=len(pair)), DIGITS)
     order = np.lexsort((pair, -np.abs(gain)))
     first, second = np.divmod(pair[order], max(labels.row_count, 1))
@@ -63,13 +63,18 @@ def seam_sides(mesh: Mesh, labels: Labels) -> IntArray:
     return sides[(first != second) & (first >= 0) & (second >= 0)]
 
 
-def _is_top(mesh: Mesh, labels: Labels) -> NDArray[np.bool_]:
-    """Whether each side is a top side in the direction of growth: it comes after the right wale side of its face."""
-    sizes = np.diff(mesh.face_start)[mesh.side_face]
-    left = labels.left_wale[mesh.side_face]
-    place = (np.arange(mesh.side_count) - left) % sizes
-    right = (labels.right_wale[mesh.side_face] - left) % sizes
-    return place > right
+def is_top(mesh: Mesh, sides: IntArray, left: IntArray, right: IntArray) -> NDArray[np.bool_]:
+    """Return whether course sides of labeled faces are top sides: they come after the right wale side, shape (n,).
+
+    Args:
+        mesh: the surface.
+        sides: the sides, shape (n,).
+        left: left wale side of each face, shape (F,).
+        right: right wale side of each face, shape (F,).
+    """
+    faces = mesh.side_face[sides]
+    size, first = mesh.face_start[faces + 1] - mesh.face_start[faces], left[faces]
+    return (sides - first) % size > (right[faces] - first) % size
 
 
 class ParityForest:

@@ -4,12 +4,16 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 
 from stitchmesh.errors import check_kind
 from stitchmesh.labeling.partial_labeling import start_labeling
 from stitchmesh.labeling.seeds import EdgeName
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.orientation import INSIDE_OUT, mean_winding_number
+
+logger = logging.getLogger(__name__)
 
 
 def label(
@@ -42,6 +46,7 @@ def label(
     Source: Yuksel et al. 2012, section 5.1.
     """
     check_kind("label", mesh, Mesh)
+    warn_if_inside_out(mesh)
     labeling = start_labeling(mesh)
     for border in borders:
         labeling = labeling.start_at_border(border)
@@ -51,3 +56,14 @@ def label(
     for face in flip if labeling.labeled.all() else ():
         labeling = labeling.flip_row(face)
     return labeling.finish()
+
+
+def warn_if_inside_out(mesh: Mesh) -> None:
+    """Log a warning if the faces of a mesh point to its inside, because its purl side would be outside."""
+    number = mean_winding_number(mesh)
+    if number < INSIDE_OUT:
+        logger.warning(
+            "mesh: is inside out, so its purl side will be outside (mean winding number %.2f; -0.5 is a closed surface "
+            "inside out, 0 a flat piece); turn it with turn_inside_out (--turn-inside-out)",
+            number,
+        )

@@ -8,14 +8,14 @@ Steps never change the value that they start from, so that the old value is an e
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import LabelError, ParameterError
-from stitchmesh.labeling.direction import seam_sides, turned_rows
+from stitchmesh.errors import LabelError, ParameterError, check_kind
+from stitchmesh.labeling.direction import is_top, seam_sides, turned_rows
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.frame import in_knitting_frame
 from stitchmesh.labeling.growth import COURSE, UNKNOWN, UNLABELED, WALE, Labels, RowGrowth, no_labels
@@ -23,6 +23,7 @@ from stitchmesh.labeling.hand_labels import find_rows, with_edge_label
 from stitchmesh.labeling.seeds import EdgeName, candidate_seeds, parts_of, seed_chain, side_of, whole_border
 from stitchmesh.mesh import IntArray, Mesh, StitchMesh, frozen_array
 from stitchmesh.mesh.courses import renumbered_rows
+from stitchmesh.mesh.stitch import Stitch
 
 NOT_HELD = -1
 """Direction of a row that the user has not flipped."""
@@ -40,6 +41,7 @@ def start_labeling(mesh: Mesh) -> PartialLabeling:
     Args:
         mesh: any oriented polygon mesh.
     """
+    check_kind("start_labeling", mesh, Mesh)
     rows = {"seeded": np.zeros(0, dtype=bool), "held_direction": np.zeros(0, dtype=np.int64)}
     return PartialLabeling(mesh=mesh, **vars(no_labels(mesh)), **rows)
 
@@ -68,6 +70,34 @@ class PartialLabeling(Labels):
         for name in ("edge_label", "row", "left_wale", "right_wale", "fault_side", "waiting", "held_direction"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
         _check(self)
+
+    @classmethod
+    def of_rows(cls, labeled: StitchMesh) -> PartialLabeling:
+        """Return the labeling of a labeled mesh, so that its rows can be flipped and its edges changed.
+
+        ``finish`` returns the same mesh again. All rows keep their directions.
+
+        Args:
+            labeled: a mesh of panels, as ``label`` returns.
+
+        Raises:
+            ParameterError: the mesh is tessellated already.
+        """
+        stitches = np.flatnonzero(check_kind("of_rows", labeled, StitchMesh).stitch != Stitch.PANEL)
+        if len(stitches):
+            raise ParameterError(f"face {stitches[0]}: is a stitch already; reverse its row by the edit flip_row")
+        row = np.unique(labeled.row, return_inverse=True)[1]
+        labels = replace(
+            no_labels(labeled), edge_label=np.where(labeled.is_wale[labeled.edge_side], WALE, COURSE), row=row,
+            left_wale=labeled.left_wale, right_wale=labeled.right_wale,
+        )  # fmt: skip
+        seeded = np.ones(labels.row_count, dtype=bool)
+        return cls(mesh=labeled, **vars(labels), seeded=seeded, held_direction=np.full(len(seeded), NOT_HELD))
+
+    def __repr__(self) -> str:
+        """The size of the labeling in one line."""
+        labeled = f"{np.count_nonzero(self.labeled)} of {self.mesh.face_count} faces labeled"
+        return f"PartialLabeling({self.row_count} rows, {labeled})"
 
     @property
     def labeled(self) -> NDArray[np.bool_]:
@@ -124,19 +154,16 @@ class PartialLabeling(Labels):
         """
         if count < 1:
             raise ParameterError(f"rows: got {count}; expected at least 1")
-        growth, chains = RowGrowth(self.mesh, self), None
+        growth = RowGrowth(self.mesh, self)
         seeded: list[int] = []
         grown = growth.grow_rows(count)
-        while grown < count:
-            chains = _untouched_chains(self.mesh, growth) if chains is None else chains
-            chain = next((c for c in chains if growth.row[self.mesh.side_face[c[0]]] < 0), None)
-            if chain is None:
-                break
-            chains.remove(chain)
-            row = growth.start(chain)
+        for chains in _untouched_parts(self.mesh, growth) if grown < count else ():
+            row = growth.start(chains[0])
             if row is not None:
                 seeded.append(row)
                 grown += 1 + growth.grow_rows(count - grown - 1)
+            if grown == count:
+                break
         if not grown:
             raise ParameterError(_nothing_left(self))
         return self._after(growth, seeded)
@@ -170,12 +197,8 @@ class PartialLabeling(Labels):
         done = self._after(growth, [])
         if done.labeled.all():
             return done
-        chains = _untouched_chains(self.mesh, done)
-        part = parts_of(self.mesh)
-        while chains:
-            here = part[self.mesh.side_face[chains[0][0]]]
-            done = done._with_part([chain for chain in chains if part[self.mesh.side_face[chain[0]]] == here])
-            chains = [chain for chain in chains if part[self.mesh.side_face[chain[0]]] != here]
+        for chains in _untouched_parts(self.mesh, done):
+            done = done._with_part(chains)
         return done
 
     def set_edge(self, edge: EdgeName, label: EdgeLabel | None) -> PartialLabeling:
@@ -253,7 +276,7 @@ class PartialLabeling(Labels):
         sides = seam_sides(self.mesh, self)
         across = self.mesh.twin[sides]
         faces, others = self.mesh.side_face[sides], self.mesh.side_face[across]
-        top, other_top = (self._is_top(s, left, right) for s in (sides, across))
+        top, other_top = (is_top(self.mesh, some, left, right) for some in (sides, across))
         matched = top != other_top
         lower = np.where(top, self.row[faces], self.row[others])[matched]
         upper = np.where(top, self.row[others], self.row[faces])[matched]
@@ -263,13 +286,8 @@ class PartialLabeling(Labels):
         """Return one side of each edge at which the wale directions of two rows do not match."""
         left, right = self.directed_wales()
         sides = seam_sides(self.mesh, self)
-        return sides[self._is_top(sides, left, right) == self._is_top(self.mesh.twin[sides], left, right)]
-
-    def _is_top(self, sides: IntArray, left: IntArray, right: IntArray) -> NDArray[np.bool_]:
-        """Whether course sides of labeled faces are top sides for these wale sides of the faces."""
-        faces = self.mesh.side_face[sides]
-        size = np.diff(self.mesh.face_start)[faces]
-        return (sides - left[faces]) % size > (right[faces] - left[faces]) % size
+        across = self.mesh.twin[sides]
+        return sides[is_top(self.mesh, sides, left, right) == is_top(self.mesh, across, left, right)]
 
     def _started(self, chain: list[int]) -> PartialLabeling:
         """Start at a chain of sides.
@@ -334,14 +352,20 @@ class PartialLabeling(Labels):
         return f"{self.mesh.face_vertex[side]}-{self.mesh.face_vertex[self.mesh.side_next[side]]}"
 
 
-def _untouched_chains(mesh: Mesh, labels: Labels | RowGrowth) -> list[list[int]]:
-    """The chains of border sides, best first, in parts of the mesh without a labeled face and without a fault."""
+def _untouched_parts(mesh: Mesh, labels: Labels | RowGrowth) -> list[list[list[int]]]:
+    """The chains of border sides, best first, of each part of the mesh without a labeled face and without a fault.
+
+    Chains with an edge that the user has set to wale are left out.
+    """
     part = parts_of(mesh)
     touched = np.zeros(part.max() + 1, dtype=bool)
     touched[part[(labels.row >= 0) | (labels.fault_side >= 0)]] = True
-    if touched.all():
-        return []
-    return [chain for chain in candidate_seeds(mesh) if not touched[part[mesh.side_face[chain[0]]]]]
+    parts: dict[int, list[list[int]]] = {}
+    for chain in () if touched.all() else candidate_seeds(mesh):
+        number = int(part[mesh.side_face[chain[0]]])
+        if not touched[number] and (labels.edge_label[mesh.side_edge[chain]] != WALE).all():
+            parts.setdefault(number, []).append(chain)
+    return list(parts.values())
 
 
 def _nothing_left(labeling: PartialLabeling) -> str:

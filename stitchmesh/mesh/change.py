@@ -3,9 +3,9 @@
 """Changes of a stitch mesh, as data with an exact inverse.
 
 A ``Patch`` removes faces and adds other faces. ``Marks`` change numbers of faces or sides. Both store the numbers of
-faces and vertices before and after the change. A change followed by its inverse therefore restores every array to the
-last bit, numbering included. Only the changed faces and their neighbours are checked, because the rest of the mesh
-was valid before the change.
+faces and vertices before and after the change. A ``PaletteChange`` replaces the colours of the yarns. A change
+followed by its inverse therefore restores every array to the last bit, numbering included. Only the changed faces and
+their neighbours are checked, because the rest of the mesh was valid before the change.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh.connectivity import check_fans
+from stitchmesh.mesh.palette import Palette, checked_palette
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, ranges
 from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.mesh.stitch_mesh import PER_FACE, PER_SIDE, StitchMesh
@@ -68,7 +69,15 @@ class Patch:
     """Stretch at the sides of the added faces, shape (c,); used only if the mesh has a stretch."""
 
 
-Change = Marks | Patch
+@dataclass(frozen=True, eq=False)
+class PaletteChange:
+    """New colours of the yarns."""
+
+    palette: Palette
+    """The new palette (sRGB), shape (P, 3)."""
+
+
+Change = Marks | Patch | PaletteChange
 
 
 def apply_change(fabric: StitchMesh, change: Change) -> StitchMesh:
@@ -81,6 +90,8 @@ def apply_change(fabric: StitchMesh, change: Change) -> StitchMesh:
     """
     if fabric.lattice is not None:
         raise MeshError("change: the mesh repeats on a lattice; edit the chart from which the mesh was made")
+    if isinstance(change, PaletteChange):
+        return _apply_palette(fabric, change)
     return _apply_marks(fabric, change) if isinstance(change, Marks) else _apply_patch(fabric, change)
 
 
@@ -88,6 +99,8 @@ def inverse_change(fabric: StitchMesh, change: Change) -> Change:
     """Return the change that restores this stitch mesh after ``change`` has been applied to it."""
     if isinstance(change, Marks):
         return Marks(change.name, change.places, getattr(fabric, change.name)[change.places])
+    if isinstance(change, PaletteChange):
+        return PaletteChange(fabric.palette)
     sides = fabric.sides_of(change.removed_faces)
     across = fabric.twin[sides]
     twin = np.stack([fabric.side_face[across], fabric.side_place[across]], axis=1)
@@ -129,6 +142,11 @@ def vertices_left(fabric: StitchMesh, removed: IntArray, corners: IntArray) -> I
     return np.unique(left[uses[left] == 0])
 
 
+def _apply_palette(fabric: StitchMesh, change: PaletteChange) -> StitchMesh:
+    values = {part.name: getattr(fabric, part.name) for part in fields(StitchMesh)}
+    return _unchecked({**values, "palette": checked_palette(change.palette, MeshError)})
+
+
 def _apply_marks(fabric: StitchMesh, change: Marks) -> StitchMesh:
     values = {part.name: getattr(fabric, part.name) for part in fields(StitchMesh)}
     array = values[change.name].copy()
@@ -162,6 +180,7 @@ def _apply_patch(fabric: StitchMesh, patch: Patch) -> StitchMesh:
         "lattice": None,
         "corner_image": None,
         "stretch": None,
+        "palette": fabric.palette,
         **{name: face.merged(getattr(fabric, name), patch.faces[name]) for name in PER_FACE},
         **{name: side.merged(getattr(fabric, name), patch.sides[name]) for name in PER_SIDE},
     })  # fmt: skip

@@ -142,6 +142,13 @@ class Mesh:
         return previous
 
     @cached_property
+    def side_beyond(self) -> IntArray:
+        """Opposite side of the quad across each side, ``BORDER`` if there is no face or no quad across, shape (C,)."""
+        across = np.where(self.twin == BORDER, 0, self.twin)
+        is_quad = (np.diff(self.face_start) == 4)[self.side_face[across]] & (self.twin != BORDER)
+        return np.where(is_quad, self.side_next[self.side_next[across]], BORDER)
+
+    @cached_property
     def side_edge(self) -> IntArray:
         """Edge of each side, shape (C,); twins share an edge, and edges are numbered in order of their first sides."""
         sides = np.arange(self.side_count)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError, first_few
+from stitchmesh.mesh.palette import Palette, checked_palette, empty_palette
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, extent, frozen_array
 from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
 
@@ -41,7 +42,8 @@ class StitchMesh(Mesh):
     Raises:
         MeshError: as for ``Mesh``.
         LabelError: a face does not have exactly two wale sides, an edge is a wale edge of one face and a course edge
-            of the other, a stitch has the wrong number of sides, or a side that is not a top side carries a mark.
+            of the other, a stitch has the wrong number of sides, a side that is not a top side carries a mark, or the
+            palette is not an array of bytes of shape (P, 3).
     """
 
     n_bottom: IntArray
@@ -62,6 +64,8 @@ class StitchMesh(Mesh):
     """Layer of the loop on each top side, shape (C,); of two loops that cross, the higher layer is in front."""
     stretch: FloatArray | None = None
     """Length divided by rest length of each edge after mesh relaxation, shape (E,); None before mesh relaxation."""
+    palette: Palette = field(default_factory=empty_palette)
+    """Colour of each yarn number (sRGB), shape (P, 3); numbers beyond it have stock colours (``mesh.palette``)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -71,6 +75,7 @@ class StitchMesh(Mesh):
                 raise LabelError(f"{name}: got shape {values.shape}; expected one number per face")
             object.__setattr__(self, name, values)
         self._fill_marks()
+        object.__setattr__(self, "palette", checked_palette(self.palette, LabelError))
         if self.stretch is not None:
             object.__setattr__(self, "stretch", frozen_array(self.stretch, np.float64))
         self.check_stitch_faces(np.arange(self.face_count))

@@ -73,6 +73,16 @@ def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayL
     return TubeMesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), _triangles(rings, sides), ring)
 
 
+def twist_free_frames(curves: Sequence[FloatArray], closed: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return the two unit normals of the twist-free frame of each point of all curves, shape (P, 3) each.
+
+    Args:
+        curves: points of each curve [cm], as for ``tubes_around``.
+        closed: whether each curve is closed.
+    """
+    return _frames(_rings(curves, np.broadcast_to(np.asarray(closed, dtype=np.bool_), len(curves))))
+
+
 def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:
     """Concatenate the points of all curves and find the steps between consecutive points."""
     counts = np.array([len(curve) for curve in curves])

@@ -7,6 +7,8 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,7 @@ from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
 from stitchmesh.meshrelax.preconditioner import patches
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
+from stitchmesh.progress import relaxing_progress, shown_progress
 
 logger = logging.getLogger(__name__)
 
@@ -72,7 +75,7 @@ def relax_mesh(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> StitchMesh:
     """Equalize the sizes of the stitches of a fabric on the subdivision surface of a mesh.
 
@@ -91,7 +94,8 @@ def relax_mesh(
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
         device: Warp's name of the device that finds closest points; None for the preferred device.
-        progress: called after each iteration with the number of the iteration and the residual.
+        progress: called after each iteration with the number of the iteration and the residual; by default a line shows
+            the progress on a terminal or in a notebook, and False shows nothing.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge.
@@ -127,7 +131,7 @@ def relax_mesh_with_report(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
@@ -145,7 +149,8 @@ def relax_mesh_with_report(
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
     relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole, count)
-    outcome = relaxation.run(placement, tolerance, max_iterations, progress)
+    with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
+        outcome = relaxation.run(placement, tolerance, max_iterations, report_iteration)
     position = outcome.placement.position.copy()
     position[bobbles.raised] = carried(bobbles, fabric.vertices, position)
     stretch = edge_stretch(fabric, position, rest)

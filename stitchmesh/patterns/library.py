@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import difflib
+import logging
 from functools import cache
 from os import fspath
 from pathlib import Path
@@ -14,11 +15,14 @@ from stitchmesh.io.contents import FilePath, check_path, read_lines
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
-from stitchmesh.patterns.language.leaf_codes import parse_leaf_codes
+from stitchmesh.patterns.language.leaf_codes import holds_digits, parse_colour_digits, parse_leaf_codes
 from stitchmesh.patterns.language.parse import begins_with_statement, parse_pattern
 from stitchmesh.patterns.pattern import Pattern
 
 SUFFIX = ".knit"
+READ_AS_COLOURS = "read as a chart of yarn colours, one digit for each stitch; name a matrix of a weave .weave"
+"""Note on a text of digits, which could also be the matrix of a weave."""
+logger = logging.getLogger(__name__)
 _PACKAGE = Path(__file__).resolve().parent.parent
 _PATTERN_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
 """Folders that may hold the library: inside an installed package, or beside the package in the repository."""
@@ -40,8 +44,9 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
     Args:
         name_or_path: a name of ``pattern_names``, such as ``rib2x2``, or the path of a file. The file is a text in the
             language of ``docs/patterns.md``, a text of tile codes alone (``.leaf``, or ``.txt`` that does not begin
-            with a statement), an image of tile codes (``.leaf.png``), or an image of yarn colours (``.png``). A
-            string with neither a folder nor a suffix is taken as a name.
+            with a statement), a text of yarn numbers alone (``.txt`` whose first line is digits), an image of tile
+            codes (``.leaf.png``), or an image of yarn colours (``.png``). A string with neither a folder nor a suffix
+            is taken as a name.
 
     Raises:
         ParameterError: the library has no pattern of that name.
@@ -58,6 +63,9 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
     if suffix == ".png":
         return read_colour_chart(path)
     text = "\n".join(read_lines(path))
+    if suffix == ".txt" and holds_digits(text):
+        logger.warning("%s: %s", fspath(name_or_path), READ_AS_COLOURS)
+        return parse_colour_digits(text, fspath(name_or_path))
     if suffix == ".leaf" or (suffix == ".txt" and not begins_with_statement(text)):
         return parse_leaf_codes(text, fspath(name_or_path))
     return parse_pattern(text, fspath(name_or_path))

@@ -153,6 +153,8 @@ class Pattern:
     """The publication or tradition from which the pattern comes."""
     rows: tuple[Row, ...]
     """Rows of the pattern, from the bottom up."""
+    palette: tuple[tuple[int, int, int], ...] = ()
+    """Colour of each yarn number (sRGB, 0 to 255); empty if the pattern numbers its yarns only."""
 
     def __post_init__(self) -> None:
         for text in (self.name, self.source):

@@ -59,7 +59,7 @@ def change_radius(
     for step in steps:
         if len(steps) > 1:
             yarns = _relax_between_steps(yarns, material, quality, device, TOO_THICK)
-        yarns = replace(yarns, radius=yarns.radius * step)
+        yarns = yarns.with_radius(yarns.radius * step)
     return yarns if len(steps) == 1 else _relax_between_steps(yarns, material, quality, device, TOO_THICK)
 
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.yarn_presets import Gauge
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 
@@ -38,6 +40,7 @@ def swatch_report(
         - width, height [cm] and shear [1] of the repeat;
         - wales, courses and stitches (of a weave: warps, wefts and crossings), and control_points;
         - wale_spacing and course_spacing [cm], of a weave the spacings of the warps and of the wefts;
+        - gauge: stitches and rows in 10 cm, of a weave the warps and wefts in 10 cm;
         - loop_length [cm], the actual length of the yarn in one stitch or at one crossing;
         - thickness [cm] and areal_density [g/cm^2];
         - course_tension, wale_tension and shear_stress [dyn/cm] that keep the repeat at its size;
@@ -66,6 +69,7 @@ def swatch_report(
         "control_points": len(yarns.points),
         "wale_spacing": width / wales,
         "course_spacing": height / courses,
+        "gauge": asdict(Gauge.of_stitch(width / wales, height / courses)),
         "loop_length": length / stitches,
         "thickness": float((out + radius).max() - (out - radius).min()),
         "areal_density": material.mass_per_length * length / (width * height),

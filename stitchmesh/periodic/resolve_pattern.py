@@ -15,6 +15,8 @@ from stitchmesh.periodic.weave.library import SUFFIX, read_weave, weave_names
 from stitchmesh.periodic.weave.weave import Weave
 
 Source = Pattern | Weave
+WEAVE_STATEMENTS = ("weave", "layer", "stitch", "wefts", "warps")
+"""First words of statements that only texts of weaves have."""
 
 
 def resolve_pattern(given: FilePath | Source) -> Source:
@@ -22,8 +24,9 @@ def resolve_pattern(given: FilePath | Source) -> Source:
 
     Args:
         given: a pattern or a weave, the name of one in the library, or the path of a file. A weave is read from a
-            ``.weave`` file, from a text of 0 and 1 (``.txt``), or from an image of two colours (``.weave.png``); a
-            pattern is read from any other file.
+            ``.weave`` file, from a ``.txt`` file that begins with a statement of a weave, or from an image of two
+            colours (``.weave.png``); a pattern is read from any other file. A ``.txt`` file of digits alone is a chart
+            of yarn colours.
 
     Raises:
         FileError: the file cannot be read.
@@ -37,7 +40,7 @@ def resolve_pattern(given: FilePath | Source) -> Source:
     name = fspath(given)
     if path.name == name and not path.suffix:
         return _from_library(name)
-    if path.suffix.lower() == SUFFIX or name.lower().endswith(f"{SUFFIX}.png") or _is_matrix(path):
+    if path.suffix.lower() == SUFFIX or name.lower().endswith(f"{SUFFIX}.png") or _states_a_weave(path):
         return read_weave(path)
     return read_pattern(path)
 
@@ -53,9 +56,9 @@ def _from_library(name: str) -> Source:
     raise ParameterError(f"pattern {name!r}: is not in the library of {len(names)} patterns and weaves; {hint}")
 
 
-def _is_matrix(path: Path) -> bool:
-    """Whether a text file begins with a line of 0 and 1."""
+def _states_a_weave(path: Path) -> bool:
+    """Whether one of the lines of a text file begins with a word that only texts of weaves have."""
     if path.suffix.lower() != ".txt":
         return False
-    first = next((line for line in read_lines(path) if line.strip()), "")
-    return set(first.replace(" ", "")) <= {"0", "1"} and bool(first.strip())
+    words = {line.split()[0].lower() for line in read_lines(path) if line.strip()}
+    return not words.isdisjoint(WEAVE_STATEMENTS)

@@ -15,7 +15,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
-from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn import APPARENT_OVER_CONTACT, YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried_segments, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
@@ -92,7 +92,7 @@ def swatch(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
-    progress: Callable[[HistoryEntry], None] | None = None,
+    progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
     """Relax one repeat of a pattern.
@@ -106,7 +106,8 @@ def swatch(
         relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell`` with the degrees of
             freedom of the cell. With ``RelaxCell()`` the cell can also shear; ribs without friction do so to one of
             the two sides.
-        progress: function that is called about every half second.
+        progress: function that is called about every half second; by default a line shows the progress on a terminal or
+            in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
 
     Raises:
@@ -150,12 +151,14 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         ParameterError: an option does not apply to the pattern.
         PatternError: the pattern does not repeat, a loop is slipped in every row, or a float is too long.
     """
+    drawn = options.drawn_over_contact(APPARENT_OVER_CONTACT if isinstance(source, Pattern) else 1.0)
     if isinstance(source, Weave):
         if options.loop_length is not None:
             raise ParameterError("loop length: got one for a weave, which has no loops; give spacing or rest lengths")
         if (options.columns, options.rows) != (1, 1):
             raise ParameterError("columns, rows: the cell of a weave is one repeat; tile the weave when it is written")
-        return None, weave_yarns(source, yarn_radius=options.yarn_radius, spacing=options.spacing, quality=quality)
+        woven = weave_yarns(source, yarn_radius=options.yarn_radius, spacing=options.spacing, quality=quality)
+        return None, replace(woven, drawn_radius=drawn * woven.radius)
     if options.spacing is not None:
         raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
     loop_length = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
@@ -166,9 +169,9 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
     )  # fmt: skip
     check_loops_begin(fabric)
     check_floats(fabric, options.longest_float)
+    radius = min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width)
     yarns = generate_yarns(
-        fabric, yarn_radius=min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width), quality=quality,
-        longest_float=options.longest_float,
+        fabric, yarn_radius=radius, drawn_radius=drawn * radius, quality=quality, longest_float=options.longest_float
     )
     if not plain_stitches(fabric).any():
         # no plain stitch can be measured; a plain stitch generated at this width would have the loop length
@@ -250,8 +253,9 @@ def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
     """Multiply all lengths of yarns on a lattice by a factor."""
     assert yarns.lattice is not None
     return replace(
-        yarns, points=yarns.points * factor, radius=yarns.radius * factor, rest_length=yarns.rest_length * factor,
-        natural_curvature=yarns.natural_curvature / factor, lattice=Lattice(yarns.lattice.periods * factor),
+        yarns.with_radius(yarns.radius * factor), points=yarns.points * factor,
+        rest_length=yarns.rest_length * factor, natural_curvature=yarns.natural_curvature / factor,
+        lattice=Lattice(yarns.lattice.periods * factor),
     )  # fmt: skip
 
 

@@ -37,7 +37,10 @@ class SwatchOptions:
     """
 
     yarn_radius: float = YARN_RADIUS
-    """Radius of the yarn [cm]."""
+    """Contact radius of the yarn [cm]."""
+    drawn_radius: float | None = None
+    """Apparent radius of the yarn in pictures and files for renderers [cm]; by default ``APPARENT_OVER_CONTACT``
+    contact radii for a knitted swatch, and the contact radius for a weave, whose yarns are spun firmly."""
     loop_length: float | None = None
     """Yarn length of a plain stitch of a knitted swatch [cm]; by default ``COMPACT_LOOP`` yarn diameters."""
     spacing: float | tuple[float, float] | None = None
@@ -56,8 +59,8 @@ class SwatchOptions:
     """Largest number of stitches of other yarns behind which a yarn floats; patterns with longer floats are refused."""
 
     def __post_init__(self) -> None:
-        lengths = {"yarn radius": self.yarn_radius, "loop length": self.loop_length, "period width": self.period[0],
-                   "period height": self.period[1]}  # fmt: skip
+        lengths = {"yarn radius": self.yarn_radius, "drawn radius": self.drawn_radius, "loop length": self.loop_length,
+                   "period width": self.period[0], "period height": self.period[1]}  # fmt: skip
         for name, value in lengths.items():
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise ParameterError(f"{name}: got {value} cm; expected a positive number")
@@ -67,3 +70,7 @@ class SwatchOptions:
             raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:
             raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")
+
+    def drawn_over_contact(self, default: float) -> float:
+        """Apparent radius over contact radius; ``default`` if no apparent radius is given."""
+        return default if self.drawn_radius is None else self.drawn_radius / self.yarn_radius

@@ -57,7 +57,7 @@ def torus_mesh(
 def _tile_of(pattern: Pattern) -> Pattern:
     """Return the pattern without its borders."""
     rows = tuple(Row(row.sections[TILE], row.loop_sections[TILE]) for row in pattern.rows)
-    return Pattern(pattern.name, pattern.source, rows)
+    return Pattern(pattern.name, pattern.source, rows, pattern.palette)
 
 
 class _Tiling:
@@ -104,6 +104,7 @@ class _Tiling:
             twist=twist,
             cable_shift=shift,
             cable_layer=layer,
+            palette=np.array(self.tile.palette, dtype=np.uint8),
         )
 
     def _vertices(self, stitch_width: float, stitch_height: float) -> FloatArray:

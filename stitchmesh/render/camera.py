@@ -14,10 +14,6 @@ VIEW_ANGLE = 24.0
 """Vertical view angle [degrees]; it is small, so that near and far stitches have about the same size."""
 MARGIN = 1.06
 """Size of the picture divided by the size that the object needs."""
-FLAT = 0.08
-"""An object is flat, and is shown from its flat side, if its smallest extent is at most this part of its middle one."""
-ELEVATION, AZIMUTH = 10.0, 14.0
-"""Rotation of the camera away from the front, upwards and to the side [degrees]."""
 
 
 @dataclass(frozen=True)
@@ -32,28 +28,6 @@ class Camera:
     """Direction that is vertical in the picture, shape (3,)."""
     side: FloatArray
     """Direction that points to the right in the picture, shape (3,)."""
-
-
-def front_directions(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the direction towards the viewer and the vertical direction of the picture, shape (3,) each.
-
-    The y axis is vertical, and the front is the wide side of the object. A flat object is shown perpendicular to its
-    plane; if the plane is the xz plane, it is shown from above with -z upwards in the picture.
-
-    Args:
-        points: points of the object [cm], shape (n, 3).
-    """
-    extent = np.ptp(points, axis=0)
-    thin = int(extent.argmin())
-    if extent[thin] <= FLAT * np.sort(extent)[1]:
-        up = np.array([0.0, 0.0, -1.0]) if thin == 1 else np.array([0.0, 1.0, 0.0])
-        return np.eye(3)[thin], up
-    towards = np.eye(3)[0 if extent[2] > 1.3 * extent[0] else 2]
-    up = np.array([0.0, 1.0, 0.0])
-    side = np.cross(up, towards)
-    elevation, azimuth = np.radians(ELEVATION), np.radians(AZIMUTH)
-    level = np.cos(azimuth) * towards + np.sin(azimuth) * side
-    return np.cos(elevation) * level + np.sin(elevation) * up, up
 
 
 def camera_around(

@@ -7,16 +7,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.palette import colours_of
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.render.camera import camera_around, front_directions
+from stitchmesh.render.camera import Camera, camera_around, camera_at
+from stitchmesh.render.close_up import Place, Surface, close_up_patch
+from stitchmesh.render.colouring import blend_colours, one_colour
 from stitchmesh.render.lettering import INK
+from stitchmesh.render.options import DEFAULTS, PictureOptions
 from stitchmesh.render.palette import stitch_colour, stitch_colours
-from stitchmesh.render.stage import KEY_LEFT, look, picture
+from stitchmesh.render.stage import KEY_LEFT, add_body, look, picture
 from stitchmesh.render.surface import add_edges, add_faces, add_wale_arrows, polygon_surface
+from stitchmesh.render.view import FRONT, view_directions
 from stitchmesh.yarn.colours import row_colours
 
 if TYPE_CHECKING:
@@ -26,16 +32,13 @@ MOST_LINES = 12_000
 """Largest number of faces for which edges and arrows are drawn; more of them would cover the surface."""
 LEAST_SPREAD = 0.05
 """Smallest half range of the scale of a heat map around 1; with a smaller range, rounding would look like stretch."""
+CLOSE_UP_EXTENT = 16.0
+"""Default width of the region of a close-up, over the median length of a side."""
 SPREAD_QUANTILE = 0.99
 """Quantile of |stretch - 1| that is the half range of the scale."""
 
-Size = tuple[int, int]
-"""Width and height [pixels]."""
-PICTURE_SIZE: Size = (1600, 1000)
-"""Default size of a picture."""
 
-
-def render_mesh(mesh: Mesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> None:
+def render_mesh(mesh: Mesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
     """Draw a polygon mesh and its edges.
 
     Raises:
@@ -43,14 +46,14 @@ def render_mesh(mesh: Mesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> Non
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     caption = f"{mesh.face_count} faces, {len(mesh.boundary_loops)} borders"
-    with picture(path, size, caption=caption) as plotter:
+    with picture(path, options, caption=caption) as plotter:
         add_faces(plotter, mesh, np.tile(np.array(stitch_colour(Stitch.KNIT), dtype=np.uint8), (mesh.face_count, 1)))
         if mesh.face_count <= MOST_LINES:
             add_edges(plotter, mesh, np.ones(mesh.side_count, dtype=bool), 2.0, 0.6)
-        _look_at_front(plotter, mesh, size, 0.0)
+        _look_at(plotter, mesh, options, 0.0)
 
 
-def render_rows(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> None:
+def render_rows(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
     """Draw a labeled mesh coloured by row, with thick course edges and an arrow along the wale in each face.
 
     Raises:
@@ -58,16 +61,17 @@ def render_rows(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_SIZE
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     caption = f"{len(np.unique(fabric.row))} rows, {fabric.face_count} faces; arrows point along the wales"
-    with picture(path, size, caption=caption) as plotter:
-        add_faces(plotter, fabric, row_colours(fabric.row))
+    with picture(path, options, caption=caption) as plotter:
+        own = colours_of(fabric.yarn, fabric.palette)
+        add_faces(plotter, fabric, blend_colours(own, row_colours(fabric.row), options.blend))
         if fabric.face_count <= MOST_LINES:
             add_edges(plotter, fabric, fabric.is_wale, 1.5, 0.35)
             add_edges(plotter, fabric, ~fabric.is_wale, 4.0, 0.9)
             add_wale_arrows(plotter, fabric)
-        _look_at_front(plotter, fabric, size, 0.0)
+        _look_at(plotter, fabric, options, 0.0)
 
 
-def render_stitches(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> None:
+def render_stitches(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
     """Draw a stitch mesh coloured by stitch type; the legend states the count of each type, and odd rows are darker.
 
     Raises:
@@ -80,14 +84,15 @@ def render_stitches(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
     ]
     caption = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows"
-    with picture(path, size, caption=caption, key=key) as plotter:
-        add_faces(plotter, fabric, stitch_colours(fabric.stitch, fabric.row))
+    with picture(path, options, caption=caption, key=key) as plotter:
+        own = colours_of(fabric.yarn, fabric.palette)
+        add_faces(plotter, fabric, blend_colours(own, stitch_colours(fabric.stitch, fabric.row), options.blend))
         if fabric.face_count <= MOST_LINES:
             add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.35)
-        _look_at_front(plotter, fabric, size, 1 - KEY_LEFT)
+        _look_at(plotter, fabric, options, 1 - KEY_LEFT)
 
 
-def render_stretch(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_SIZE) -> None:
+def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
     """Draw the stretch of each face as a heat map centred at 1.
 
     Raises:
@@ -105,18 +110,65 @@ def render_stretch(fabric: StitchMesh, path: FilePath, *, size: Size = PICTURE_S
         "height": 0.6, "width": 0.05, "color": INK, "n_labels": 5, "fmt": "%.2f",
         "title_font_size": 36, "label_font_size": 36,
     }  # fmt: skip
-    with picture(path, size, caption=caption) as plotter:
+    with picture(path, options, caption=caption) as plotter:
         plotter.add_mesh(
             surface, scalars=fabric.face_stretch, cmap="RdBu_r", clim=(1.0 - spread, 1.0 + spread), scalar_bar_args=bar,
             smooth_shading=True, ambient=0.35, diffuse=0.5, specular=0.0,
         )  # fmt: skip
         if fabric.face_count <= MOST_LINES:
             add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.25)
-        _look_at_front(plotter, fabric, size, 1 - KEY_LEFT)
+        _look_at(plotter, fabric, options, 1 - KEY_LEFT)
 
 
-def _look_at_front(plotter: pyvista.Plotter, mesh: Mesh, size: Size, kept_free: float) -> None:
-    """Show the whole mesh from the front, and leave the part ``kept_free`` of the width free on the right."""
-    towards, up = front_directions(mesh.corner_position)
-    look(plotter, camera_around(mesh.corner_position, towards, up, size[0] / size[1], part=(1 - kept_free, 1.0)))
+def render_faces(fabric: Mesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
+    """Draw the faces in the colours of their yarns, or in one colour.
+
+    Raises:
+        ParameterError: the colour is unknown.
+        DisplayError: this machine cannot draw pictures.
+        FileError: the suffix is not ``.png``, or the file cannot be written.
+    """
+    with picture(path, options) as plotter:
+        add_faces(plotter, fabric, _face_colours(fabric, options.colour or "yarn"))
+        if fabric.face_count <= MOST_LINES:
+            add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.35)
+        _look_at(plotter, fabric, options, 0.0)
+
+
+def _face_colours(fabric: Mesh, colour: str) -> NDArray[np.uint8]:
+    if colour == "yarn" and isinstance(fabric, StitchMesh):
+        return colours_of(fabric.yarn, fabric.palette)
+    return np.tile(one_colour(colour), (fabric.face_count, 1))
+
+
+def _look_at(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, kept_free: float) -> None:
+    """Show the whole mesh or a place of it, and leave the part ``kept_free`` of the width free on the right."""
+    points = mesh.corner_position
+    towards, up = view_directions(points, options.view or FRONT)
+    if options.body is not None:
+        add_body(plotter, options.body)
+        points = np.concatenate([points, options.body.vertices])
+    camera = camera_around(points, towards, up, options.aspect, part=(1 - kept_free, 1.0))
+    if options.place is not None:
+        camera = _close_up_camera(mesh, options, camera, options.place, kept_free)
+    look(plotter, camera)
     plotter.camera.SetWindowCenter(kept_free, 0.0)
+
+
+def _close_up_camera(
+    mesh: Mesh, options: PictureOptions, whole: Camera, place: Place, kept_free: float
+) -> Camera:
+    """The camera of a close-up of some faces."""
+    side = float(np.median(mesh.side_length))
+    width = options.extent or CLOSE_UP_EXTENT * side
+    row = mesh.row if isinstance(mesh, StitchMesh) else np.full(mesh.face_count, -1)
+    faces = np.arange(mesh.face_count)
+    counts = np.diff(mesh.face_start)
+    centre = np.add.reduceat(mesh.corner_position, mesh.face_start[:-1]) / counts[:, None]
+    surface = Surface(centre, faces, row)
+    middle, patch = close_up_patch(surface, place, whole, options.aspect, width)
+    towards = mesh.face_vector_area[patch].sum(axis=0) if len(patch) else mesh.face_vector_area[middle]
+    if options.view is not None:
+        towards = view_directions(mesh.corner_position, options.view)[0]
+    focus = surface.points[patch].mean(axis=0) if len(patch) > 2 else surface.points[middle]
+    return camera_at(focus, towards, whole.up, width / options.aspect / (1 - kept_free))

@@ -1,22 +1,25 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of yarns: the whole object from the front, and a close-up of some stitches of the front."""
+"""Picture of yarns: the whole object, with a close-up of some stitches of its front, or a close-up of a place."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.tube_mesh import tubes_around
-from stitchmesh.render.camera import Camera, camera_around, camera_at, front_directions, front_patch
-from stitchmesh.render.layout import ALONE, layout_for
-from stitchmesh.render.stage import DUSK, add_tubes, look, picture, shade_hollows
+from stitchmesh.mesh.plies import FULLNESS, LAY, POINTS_PER_TURN, plies_around, ply_radius
+from stitchmesh.mesh.tube_mesh import TubeMesh, tubes_around
+from stitchmesh.render.camera import Camera, camera_around, camera_at, front_patch
+from stitchmesh.render.close_up import Place, Surface, close_up_patch, outward_normal
+from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.layout import ALONE, Layout, layout_for
+from stitchmesh.render.options import DEFAULTS, PictureOptions
+from stitchmesh.render.stage import DUSK, KEY_LEFT, add_body, add_tubes, dim_colours, look, picture, shade_hollows
+from stitchmesh.render.view import FRONT, view_directions
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.colours import yarn_colours
 from stitchmesh.yarn.polyline import polylines_of_segments
 
 if TYPE_CHECKING:
@@ -24,44 +27,93 @@ if TYPE_CHECKING:
 
 CLOSE_UP_SIDES, CLOSE_UP_SAMPLES = 16, 4
 """Sides of a tube and samples per segment in the close-up."""
-
+CLOSE_UP_EXTENT = 60.0
+"""Default width of the region of a close-up, over the apparent yarn radius: about twelve stitches."""
 DETAIL = ((40_000, 10, 3), (120_000, 8, 2), (400_000, 6, 1))
 """Levels of detail: largest number of segments, sides of a tube and samples per segment."""
 COARSEST = (4, 1)
 """Sides of a tube and samples per segment for more segments than any level of ``DETAIL`` allows."""
 
 
-def render_yarns(yarns: YarnSet, path: FilePath, *, size: tuple[int, int] = (1600, 1000)) -> None:
-    """Draw yarns as tubes of their radius, coloured by yarn if there are several colours, else by row.
+def render_yarns(yarns: YarnSet, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
+    """Draw yarns as tubes of their apparent radius.
 
     Args:
-        yarns: the yarns, with y upwards; the front is the wide side (``camera.front_directions``).
+        yarns: the yarns, with y upwards.
         path: a ``.png`` file; missing folders are created.
-        size: width and height [pixels].
+        options: camera, colours, size and other choices.
 
     Raises:
+        ParameterError: an option does not fit the yarns.
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
-    towards, up = front_directions(yarns.points)
-    radius = float(np.median(yarns.radius))
-    colours = yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
-    layout = layout_for(yarns.points, towards, up, radius)
-    with picture(path, size, panels=layout.panels) as plotter:
+    place = options.place
+    coloured = colour_yarns(yarns, options.colour or "yarn", fabric=options.fabric, blend=options.blend)
+    if place is not None:
+        _render_place(yarns, path, options, coloured, place)
+    else:
+        _render_whole(yarns, path, options, coloured)
+
+
+def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, coloured: Coloured) -> None:
+    """Draw all yarns and, beside a view from the front, a close-up of the middle of the front."""
+    radius = float(np.median(yarns.drawn_radius))
+    towards, up = view_directions(yarns.points, options.view or FRONT)
+    layout = _layout(yarns, towards, up, options)
+    part = (layout.part[0] * (KEY_LEFT if coloured.key else 1.0), layout.part[1])
+    with picture(path, options, panels=layout.panels, key=coloured.key) as plotter:
         plotter.subplot(0, 0)
-        _draw(plotter, yarns, np.arange(len(yarns.segment_points)), detail_for(len(yarns.segment_points)), colours)
-        aspect = size[0] / size[1]
-        look(plotter, camera_around(yarns.points, towards, up, aspect, part=layout.part, clearance=radius))
-        plotter.camera.SetWindowCenter(*layout.centre)
-        shade_hollows(plotter, 6 * radius)
+        everything = np.arange(len(yarns.segment_points))
+        _draw(plotter, yarns, everything, detail_for(len(everything)), coloured, options)
+        framed = yarns.points
+        if options.body is not None:
+            add_body(plotter, options.body)
+            framed = np.concatenate([framed, options.body.vertices])
+        look(plotter, camera_around(framed, towards, up, options.aspect, part=part, clearance=radius))
+        plotter.camera.SetWindowCenter(*_centre(layout, part))
+        shade_hollows(plotter, 4 * radius, options)
         if layout is not ALONE:
             plotter.subplot(0, 1)
-            plotter.set_background(DUSK, all_renderers=False)
-            height = layout.close_up_height(size, radius)
-            camera, segments = _close_up(yarns, towards, up, height, layout.close_up_aspect(size))
-            _draw(plotter, yarns, segments, (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), colours)
-            look(plotter, camera)
-            shade_hollows(plotter, 3 * radius)
+            if options.background is None:
+                plotter.set_background(DUSK, all_renderers=False)
+            height = layout.close_up_height(options.size, float(np.median(yarns.radius)))
+            focus, normal = front_patch(
+                yarns.points, towards, up, 0.5 * height * min(layout.close_up_aspect(options.size), 1.0)
+            )
+            extent = (height * layout.close_up_aspect(options.size), height)
+            _draw_region(plotter, yarns, coloured, options, camera_at(focus, normal, up, height), extent)
+
+
+def _render_place(
+    yarns: YarnSet, path: FilePath, options: PictureOptions, coloured: Coloured, place: Place
+) -> None:
+    """Draw the yarns around one place."""
+    radius = float(np.median(yarns.drawn_radius))
+    width = options.extent or CLOSE_UP_EXTENT * radius
+    towards, up = view_directions(yarns.points, options.view or FRONT)
+    whole = camera_around(yarns.points, towards, up, options.aspect, clearance=radius)
+    surface = Surface(yarns.points, yarns.face, yarns.row)
+    middle, patch = close_up_patch(surface, place, whole, options.aspect, width)
+    normal = towards if options.view is not None else outward_normal(yarns.points, patch, towards)
+    focus = yarns.points[patch].mean(axis=0) if len(patch) > 2 else yarns.points[middle]
+    height = width / options.aspect
+    with picture(path, options, key=coloured.key) as plotter:
+        if options.body is not None:
+            add_body(plotter, options.body)
+        _draw_region(plotter, yarns, coloured, options, camera_at(focus, normal, up, height), (width, height))
+
+
+def _layout(yarns: YarnSet, towards: FloatArray, up: FloatArray, options: PictureOptions) -> Layout:
+    """Choose the layout; only a picture from the front, with room beside the object, has a close-up."""
+    if not options.inset or options.view not in (None, FRONT) or options.body is not None:
+        return ALONE
+    return layout_for(yarns.points, towards, up, float(np.median(yarns.radius)))
+
+
+def _centre(layout: Layout, part: tuple[float, float]) -> tuple[float, float]:
+    """Centre of the window for a part of the picture; a legend leaves less room on the right."""
+    return (layout.centre[0] + layout.part[0] - part[0], layout.centre[1])
 
 
 def detail_for(count: int) -> tuple[int, int]:
@@ -69,21 +121,61 @@ def detail_for(count: int) -> tuple[int, int]:
     return next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
 
 
-def _close_up(
-    yarns: YarnSet, towards: FloatArray, up: FloatArray, height: float, aspect: float
-) -> tuple[Camera, IntArray]:
-    """A camera opposite to the middle of the front, and the segments in its picture."""
-    extent = height * max(aspect, 1.0)
-    focus, normal = front_patch(yarns.points, towards, up, 0.5 * height * min(aspect, 1.0))
-    offset = yarns.points[yarns.segment_points].mean(axis=1) - focus
-    near = (np.linalg.norm(offset, axis=1) < extent) & (np.abs(offset @ normal) < 0.5 * height)
-    return camera_at(focus, normal, up, height), np.flatnonzero(near)
+def _draw_region(
+    plotter: pyvista.Plotter, yarns: YarnSet, coloured: Coloured, options: PictureOptions, camera: Camera,
+    extent: tuple[float, float],
+) -> None:  # fmt: skip
+    """Draw the segments in the picture of a close-up, without the surfaces before and behind it.
+
+    Args:
+        plotter: the plotter.
+        yarns: the yarns.
+        coloured: colours of the control points.
+        options: options of the picture.
+        camera: the camera of the close-up.
+        extent: width and height of the region [cm].
+    """
+    depth = camera.position - camera.focus
+    offset = yarns.points[yarns.segment_points].mean(axis=1) - camera.focus
+    near = np.linalg.norm(offset, axis=1) < max(extent)
+    near &= np.abs(offset @ (depth / np.linalg.norm(depth))) < 0.5 * extent[1]
+    if near.any():
+        _draw(plotter, yarns, np.flatnonzero(near), (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), coloured, options)
+    look(plotter, camera)
+    shade_hollows(plotter, 2 * float(np.median(yarns.drawn_radius)), options)
 
 
 def _draw(
-    plotter: pyvista.Plotter, yarns: YarnSet, segments: IntArray, detail: tuple[int, int], colours: NDArray[np.uint8]
-) -> None:
+    plotter: pyvista.Plotter, yarns: YarnSet, segments: IntArray, detail: tuple[int, int], coloured: Coloured,
+    options: PictureOptions,
+) -> None:  # fmt: skip
+    tubes, control_point = yarn_tubes(yarns, segments, detail, options.plies)
+    add_tubes(plotter, tubes, dim_colours(coloured.points)[control_point])
+
+
+def yarn_tubes(
+    yarns: YarnSet, segments: IntArray, detail: tuple[int, int], plies: int
+) -> tuple[TubeMesh, IntArray]:
+    """Return tubes of the apparent radius around some segments, and the control point of each vertex.
+
+    Args:
+        yarns: the yarns.
+        segments: numbers of the segments, ascending.
+        detail: sides of a tube and samples per segment; twisted strands get more samples where a turn needs them.
+        plies: number of strands of each yarn.
+    """
     sides, samples = detail
+    if plies > 1:
+        turns = float(np.median(yarns.lengths)) / (LAY * float(np.median(yarns.drawn_radius)))
+        samples = max(samples, int(np.ceil(POINTS_PER_TURN * turns)))
     curves = polylines_of_segments(yarns, segments, samples)
-    tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=sides)
-    add_tubes(plotter, tubes, colours[curves.control_point][tubes.ring])
+    radius = yarns.drawn_radius[curves.yarn]
+    if plies == 1:
+        tubes = tubes_around(curves.points, curves.closed, radius, sides=sides)
+        return tubes, curves.control_point[tubes.ring]
+    strands = plies_around(curves.points, curves.closed, radius, plies)
+    thick = np.repeat(FULLNESS * ply_radius(radius, plies), plies)
+    tubes = tubes_around(strands, np.repeat(curves.closed, plies), thick, sides=sides)
+    ends = np.cumsum([len(points) for points in curves.points])[:-1]
+    control_point = np.concatenate([np.tile(own, plies) for own in np.split(curves.control_point, ends)])
+    return tubes, control_point[tubes.ring]

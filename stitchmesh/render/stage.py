@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.palette import colour_text, parse_colour
 from stitchmesh.mesh.tube_mesh import TubeMesh
 from stitchmesh.render.camera import VIEW_ANGLE, Camera
 from stitchmesh.render.gl_probe import check_display
 from stitchmesh.render.lettering import Colour, draw_key, write_caption
+from stitchmesh.render.options import TRANSPARENT, PictureOptions
+from stitchmesh.render.surface import add_faces
 
 if TYPE_CHECKING:
     import pyvista
@@ -25,6 +29,8 @@ PAPER = "#efece6"
 """Background colour at the top of a picture."""
 SHADE = "#d9d4ca"
 """Background colour at the bottom of a picture."""
+BODY = (198, 184, 170)
+"""Colour of a body, sRGB."""
 DUSK = "#57514b"
 """Background colour of a close-up."""
 
@@ -39,6 +45,8 @@ LIGHTS = (((-0.55, 0.75, 0.9), 1.15), ((0.9, 0.1, 0.6), 0.42), ((0.1, -0.6, 0.7)
 
 The key light is at the upper left, the fill light at the right, and a weak light below."""
 
+DIMMED = 210 / 255
+"""Factor of the sRGB colours of yarn; it is below 1, because the total intensity of the lights is above 1."""
 KEY_LEFT = 0.8
 """Left border of a legend of colours, divided by the width of the picture."""
 OVERSIZE = 2
@@ -50,7 +58,7 @@ HOLLOW_SAMPLES = 16
 @contextmanager
 def picture(
     path: FilePath,
-    size: tuple[int, int],
+    options: PictureOptions,
     *,
     panels: tuple[Viewport, ...] = (WHOLE,),
     caption: str = "",
@@ -60,7 +68,7 @@ def picture(
 
     Args:
         path: a ``.png`` file; missing folders are created.
-        size: width and height [pixels].
+        options: size and background of the picture.
         panels: borders of each panel; a panel covers the panels before it.
         caption: line of text in the lower left corner.
         key: names and colours of a legend, which is drawn to the right of ``KEY_LEFT``.
@@ -74,7 +82,8 @@ def picture(
     import pyvista
     from PIL import Image
 
-    window = [OVERSIZE * size[0], OVERSIZE * size[1]]
+    window = [OVERSIZE * options.size[0], OVERSIZE * options.size[1]]
+    transparent = options.background == TRANSPARENT
     with atomic_path(path) as temporary:
         plotter = pyvista.Plotter(
             off_screen=True, window_size=window, shape=(1, len(panels)), border=False, lighting="none"
@@ -82,14 +91,27 @@ def picture(
         for renderer, viewport in zip(plotter.renderers, panels, strict=True):
             renderer.viewport = viewport
         try:
-            plotter.set_background(SHADE, top=PAPER)
+            _set_background(plotter, options.background)
             yield plotter
-            image = Image.fromarray(plotter.screenshot(return_img=True)).reduce(OVERSIZE)
+            shot = plotter.screenshot(return_img=True, transparent_background=transparent)
+            image = Image.fromarray(shot).reduce(OVERSIZE)
             write_caption(image, caption)
             draw_key(image, key, KEY_LEFT)
             image.save(temporary)
         finally:
             plotter.close()
+
+
+def _set_background(plotter: pyvista.Plotter, background: str | None) -> None:
+    if background is None:
+        plotter.set_background(SHADE, top=PAPER)
+    elif background != TRANSPARENT:
+        plotter.set_background(colour_text(parse_colour(background)))
+
+
+def add_body(plotter: pyvista.Plotter, body: Mesh) -> None:
+    """Add a body as a smooth pale surface."""
+    add_faces(plotter, body, np.tile(np.array(BODY, dtype=np.uint8), (body.face_count, 1)))
 
 
 def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8]) -> None:
@@ -103,6 +125,11 @@ def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uin
         surface, scalars=colours, rgb=True, smooth_shading=True, culling="back", ambient=0.16, diffuse=1.0,
         specular=0.08, specular_power=6,
     )  # fmt: skip
+
+
+def dim_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return sRGB colours that are not brighter than their yarn under all lights of the scene."""
+    return np.round(DIMMED * colours).astype(np.uint8)
 
 
 def look(plotter: pyvista.Plotter, camera: Camera) -> None:
@@ -122,11 +149,13 @@ def look(plotter: pyvista.Plotter, camera: Camera) -> None:
         plotter.add_light(light, only_active=True)
 
 
-def shade_hollows(plotter: pyvista.Plotter, reach: float) -> None:
-    """Add ambient occlusion, which darkens hollows and makes loops distinguishable.
+def shade_hollows(plotter: pyvista.Plotter, reach: float, options: PictureOptions) -> None:
+    """Add ambient occlusion, which darkens hollows and makes loops distinguishable, if the options ask for it.
 
     Args:
         plotter: the plotter; its active panel is changed.
         reach: distance up to which surfaces occlude each other [cm].
+        options: options of the picture.
     """
-    plotter.enable_ssao(radius=reach, bias=0.05 * reach, kernel_size=HOLLOW_SAMPLES, blur=True)
+    if options.occlusion:
+        plotter.enable_ssao(radius=reach, bias=0.05 * reach, kernel_size=HOLLOW_SAMPLES, blur=True)

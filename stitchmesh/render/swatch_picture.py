@@ -4,23 +4,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stitchmesh.io.contents import FilePath
-from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.tube_mesh import tubes_around
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.render.camera import camera_at
-from stitchmesh.render.picture import detail_for
-from stitchmesh.render.stage import add_tubes, look, picture, shade_hollows
+from stitchmesh.render.colouring import colour_yarns
+from stitchmesh.render.options import DEFAULTS, PICTURE_SIZE, PictureOptions
+from stitchmesh.render.picture import detail_for, yarn_tubes
+from stitchmesh.render.stage import add_tubes, dim_colours, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.colours import WOOLS
-from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarn.tiling import tile_yarns
 
 LONGER_SIDE = 1400
 """Pixels along the longer side of a picture."""
-DIMMED = 210.0
-"""Brightness of white yarn [sRGB]; it is below 255, because the total intensity of the lights is above one."""
+DEFAULT_TILES = (5, 5)
+"""Default number of visible periods along the courses and along the wales."""
 SLIMMEST = 0.25
 """Smallest ratio of the shorter to the longer side of a picture."""
 BEYOND = 4.0
@@ -29,19 +30,22 @@ BEYOND = 4.0
 Perspective shifts the near side of the yarn outwards."""
 
 
-def render_swatch(yarns: YarnSet, path: FilePath, tiles: tuple[int, int], *, longer_side: int = LONGER_SIDE) -> None:
-    """Draw tiles of a fabric in the colours of its yarns.
+def render_swatch(
+    yarns: YarnSet, path: FilePath, tiles: tuple[int, int] = DEFAULT_TILES, options: PictureOptions = DEFAULTS
+) -> None:
+    """Draw tiles of a fabric, which fill the whole picture.
 
     Args:
         yarns: a set of yarns on a lattice; the front is the side to which the cross product of the periods points.
         path: a ``.png`` file; missing folders are created.
         tiles: number of visible periods along the courses and along the wales.
-        longer_side: longer side of the picture [pixels].
+        options: colours, background and strands. The picture has the shape of the tiles: its longer side is the longer
+            side of ``size``, or ``LONGER_SIDE`` by default.
 
     Raises:
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
-        ParameterError: a number of tiles is not a positive integer.
+        ParameterError: a number of tiles is not a positive integer, or the colour is unknown.
         YarnError: the yarns have no lattice.
     """
     around = tile_yarns(yarns, tiles[0] + 2, tiles[1] + 2)
@@ -49,16 +53,24 @@ def render_swatch(yarns: YarnSet, path: FilePath, tiles: tuple[int, int], *, lon
     corner = yarns.lattice.shift(np.array([1, 1]))
     frame, extent = _frame(yarns, tiles)
     middle = corner + 0.5 * yarns.lattice.shift(np.array(tiles)) + _middle(yarns)
-    radius = float(yarns.radius.max())
+    radius = float(yarns.drawn_radius.max())
     visible = _visible_segments(around, frame, middle, extent, BEYOND * radius)
-    sides, samples = detail_for(len(visible))
-    curves = polylines_of_segments(around, visible, samples)
-    tubes = tubes_around(curves.points, curves.closed, around.radius[curves.yarn], sides=sides)
-    wool = np.round(DIMMED * WOOLS[around.colour % len(WOOLS)]).astype(np.uint8)
-    with picture(path, _pixels(extent, longer_side)) as plotter:
-        add_tubes(plotter, tubes, wool[around.point_yarn[curves.control_point]][tubes.ring])
+    coloured = colour_yarns(
+        _in_cell(around, options.fabric), options.colour or "yarn", fabric=options.fabric, blend=options.blend
+    )
+    tubes, control_point = yarn_tubes(around, visible, detail_for(len(visible)), options.plies)
+    longer_side = LONGER_SIDE if options.size == PICTURE_SIZE else max(options.size)
+    with picture(path, replace(options, size=_pixels(extent, longer_side)), key=coloured.key) as plotter:
+        add_tubes(plotter, tubes, dim_colours(coloured.points)[control_point])
         look(plotter, camera_at(middle, frame[2], frame[1], float(extent[1])))
-        shade_hollows(plotter, 4 * radius)
+        shade_hollows(plotter, 2.5 * radius, options)
+
+
+def _in_cell(tiles: YarnSet, fabric: StitchMesh | None) -> YarnSet:
+    """Return tiles whose control points have the faces of the stitch mesh of one cell; tiles are numbered in turn."""
+    if fabric is None:
+        return tiles
+    return replace(tiles, face=np.where(tiles.face >= 0, tiles.face % fabric.face_count, tiles.face))
 
 
 def _frame(yarns: YarnSet, tiles: tuple[int, int]) -> tuple[FloatArray, FloatArray]:

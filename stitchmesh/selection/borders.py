@@ -19,13 +19,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import LEFT, RIGHT, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.polygon_mesh import ranges
 
 TIP_LENGTH = 15.0
 """Length of a border below which it can be a tip [cm]; the hand of a small child does not go through it."""
 CONVERGING = 0.8
 """Largest alignment of the wales at a tip: length of the sum of their vectors, divided by the sum of their lengths."""
+SPIRAL_STEP = 1
+"""Number of wale sides at the border of a spiral, where its first or its last turn begins."""
 OFF_MIDDLE = 0.2
 """Distance from the middle plane from which a border lies on one side, divided by half the width of the garment."""
 TALLEST = 0.5
@@ -47,7 +49,7 @@ class Border:
     centre: FloatArray
     """Centre of the border line [cm], shape (3,)."""
     along_rows: bool
-    """Whether all sides are course sides, so that the border is a first or a last row."""
+    """Whether the border is a first or a last row: all sides are course sides, except for the step of a spiral."""
 
 
 def borders(fabric: StitchMesh) -> list[Border]:
@@ -99,23 +101,27 @@ def band_distance(fabric: StitchMesh, sides: IntArray, farthest: int | None = No
 
 
 def _corners_by_vertex(fabric: StitchMesh) -> tuple[IntArray, IntArray]:
-    """Return the corners sorted by their vertices, and the index of the first corner of each vertex (CSR)."""
-    order = np.argsort(fabric.face_vertex, kind="stable")
-    counts = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
-    return np.concatenate([[0], np.cumsum(counts)]), order
+    """Return the index of the first corner of each vertex, and the corners sorted by their vertices (CSR)."""
+    from scipy.sparse import coo_array
+
+    corners = np.arange(fabric.side_count)
+    shape = len(fabric.vertices), fabric.side_count
+    sorted_corners = coo_array((np.ones(len(corners), dtype=bool), (fabric.face_vertex, corners)), shape=shape).tocsr()
+    return sorted_corners.indptr, sorted_corners.indices
 
 
 def _measured(fabric: StitchMesh, number: int, sides: IntArray) -> Border:
-    position = fabric.corner_position
-    middle = (position[sides] + position[fabric.side_next[sides]]) / 2
-    length = fabric.side_length[sides]
+    start = fabric.vertices[fabric.face_vertex[sides]]
+    end = np.roll(start, -1, axis=0)  # A border side ends where the next one starts.
+    length = np.linalg.norm(end - start, axis=1)
+    role = fabric.role_of(sides)
     return Border(
         number=number,
         name=f"border {number}",
         sides=sides,
         length=float(length.sum()),
-        centre=np.average(middle, axis=0, weights=length),
-        along_rows=not fabric.is_wale[sides].any(),
+        centre=np.average((start + end) / 2, axis=0, weights=length),
+        along_rows=bool(np.isin(role, (LEFT, RIGHT)).sum() <= SPIRAL_STEP),
     )
 
 
@@ -123,9 +129,10 @@ def _is_tip(fabric: StitchMesh, border: Border) -> bool:
     if border.length >= TIP_LENGTH or not border.along_rows:
         return False
     faces = fabric.side_face[border.sides]
-    position = fabric.corner_position
     left, right = fabric.left_wale[faces], fabric.right_wale[faces]
-    wales = position[left] + position[fabric.side_next[right]] - position[fabric.side_next[left]] - position[right]
+    start, end = fabric.face_start[:-1][faces], right + 1  # Corners at the lower left and at the upper right.
+    position = fabric.vertices[fabric.face_vertex[np.stack([left, end, start, right])]]
+    wales = position[0] + position[1] - position[2] - position[3]
     return bool(np.linalg.norm(wales.sum(axis=0)) <= CONVERGING * np.linalg.norm(wales, axis=1).sum())
 
 

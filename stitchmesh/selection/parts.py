@@ -48,9 +48,7 @@ class Parts:
     @cached_property
     def face_centre(self) -> FloatArray:
         """Mean of the corners of each face [cm], shape (F, 3)."""
-        fabric = self.fabric
-        total = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1], axis=0)
-        return total / np.diff(fabric.face_start)[:, None]
+        return face_centres(self.fabric, np.arange(self.fabric.face_count))
 
     @cached_property
     def row_numbers(self) -> IntArray:
@@ -74,7 +72,7 @@ class Parts:
     @cached_property
     def row_axis(self) -> FloatArray:
         """Vector area of the ring through the face centres of each row [cm^2], shape (R, 3)."""
-        after = right_neighbours(self.fabric)
+        after = self.right_neighbour
         inner = np.flatnonzero(after != BORDER)
         offset = self.face_centre - self.row_centre[self.row_index]
         spans = np.zeros_like(offset)
@@ -82,31 +80,48 @@ class Parts:
         return 0.5 * self._row_sum(spans)
 
     @cached_property
+    def right_neighbour(self) -> IntArray:
+        """Right neighbour of each face, ``BORDER`` where its row ends, shape (F,)."""
+        return right_neighbours(self.fabric)
+
+    @cached_property
+    def row_normal(self) -> FloatArray:
+        """Mean unit normal of the faces of each open row, shape (R, 3); 0 for a closed row, which points everywhere."""
+        fabric, count = self.fabric, len(self.row_numbers)
+        is_open = np.zeros(count, dtype=bool)
+        is_open[self.row_index[self.right_neighbour == BORDER]] = True
+        faces = np.flatnonzero(is_open[self.row_index])
+        sizes = np.diff(fabric.face_start)[faces]
+        sides = fabric.sides_of(faces)
+        start, end = (fabric.vertices[fabric.face_vertex[corners]] for corners in (sides, fabric.side_next[sides]))
+        normal = np.zeros((len(faces), 3))
+        if len(faces):
+            normal = np.add.reduceat(np.cross(start, end), np.cumsum(sizes) - sizes, axis=0)
+            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        row = self.row_index[faces]
+        total = np.stack([np.bincount(row, normal[:, k], count) for k in range(3)], axis=1)
+        return total / np.bincount(self.row_index)[:, None]
+
+    @cached_property
     def runs_around(self) -> NDArray[np.bool_]:
         """Whether each row runs around the body or a limb, shape (R,).
 
         A closed ring and a turn of a spiral do, and an open row does if its normals point in most directions.
         """
-        ends = self.row_index[right_neighbours(self.fabric) == BORDER]
-        is_open = np.bincount(ends, minlength=len(self.row_numbers)) > 0
-        return ~is_open | (np.linalg.norm(self.row_normal, axis=1) < FLAT_ROW)
-
-    @cached_property
-    def row_normal(self) -> FloatArray:
-        """Mean unit normal of the faces of each row, shape (R, 3); near 0 for a row that runs around."""
-        area = self.fabric.face_vector_area
-        length = np.linalg.norm(area, axis=1, keepdims=True)
-        return self._row_sum(area / length) / np.bincount(self.row_index)[:, None]
+        return np.linalg.norm(self.row_normal, axis=1) < FLAT_ROW
 
     @cached_property
     def rows_beside(self) -> list[list[int]]:
         """Rows that share course edges with each row, by index, in ascending order."""
         fabric, count = self.fabric, len(self.row_numbers)
-        sides = np.flatnonzero(~fabric.is_wale & (fabric.twin != BORDER))
-        row, other = self.row_index[fabric.side_face[sides]], self.row_index[fabric.side_face[fabric.twin[sides]]]
+        sides = np.flatnonzero((fabric.twin > np.arange(fabric.side_count)) & ~fabric.is_wale)
+        one, other = self.row_index[fabric.side_face[sides]], self.row_index[fabric.side_face[fabric.twin[sides]]]
+        joined = np.zeros((count, count), dtype=bool)
+        joined[one, other] = joined[other, one] = True
+        np.fill_diagonal(joined, False)
         beside: list[list[int]] = [[] for _ in range(count)]
-        for key in np.unique((row * count + other)[row != other]).tolist():
-            beside[key // count].append(key % count)
+        for row, neighbour in np.argwhere(joined).tolist():
+            beside[row].append(neighbour)
         return beside
 
     @cached_property
@@ -120,13 +135,13 @@ class Parts:
         for root in range(len(axis)):
             if reached[root]:
                 continue
-            forward[root], reached[root] = _perpendicular(FORWARD, axis[root], UP), True
+            forward[root], reached[root] = perpendicular(FORWARD, axis[root], UP), True
             waiting = deque([root])
             while waiting:
                 row = waiting.popleft()
                 for other in self.rows_beside[row]:
                     if not reached[other]:
-                        forward[other] = _perpendicular(forward[row], axis[other], forward[row])
+                        forward[other] = perpendicular(forward[row], axis[other], forward[row])
                         reached[other] = True
                         waiting.append(other)
         return forward
@@ -185,7 +200,7 @@ class Parts:
         return bool(self.runs_around[row]) and len(further) <= 1
 
 
-def _perpendicular(vector: FloatArray, axis: FloatArray, otherwise: FloatArray) -> FloatArray:
+def perpendicular(vector: FloatArray, axis: FloatArray, otherwise: FloatArray) -> FloatArray:
     """Return the unit vector along the part of a unit vector perpendicular to a unit axis; the axis may be 0.
 
     If the vector is nearly parallel to the axis, ``otherwise`` takes its place.
@@ -196,3 +211,10 @@ def _perpendicular(vector: FloatArray, axis: FloatArray, otherwise: FloatArray) 
         if length >= STEEP:
             return part / length
     return vector
+
+
+def face_centres(fabric: StitchMesh, faces: IntArray) -> FloatArray:
+    """Return the mean of the corners of some faces [cm], shape (n, 3)."""
+    sizes = np.diff(fabric.face_start)[faces]
+    position = fabric.vertices[fabric.face_vertex[fabric.sides_of(faces)]]
+    return np.add.reduceat(position, np.cumsum(sizes) - sizes, axis=0) / sizes[:, None]

@@ -8,7 +8,8 @@ are combined by ``&``, ``|`` and ``~``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from stitchmesh.errors import ParameterError
@@ -297,3 +298,15 @@ def _listed(spans: Spans) -> str:
 
 def _run(direction: Direction, count: int | None) -> str:
     return ("" if direction == "both" else f" {direction}") + ("" if count is None else f" {count}")
+
+
+def with_paths(selection: Selection, change: Callable[[str], str]) -> Selection:
+    """Return a selection in which the paths of files are changed."""
+    match selection:
+        case FacesOfFile(path):
+            return FacesOfFile(change(path))
+        case Without(part):
+            return Without(with_paths(part, change))
+        case Either(one, other) | Both(one, other):
+            return replace(selection, one=with_paths(one, change), other=with_paths(other, change))
+    return selection

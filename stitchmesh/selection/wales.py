@@ -16,7 +16,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import course_through
-from stitchmesh.selection.parts import LEFT_HAND, Parts
+from stitchmesh.selection.parts import FORWARD, LEFT_HAND, UP, Parts, face_centres, perpendicular
 from stitchmesh.selection.selection import Panel, Rectangle, RectangleBetween, Ring, Wale
 
 
@@ -113,28 +113,35 @@ def panel_faces(parts: Parts, panel: Panel) -> IntArray:
 
 def _middle_of_row(parts: Parts, panel: Panel) -> list[int]:
     """Return the faces of the panel in the first row, from left to right."""
-    course = course_through(parts.fabric, int(np.flatnonzero(parts.row_index == 0)[0]))
+    fabric = parts.fabric
+    course = course_through(fabric, int(fabric.row.argmin()))
     faces = np.array(course.faces)
     if panel.width > len(faces):
         return faces.tolist()
     if not course.closed:
         start = (len(faces) - panel.width) // 2
         return faces[start : start + panel.width].tolist()
-    forward, axis = parts.row_forward[0], parts.row_axis[0]
-    leftward = np.cross(axis / np.linalg.norm(axis), forward)
-    leftward = (
-        leftward if leftward @ LEFT_HAND >= 0.0 else -leftward
-    )  # The axis of a row knitted downwards points down.
+    position = face_centres(fabric, faces)
+    forward, leftward = _directions(position)
     towards, across = {
         "front": (forward, leftward), "back": (-forward, leftward), "left": (leftward, forward),
         "right": (-leftward, forward),
     }[panel.side]  # fmt: skip
-    position = parts.face_centre[faces]
     aside = np.abs(_window_sums(_from_middle(position @ across), panel.width))
     outside = _window_sums(_from_middle(position @ towards), panel.width) > 0.0
     aside = np.where(outside, aside, np.inf)
     best = int(np.flatnonzero(aside <= aside.min() + parts.rounding * panel.width)[0])
     return np.roll(faces, -best)[: panel.width].tolist()
+
+
+def _directions(ring: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the directions forward and to the left that are perpendicular to the axis of a ring of points."""
+    offset = ring - ring.mean(axis=0)
+    axis = np.cross(offset, np.roll(offset, -1, axis=0)).sum(axis=0)
+    axis /= np.linalg.norm(axis)
+    forward = perpendicular(FORWARD, axis, UP)
+    leftward = np.cross(axis, forward)
+    return forward, leftward if leftward @ LEFT_HAND >= 0.0 else -leftward  # A row knitted downwards points down.
 
 
 def _from_middle(values: FloatArray) -> FloatArray:

@@ -157,6 +157,7 @@ class _Tessellation:
             n_top=np.array(faces.n_top),
             stitch=_with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
             row=np.array(faces.row),
+            palette=self.labeled.palette,
         )
 
 

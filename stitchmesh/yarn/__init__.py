@@ -3,6 +3,7 @@
 """Yarns: curves, rest lengths, radii, colours, and tiles of a periodic set of yarns."""
 
 from stitchmesh.yarn.yarn_set import (
+    APPARENT_OVER_CONTACT,
     FLOATING,
     GAUSS_POINTS,
     UNKNOWN_FACE,
@@ -14,6 +15,7 @@ from stitchmesh.yarn.yarn_set import (
 )
 
 __all__ = [
+    "APPARENT_OVER_CONTACT",
     "FLOATING",
     "GAUSS_POINTS",
     "UNKNOWN_FACE",

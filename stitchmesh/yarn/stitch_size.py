@@ -28,7 +28,8 @@ class StitchSize:
 
 def stitch_size(
     yarn: str | Yarn | None = None, gauge: str | Gauge | None = None, *, stitch_width: float | None = None,
-    stitch_height: float | None = None, yarn_radius: float | None = None, loop_length: float | None = None,
+    stitch_height: float | None = None, yarn_radius: float | None = None, drawn_radius: float | None = None,
+    loop_length: float | None = None,
 ) -> StitchSize:  # fmt: skip
     """Return the sizes of a stitch and of its yarn.
 
@@ -42,6 +43,7 @@ def stitch_size(
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm].
         yarn_radius: radius of the core of the yarn [cm].
+        drawn_radius: radius of the yarn in pictures [cm].
         loop_length: yarn length of a plain stitch [cm].
 
     Raises:
@@ -51,15 +53,18 @@ def stitch_size(
     knitted = _gauge(known, parse_gauge(gauge) if isinstance(gauge, str) else gauge, stitch_width, stitch_height)
     if knitted is None:
         return StitchSize(
-            stitch_width=stitch_width, stitch_height=stitch_height, yarn_radius=yarn_radius, loop_length=loop_length
-        )
+            stitch_width=stitch_width, stitch_height=stitch_height, yarn_radius=yarn_radius,
+            drawn_radius=drawn_radius, loop_length=loop_length,
+        )  # fmt: skip
     if yarn_radius is None:
         yarn_radius = knitted.stitch_width / WIDTH_OVER_CORE if known is None else known.core_radius
+    if drawn_radius is None and known is not None:
+        drawn_radius = max(known.apparent_radius, yarn_radius)
     return StitchSize(
         stitch_width=knitted.stitch_width,
         stitch_height=knitted.stitch_height if stitch_height is None else stitch_height,
         yarn_radius=yarn_radius,
-        drawn_radius=None if known is None else max(known.apparent_radius, yarn_radius),
+        drawn_radius=drawn_radius,
         loop_length=knitted.loop_length if loop_length is None else loop_length,
     )
 

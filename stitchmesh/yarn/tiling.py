@@ -85,6 +85,8 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
         part=yarns.part[source],
         colour=yarns.colour[owner],
         natural_curvature=yarns.natural_curvature[source],
+        palette=yarns.palette,
+        drawn_radius=yarns.drawn_radius[owner],
     )
     if not periodic:
         return plain

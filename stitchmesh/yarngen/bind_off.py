@@ -61,6 +61,7 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
         twist=np.concatenate([fabric.twist, plain]),
         cable_shift=np.concatenate([fabric.cable_shift, plain]),
         cable_layer=np.concatenate([fabric.cable_layer, plain]),
+        palette=fabric.palette,
     )
     return whole if (fabric.yarn == fabric.yarn[0]).all() else _with_one_yarn_per_bind_off(whole, fabric.face_count)
 

@@ -13,7 +13,7 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
-from stitchmesh.yarn import FLOATING, YarnSet, segment_points
+from stitchmesh.yarn import APPARENT_OVER_CONTACT, FLOATING, YarnSet, segment_points
 from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, with_bind_off
 from stitchmesh.yarngen.bridges import SAME_IMAGE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, open_corners
@@ -31,6 +31,8 @@ from stitchmesh.yarngen.tracing import end_crossings, link_ends, trace
 
 LARGEST_RADIUS_OVER_WIDTH = 0.2
 """Largest yarn radius over the mean stitch width. Thicker yarn does not fit into the loops that hold it."""
+LARGEST_DRAWN_OVER_CONTACT = 5.0
+"""Largest apparent radius over contact radius: at five radii even stitches far apart would fill one another."""
 SMALLEST_DISTANCE_OVER_RADIUS = 0.25
 """Smallest distance between the centre lines of generated yarns, over the radius. Touching yarns are 2 apart."""
 
@@ -53,9 +55,9 @@ class YarnRoutes:
 
 
 def generate_yarns(
-    fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
-    bind_off: str = YarnFinish.bind_off, cast_on: str = YarnFinish.cast_on,
-    longest_float: int = YarnFinish.longest_float,
+    fabric: StitchMesh, *, yarn_radius: float | None = None, drawn_radius: float | None = None,
+    quality: str | Quality = DEFAULT_QUALITY, bind_off: str = YarnFinish.bind_off,
+    cast_on: str = YarnFinish.cast_on, longest_float: int = YarnFinish.longest_float,
 ) -> YarnSet:  # fmt: skip
     """Generate the yarn curves of a stitch mesh. Each yarn is one path, and the yarns interlock as the stitches define.
 
@@ -66,7 +68,9 @@ def generate_yarns(
 
     Args:
         fabric: stitch faces, relaxed or not.
-        yarn_radius: yarn radius [cm]; an eighth of the mean stitch width if not given.
+        yarn_radius: contact radius of the yarn [cm]; an eighth of the mean stitch width if not given.
+        drawn_radius: apparent radius of the yarn in pictures and files for renderers [cm];
+            ``APPARENT_OVER_CONTACT`` contact radii if not given.
         quality: its ``control_points_per_stitch`` is the number of control points of a plain stitch.
         bind_off: ``drawn``, a yarn through the last loops, or ``chain``: each loop is knitted, and the loop before it
             is passed over it.
@@ -81,7 +85,7 @@ def generate_yarns(
         the last row.
 
     Raises:
-        ParameterError: the radius is not positive or too large for the stitches, or an option is unknown.
+        ParameterError: a radius is not positive or too large for the stitches, or an option is unknown.
         YarnError: a face is a panel or has no template, two yarns start closer than a quarter of the radius, or a
             fabric on a lattice has borders.
 
@@ -89,6 +93,7 @@ def generate_yarns(
     """
     check_kind("generate_yarns", fabric, StitchMesh)
     radius = checked_radius(fabric, yarn_radius)
+    drawn = checked_drawn_radius(radius, drawn_radius)
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
     if len(panels):
         raise YarnError(f"face {panels[0]}: is a panel of a coarse mesh, not a stitch; tessellate the mesh first")
@@ -102,7 +107,7 @@ def generate_yarns(
     routes = trace_yarn_routes(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
     result = yarns_along_routes(routes, radius)
     _check_clearance(result, radius)
-    return result
+    return replace(result, drawn_radius=np.full(result.yarn_count, drawn))
 
 
 def trace_yarn_routes(
@@ -157,6 +162,24 @@ def checked_radius(fabric: StitchMesh, radius: float | None) -> float:
     return float(radius)
 
 
+def checked_drawn_radius(radius: float, drawn: float | None) -> float:
+    """The apparent radius [cm] of yarn with a contact radius; ``APPARENT_OVER_CONTACT`` radii if ``drawn`` is None.
+
+    Raises:
+        ParameterError: the apparent radius is not positive, or not from a half to ``LARGEST_DRAWN_OVER_CONTACT``
+            contact radii.
+    """
+    if drawn is None:
+        return APPARENT_OVER_CONTACT * radius
+    least, most = 0.5 * radius, LARGEST_DRAWN_OVER_CONTACT * radius
+    if not least <= drawn <= most:
+        raise ParameterError(
+            f"drawn radius: got {drawn:g} cm for yarn with a contact radius of {radius:.3g} cm; expected "
+            f"{least:.3g} to {most:.3g} cm"
+        )
+    return float(drawn)
+
+
 def _face_below(fabric: StitchMesh, whole: StitchMesh) -> IntArray:
     """Face of ``fabric`` to which each face of ``whole`` belongs, shape (F,)."""
     added = np.arange(fabric.face_count, whole.face_count)
@@ -194,6 +217,7 @@ def yarns_along_routes(routes: YarnRoutes, radius: float) -> YarnSet:
         colour=_colours(routes),
         lattice=lattice,
         lattice_step=None if lattice is None else steps,
+        palette=routes.whole.palette,
     )
     return replace(
         generated, rest_length=generated.lengths * rest_length_ratio[generated.segment_points[:, 1:3]].mean(axis=1)

@@ -17,7 +17,9 @@ stay interlocked, and it continues the displacement of the unchanged points with
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -108,15 +110,20 @@ def warm_start(
     check_kind("relaxed yarns", relaxed, YarnSet)
     check_kind("fabric before the edit", before, StitchMesh)
     check_kind("fabric after the edit", after, StitchMesh)
-    radius = float(relaxed.radius[0])  # the mean of equal radii could differ by rounding
-    old = generate_yarns(before, yarn_radius=radius, quality=quality, **options)
+    # the mean of equal radii could differ by rounding
+    generate: Callable[[StitchMesh], YarnSet] = partial(
+        generate_yarns, quality=quality, yarn_radius=float(relaxed.radius[0]),
+        drawn_radius=float(relaxed.drawn_radius[0]), **options,
+    )  # fmt: skip
+    old = generate(before)
     if not np.array_equal(old.start, relaxed.start):
         raise ParameterError(
             f"relaxed yarns: got {len(relaxed.points)} control points; this fabric and quality give {len(old.points)}; "
             "give the fabric and the quality with which the yarns were generated"
         )
-    new = generate_yarns(after if evened is None else evened, yarn_radius=radius, quality=quality, **options)
-    old_number = unchanged_points(old, _as_edited(new, after, evened, quality, options), SAME_POINT_DISTANCE * radius)
+    new = generate(after if evened is None else evened)
+    within = SAME_POINT_DISTANCE * float(relaxed.radius[0])
+    old_number = unchanged_points(old, _as_edited(new, after, evened, quality, options), within)
     # generated yarn is straight without load
     natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
     new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)

@@ -106,7 +106,7 @@ def input_fingerprint(
         ParameterError: a term or a constraint has a value that cannot be compared.
     """
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
-    found |= fingerprint("yarns", yarns) | fingerprint("material", material)
+    found |= fingerprint("yarns", yarns, without=("palette", "drawn_radius")) | fingerprint("material", material)
     found |= fingerprint("quality", quality, without=("tolerance", "max_iterations"))
     found |= {"cell": "kept"} if cell is None else fingerprint("cell", cell)
     for kind, choices in (("term", terms), ("constraint", constraints)):

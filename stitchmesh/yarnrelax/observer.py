@@ -12,6 +12,9 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.progress import Progress as StageProgress
+from stitchmesh.progress import relaxing_progress
+from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -24,6 +27,12 @@ PROGRESS_SECONDS = 0.5
 
 Progress = Callable[[HistoryEntry], None]
 """Called with iteration, seconds, residual and energies by term [erg]."""
+
+
+def report_entries(quality: Quality, progress: StageProgress) -> Progress:
+    """Return a function that reports the entries of the history as the progress of a stage."""
+    report = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
+    return lambda entry: report(entry["iteration"], entry["residual"], entry["energies"])
 
 
 @dataclass(eq=False)

@@ -8,7 +8,7 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from stitchmesh.errors import ParameterError, SolverError, check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
@@ -26,7 +27,7 @@ from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.observer import Observer, Progress
+from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
@@ -63,7 +64,7 @@ def relax_yarns(
     terms: Sequence[TermChoice] = (),
     constraints: Sequence[ConstraintChoice] = (),
     cell: RelaxCell | None = None,
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
     on_state: Callable[[YarnSet], None] | None = None,
     checkpoint: Checkpoints | None = None,
     resume: FilePath | None = None,
@@ -86,7 +87,8 @@ def relax_yarns(
         constraints: constraints on control points.
         cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
             terms and constraints, which do not support a cell that deforms.
-        progress: called about every half second.
+        progress: called about every half second; by default a line shows the progress on a terminal or in a notebook,
+            and False shows nothing.
         on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
         checkpoint: where and how often to write what is needed to resume; also written at the start and at any end.
         resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
@@ -116,15 +118,16 @@ def relax_yarns(
         kind = simulation.model.device
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
     loop = RelaxationLoop(simulation, quality.tolerance)
-    observer = Observer(loop, progress, on_state, checkpoint, inputs, began)
-    if resume is not None:
-        observer.resume(read_state(resume, inputs))
-    try:
-        _run_to_rest(loop, quality, observer.note)
-    except (KeyboardInterrupt, SolverError):
-        observer.hand_over()
-        raise
-    observer.write_checkpoint()
+    with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
+        observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began)
+        if resume is not None:
+            observer.resume(read_state(resume, inputs))
+        try:
+            _run_to_rest(loop, quality, observer.note)
+        except (KeyboardInterrupt, SolverError):
+            observer.hand_over()
+            raise
+        observer.write_checkpoint()
     if not loop.at_rest[0]:
         _warn(loop)
     relaxed = simulation.good_yarns()

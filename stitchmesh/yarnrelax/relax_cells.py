@@ -11,13 +11,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.convergence import rest_text
@@ -28,6 +30,8 @@ from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
+CellProgress = Callable[[int, int], None]
+"""Called with the number of cells at rest and the number of iterations."""
 SMALL_PART = 0.25
 """Part of all contact samples below which the cells that are not at rest continue without the others."""
 
@@ -70,7 +74,7 @@ def relax_cells(
     free: Sequence[RelaxCell] | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: CellProgress | Literal[False] | None = None,
 ) -> RelaxedCells:
     """Relax many periodic cells at once, in launches that all cells share; no yarn passes through another.
 
@@ -86,7 +90,8 @@ def relax_cells(
             the periods are kept where not given.
         quality: a preset or a ``Quality`` for all cells; its solver must be the quasistatic one.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
-        progress: called after each assessment with the number of cells at rest and the number of iterations.
+        progress: called after each assessment with the number of cells at rest and the number of iterations; by default
+            a line shows the progress on a terminal or in a notebook, and False shows nothing.
 
     Returns:
         The relaxed cells in the same order, each with a report, and a report of all.
@@ -103,8 +108,21 @@ def relax_cells(
         named = YarnMaterial.named()
         materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
     simulation = YarnSimulation(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
+    with shown_progress(progress, partial(_report_cells, len(cells))) as report_cells:
+        found, launched = _relax_all(simulation, materials, free, quality, report_cells)
+    report = {"seconds": time.perf_counter() - began, "launched": launched,
+              "converged": sum(cell.report["converged"] for cell in found.values()),
+              "device": str(device_named(device))}  # fmt: skip
+    return RelaxedCells([found[number] for number in range(len(cells))], report)
+
+
+def _relax_all(
+    simulation: YarnSimulation, materials: Sequence[YarnMaterial], free: Sequence[RelaxCell] | None, quality: Quality,
+    progress: CellProgress | None,
+) -> tuple[dict[int, RelaxedCell], int]:  # fmt: skip
+    """Relax all cells of a simulation; return the cells by number, and the iterations of the cell that did most."""
     found: dict[int, RelaxedCell] = {}
-    numbers, launched = np.arange(len(cells)), 0
+    numbers, launched = np.arange(len(materials)), 0
     while len(numbers):
         run = _Run(simulation, quality, launched)
         while run.active.any() and run.launched < quality.max_iterations and not run.is_mostly_done:
@@ -122,10 +140,12 @@ def relax_cells(
             before, simulation = simulation, YarnSimulation(rest, quality, simulation.model.device, cells=own)
             assert isinstance(simulation.solver, LBFGS) and isinstance(before.solver, LBFGS)
             simulation.solver.continue_gradients(before.solver, remaining)
-    report = {"seconds": time.perf_counter() - began, "launched": launched,
-              "converged": sum(cell.report["converged"] for cell in found.values()),
-              "device": str(simulation.model.device)}  # fmt: skip
-    return RelaxedCells([found[number] for number in range(len(cells))], report)
+    return found, launched
+
+
+def _report_cells(count: int, progress: Progress) -> CellProgress:
+    """Return a function that reports the number of cells at rest, of ``count`` cells, as the progress of a stage."""
+    return lambda rest, done: progress("yarnrelax", rest / count, f"{rest} of {count} cells, iteration {done}")
 
 
 def _check(

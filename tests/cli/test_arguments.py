@@ -18,6 +18,7 @@ from stitchmesh.cli.arguments import one_line, parse
 from stitchmesh.cli.main import COMMANDS, main
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.pipeline import KnitOptions, RelaxOptions
+from stitchmesh.recipe.recipe import Recipe, RecipePattern, recipe_options
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
@@ -26,11 +27,15 @@ from tests.gallery import ROOT
 
 REQUIRED: dict[str, list[str]] = {
     "convert": ["a.h5", "b.h5"], "pattern": ["a.h5", "rib2x2", "-o", "b.h5"], "patterns": [], "edit": ["a.h5"],
-    "instructions": ["a.h5"], "info": ["a.h5"], "check": ["a.h5"],
+    "instructions": ["a.h5"], "info": ["a.h5"], "select": ["a.h5"], "check": ["a.h5"],
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
     "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
 }  # fmt: skip
 """Required words of the commands that need other words than a file and an output file."""
+POSITIONAL = (
+    "mesh", "file", "pattern", "fabric", "yarns", "labeled", "output", "arguments", "selections",
+)  # fmt: skip
+"""Fields of the commands that are words without a flag in one of them."""
 NAMES = [re.sub(r"(?<=[a-z])(?=[A-Z])", "-", command.__name__).lower() for command in COMMANDS]
 
 
@@ -64,13 +69,12 @@ def test_with_the_required_words_all_other_options_have_their_defaults(name, com
 def test_defaults_are_those_of_the_library():
     knit, swatch = parsed(words_of("knit")), parsed(words_of("swatch"))
     library = KnitOptions()
-    assert (knit.quality, knit.device) == (library.quality, library.device)
+    assert knit.recipe() == Recipe(mesh="a.h5") and recipe_options(Recipe(mesh="a.h5")) == library
     assert knit.stitch_width is None and knit.yarn.size() == StitchSize()  # so the width is that of the library
-    assert (knit.yarn_radius, knit.spiral) == (library.yarn_radius, library.spiral)
-    assert knit.pattern_remainder == library.pattern_remainder
+    assert knit.pattern_remainder == RecipePattern(pattern="rib2x2").remainder
     assert knit.finish == library.finish == YarnFinish()
     assert knit.material.material == RelaxOptions().material
-    assert knit.rest_lengths.rest_lengths() == RestLengths()
+    assert knit.rest_lengths.section().rest_lengths() == RestLengths()
     assert SwatchOptions(**swatch.fabric.options(woven=False), period=swatch.period) == SwatchOptions()
 
 
@@ -80,10 +84,10 @@ def test_words_set_their_fields():
         "-981", "0", "--friction", "0.2,0.3", "--twist", "5", "--rest-length", "k=1.1", "--rest-length", "row:3=0.9",
         "--no-picture", "--spiral", "--yarn-radius", "0.1", "--longest-float=3", "--solver", "dynamics",
     ])  # fmt: skip
-    assert made.rows.seed == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
+    assert made.rows.start_edge == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
     assert made.physics.gravity == (0.0, -981.0, 0.0)
     assert (made.physics.friction, made.physics.twist) == ((0.2, 0.3), (5.0,))
-    assert made.rest_lengths.rest_lengths().stitches == {"k": 1.1}
+    assert made.rest_lengths.section().rest_lengths().stitches == {"k": 1.1}
     assert made.no_picture and made.spiral and made.yarn_radius == 0.1
     assert made.finish.longest_float == 3 and made.solver.solver == "dynamics"
 
@@ -116,7 +120,7 @@ def test_a_period_is_two_sizes_or_free(words, period):
         (["knit", "a.obj", "-o", "o", "--max-iterations", "1.5"], "--max-iterations: got '1.5'; expected a whole"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "down", "0"], "--gravity: got '0 down 0'; expected numbers"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "0"], "--gravity"),
-        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--seed: got '3'; expected two whole numbers with a comma"),
+        (["knit", "a.obj", "-o", "o", "--seed", "3"], "--start-edge: got '3'; expected two whole numbers with a comma"),
         (["knit", "a.obj", "-o", "o", "--friction", "a,b"], "--friction: got 'a,b'; expected one number, or two"),
         (["knit", "a.obj", "-o", "o", "--solver", "quick"], "got 'quick'; expected one of quasistatic, dynamics"),
         (["knit", "a.obj", "-o", "o", "--stich-width", "2"], "Perhaps you meant: --stitch-width CM"),
@@ -155,7 +159,7 @@ def test_help_fits_the_terminal_and_shows_every_option(capsys, monkeypatch, name
     assert max(len(line) for line in text.splitlines() if not line.startswith("usage")) <= width
     command = COMMANDS[NAMES.index(name)]
     for option in options_of(command):
-        assert f"--{option}" in text or option in ("mesh", "file", "pattern", "fabric", "yarns", "labeled", "output")
+        assert f"--{option}" in text or option in POSITIONAL
     assert "None" not in text and "False" not in text and "``" not in text
 
 

@@ -5,11 +5,13 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import json
 import os
 import re
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +19,10 @@ import pytest
 
 from stitchmesh.cli import main as cli
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
+from stitchmesh.mesh import extent
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import plain_stitches, stitch_lengths
 from stitchmesh.yarn.yarn_presets import Yarn
 from tests.gallery import ROOT, grid, moebius, tube
@@ -59,6 +63,7 @@ def refused(capsys, *words: str) -> str:
 def test_knit_writes_its_files(knitted):
     assert {path.name for path in knitted.iterdir()} == {
         "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
+        "garment.toml",
     }  # fmt: skip
     report = json.loads((knitted / "report.json").read_text())
     for stage, keys in REPORT.items():
@@ -99,6 +104,31 @@ def test_the_stages_one_by_one_give_the_result_of_knit(tmp_path, tube_obj, knitt
     np.testing.assert_array_equal(stepwise.points, whole.points)
 
 
+def test_knit_says_in_four_lines_what_it_made(tube_obj, tmp_path, capsys):
+    words = ["knit", str(tube_obj), "--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture"]
+    assert cli.main([*words, "-o", str(tmp_path / "lines")]) == 0
+    what, gauge, state, where = capsys.readouterr().out.splitlines()
+    fabric, yarns = read_stitches(tmp_path / "lines" / "stitches.h5"), read_yarns(tmp_path / "lines" / "yarns.h5")
+    assert what == f"Knitted {fabric.face_count} stitches in {fabric.row.max() + 1} rows, {extent(yarns.points)}."
+    assert gauge.startswith(f"Gauge: {fabric_gauge(fabric)}. Yarn: {yarns.lengths.sum() / 100:.3g} m, about ")
+    assert state.startswith("Good: the yarns are at rest, stretched by at most ")
+    assert where == f"No picture was drawn; {tmp_path / 'lines' / 'report.json'} holds all numbers."
+    assert cli.main([*words, "--json", "-o", str(tmp_path / "json")]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report == json.loads((tmp_path / "json" / "report.json").read_text())
+    assert report["gauge"] == asdict(fabric_gauge(fabric))
+
+
+def test_knit_names_the_picture_to_open(tube_obj, tmp_path, capsys):
+    folder = tmp_path / "out"
+    words = ["--yarn", "bulky", "--quality", "draft", "--max-iterations", "20", "-o", str(folder)]
+    assert cli.main(["knit", str(tube_obj), *words]) == 0
+    _, gauge, state, where = capsys.readouterr().out.splitlines()
+    assert " m of bulky, about " in gauge and gauge.endswith(" g.")
+    assert state == "Not good: the yarns are not at rest after 20 iterations; raise --max-iterations."
+    assert where == f"Open {folder / 'preview.png'}; {folder / 'report.json'} holds all numbers."
+
+
 def test_a_yarn_sets_the_sizes_of_every_stage(tmp_path, tube_obj):
     rows, stitches, yarns = tmp_path / "rows.h5", tmp_path / "stitches.h5", tmp_path / "yarns.h5"
     bulky, options = Yarn.named("bulky"), ["--yarn", "bulky"]
@@ -123,14 +153,24 @@ def test_info_check_and_convert(knitted, tmp_path, capsys):
     assert "control points" in capsys.readouterr().out
     assert cli.main(["check", str(knitted / "stitches.h5")]) == 0
     assert "valid stitch mesh" in capsys.readouterr().out
+    yarns = read_yarns(knitted / "yarns.h5")
+    capsys.readouterr()
     assert cli.main(["convert", str(knitted / "yarns.h5"), str(tmp_path / "yarns.obj")]) == 0
+    counts = f"{yarns.yarn_count:,} yarns, {len(yarns.points):,} control points, {yarns.lengths.sum() / 100:.3g} m"
+    assert capsys.readouterr().out == f"Wrote {tmp_path / 'yarns.obj'}: {counts}.\n"
+    assert cli.main(["convert", str(knitted / "stitches.h5"), str(tmp_path / "stitches.smobj")]) == 0
+    assert cli.main(["convert", str(knitted / "stitches.h5"), str(tmp_path / "mesh.ply")]) == 0
+    fabric = read_stitches(knitted / "stitches.h5")
+    kind = f"stitch mesh, {fabric.face_count:,} stitches in {fabric.row.max() + 1} rows"
+    wrote = [f"Wrote {tmp_path / name}: {kind}." for name in ("stitches.smobj", "mesh.ply")]
+    assert capsys.readouterr().out.splitlines() == wrote
     assert cli.main(["info", str(tmp_path / "yarns.obj")]) == 0
 
 
 def test_render_draws_each_kind(knitted, tube_obj, tmp_path):
     for source, words in [
         (knitted / "yarns.h5", []),
-        (knitted / "stitches.h5", ["--what", "stretch"]),
+        (knitted / "stitches.h5", ["--colour-by", "strain"]),
         (tube_obj, []),
     ]:
         picture = tmp_path / "picture.png"
@@ -300,7 +340,7 @@ def test_an_output_folder_that_cannot_be_written_is_an_error(tube_obj, tmp_path,
 
 
 def test_a_machine_that_cannot_draw_writes_all_other_files(tube_obj, tmp_path, capsys, monkeypatch):
-    from stitchmesh import render
+    render = importlib.import_module("stitchmesh.render")  # the package; sm.render is its function
     from stitchmesh.errors import DisplayError
 
     def cannot(*_args, **_options):

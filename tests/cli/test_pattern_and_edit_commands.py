@@ -235,7 +235,7 @@ def edited(folder) -> tuple[StitchMesh, YarnSet]:
 def test_relax_edited_starts_from_the_relaxed_yarns(folder, tmp_path, edited, capsys):
     fabric, rested = edited
     words = ["relax-edited", folder / "rested.h5", "--before", folder / "tube.h5", "--after", folder / "edited.h5",
-             *DRAFT, "--device", "cpu", "--max-iterations", "20", "--report", tmp_path / "report",
+             *DRAFT, "--device", "cpu", "--max-iterations", "20", "--json", "--report", tmp_path / "report",
              "-o", tmp_path / "again.h5"]  # fmt: skip
     capsys.readouterr()
     assert cli.main([str(word) for word in words]) == 0
@@ -305,7 +305,7 @@ def test_info_describes_stitches_marks_and_yarns(folder, tmp_path, capsys):
     described = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
     assert described["rows"] == "6" and described["stitches"] == "89 k, 18 cast-on, 1 p"
     assert described["twisted loops"] == "1" and described["cables"] == "1 of 4 loops"
-    assert described["yarns"] == "2 (90 stitches of 0, 18 stitches of 1)"
+    assert described["colours"] == "2 (90 stitches of 0, 18 stitches of 1)"
 
 
 def test_patterns_lists_the_library(capsys):

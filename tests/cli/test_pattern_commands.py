@@ -62,8 +62,10 @@ def test_knit_takes_a_pattern(tmp_path):
     words = ["knit", str(mesh), "-o", str(folder), "--stitch-width", "1", "--pattern", "rib1x1", "--no-picture"]
     assert cli.main([*words, "--quality", "draft", "--device", "cpu", "--max-iterations", "20"]) == 0
     stitches = read_stitches(folder / "stitches.h5").stitch
-    report = json.loads((folder / "report.json").read_text())["pattern"]
-    assert report["name"] == "1 x 1 rib" and report["seconds"] > 0.0
+    report = json.loads((folder / "report.json").read_text())["patterns"]
+    assert report["seconds"] > 0.0
+    (report,) = report["laid"]
+    assert report["name"] == "1 x 1 rib" and report["on"] is None
     assert report["faces"] == np.count_nonzero(stitches != Stitch.CAST_ON) > 0
     assert report["left_out"] == []
 

@@ -61,7 +61,7 @@ def test_a_report_is_written_only_if_its_option_is_given(made, tmp_path, capsys)
     relax(made, tmp_path / "alone" / "relaxed.h5")
     assert [path.name for path in (tmp_path / "alone").iterdir()] == ["relaxed.h5"]
     capsys.readouterr()
-    relax(made, tmp_path / "out" / "relaxed.h5", "--report", tmp_path / "report")
+    relax(made, tmp_path / "out" / "relaxed.h5", "--report", tmp_path / "report", "--json")
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["relaxed.h5"]
     assert {path.name for path in (tmp_path / "report").iterdir()} == {
         "report.json", "convergence.csv", "convergence.png",
@@ -69,6 +69,14 @@ def test_a_report_is_written_only_if_its_option_is_given(made, tmp_path, capsys)
     report = json.loads((tmp_path / "report" / "report.json").read_text())
     assert report == json.loads(capsys.readouterr().out)
     assert report["iterations"] == 20 and report["device"] == "cpu"
+
+
+def test_without_a_report_the_summary_says_how_to_get_the_numbers(made, tmp_path, capsys):
+    relaxed = relax(made, tmp_path / "relaxed.h5")
+    first, second, last = capsys.readouterr().out.splitlines()
+    assert first.startswith(f"Relaxed {relaxed.yarn_count} yarns, ") and first.endswith(" cm.")
+    assert second == "Not good: the yarns are not at rest after 20 iterations; raise --max-iterations."
+    assert last == f"Wrote {tmp_path / 'relaxed.h5'}; --report DIR writes all numbers."
 
 
 def test_a_reached_limit_of_iterations_is_logged_once(made, tmp_path, capsys, monkeypatch):
@@ -115,7 +123,7 @@ def test_a_loop_length_is_that_of_every_plain_stitch(made, tmp_path):
 )
 def test_a_term_is_in_the_report_if_its_option_is_given(made, tmp_path, capsys, monkeypatch, words, term):
     monkeypatch.chdir(made)
-    relax(made, tmp_path / "relaxed.h5", *words)
+    relax(made, tmp_path / "relaxed.h5", "--json", *words)
     assert set(json.loads(capsys.readouterr().out)["energies"]) == {"stretch", "length", "bend", "contact", term}
 
 
@@ -123,7 +131,7 @@ def test_the_unit_of_a_body_has_an_effect(made, tmp_path, capsys):
     """In centimetres the body touches the yarns; in millimetres it is a tenth as large and inside them."""
     energies = []
     for unit in ("cm", "mm"):
-        relax(made, tmp_path / "relaxed.h5", "--body", made / "tube.obj", "--body-unit", unit)
+        relax(made, tmp_path / "relaxed.h5", "--json", "--body", made / "tube.obj", "--body-unit", unit)
         energies.append(json.loads(capsys.readouterr().out)["energies"]["body"])
     assert energies[0] > 0.0 and energies[1] == 0.0
 
@@ -151,9 +159,9 @@ def test_a_term_that_is_off_is_not_imported():
 
 
 def test_solver_and_material_follow_the_options(made, tmp_path, capsys):
-    relax(made, tmp_path / "relaxed.h5", "--solver", "dynamics")
+    relax(made, tmp_path / "relaxed.h5", "--json", "--solver", "dynamics")
     assert json.loads(capsys.readouterr().out)["solver"] == "dynamics"
-    relax(made, tmp_path / "relaxed.h5", "--material", "kaldor-simulation")
+    relax(made, tmp_path / "relaxed.h5", "--json", "--material", "kaldor-simulation")
     report = json.loads(capsys.readouterr().out)
     assert report["solver"] == "quasistatic"
     assert report["energies"].get("length", 0.0) == 0.0  # The material of Kaldor et al. has no length penalty.

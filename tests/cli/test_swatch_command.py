@@ -14,6 +14,7 @@ import pytest
 
 from stitchmesh.cli import main as cli
 from stitchmesh.io import read_yarns
+from stitchmesh.mesh.palette import STOCK
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.text import parse_weave
@@ -33,7 +34,8 @@ def files(tmp_path_factory) -> Path:
         "ragged.leaf": "KKP\nKK\n", "unknown.leaf": "KQ\nKK\n", "open.knit": 'pattern "x"\nround 1: k3 yo\n',
         "empty.leaf": "", "slipped.leaf": "KB\n", "empty.weave": "", "nothing.weave": 'weave "none"\n',
         "ragged.weave": "011\n10\n", "letters.weave": "0a\n10\n", "loose.weave": "01\n11\n",
-        "apart.weave": "0111\n1011\n0001\n0010\n", "matrix.txt": "01\n10\n", "long.knit": "x" * 5000,
+        "apart.weave": "0111\n1011\n0001\n0010\n", "matrix.txt": "01\n10\n",
+        "stated.txt": 'weave "plain"\n01\n10\n', "long.knit": "x" * 5000,
     }.items():  # fmt: skip
         (folder / name).write_text(text)
     (folder / "folder.weave").mkdir()
@@ -132,8 +134,13 @@ def test_options_reach_the_yarns(tmp_path):
     assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)# A sum
 
 
-def test_a_matrix_in_a_text_file_defines_a_weave(files, tmp_path):
-    cell = swatch(tmp_path, files / "matrix.txt")
+def test_digits_in_a_text_file_are_a_chart_of_colours_unless_it_states_a_weave(files, tmp_path, capsys):
+    chart = swatch(tmp_path / "chart", files / "matrix.txt", "--colour", "1=#aa2233")
+    assert set(chart.colour.tolist()) == {0, 1} and (chart.face >= 0).all()
+    np.testing.assert_array_equal(chart.palette, [STOCK[0], [0xAA, 0x22, 0x33]])
+    notes = [line for line in capsys.readouterr().err.splitlines() if "read as a chart of yarn colours" in line]
+    assert len(notes) == 1 and "name a matrix of a weave .weave" in notes[0]
+    cell = swatch(tmp_path / "weave", files / "stated.txt")
     assert cell.yarn_count == 4 and set(map(tuple, cell.lattice_step.tolist())) == {(1, 0), (0, 1)}
 
 

@@ -64,6 +64,10 @@ def _stripe(random: Random, fabric: StitchMesh) -> dict[str, object]:
     return {"yarn": random.randint(0, 3), "rows": [int(fabric.row[random.randrange(fabric.face_count)])]}
 
 
+def _recolour(random: Random, fabric: StitchMesh) -> dict[str, object]:
+    return {"yarn": random.randint(0, 5), "colour": random.choice(["navy", "cream", "#a23b4c"])}
+
+
 def _cross_cable(random: Random, fabric: StitchMesh) -> dict[str, object]:
     side, front = _side(random, fabric, (2,)), random.choice(["left", "right"])
     return {"side": side, "left": random.randint(1, 3), "right": random.randint(1, 3), "front": front}
@@ -135,6 +139,7 @@ _ARGUMENTS = {
     "change_stitch": _change_stitch,
     "twist_loop": _twist_loop,
     "stripe": _stripe,
+    "recolour": _recolour,
     "cross_cable": _cross_cable,
     "set_cable": _set_cable,
     "clear_cable": _clear_cable,

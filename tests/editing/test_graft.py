@@ -95,3 +95,26 @@ def test_only_loops_can_be_grafted():
         graft(fabric, first, first)
     with pytest.raises(ParameterError, match="ungraft: got side"):
         ungraft(fabric, first)
+
+
+def tube_with_a_triangle() -> Mesh:
+    """A tube of three rounds; the second round has seven quads and a triangle with nothing above."""
+    rings = [
+        np.stack([3 * np.sin(angle), np.full(count, 2.0 * height), 3 * np.cos(angle)], axis=1)
+        for height, count in enumerate((8, 8, 7, 7))
+        for angle in [2 * np.pi * np.arange(count) / count]
+    ]
+    faces = [[k, (k + 1) % 8, 8 + (k + 1) % 8, 8 + k] for k in range(8)]
+    faces += [[8 + k, 9 + k, 16 + (k + 1) % 7, 16 + k] for k in range(7)] + [[15, 8, 16]]
+    faces += [[16 + k, 16 + (k + 1) % 7, 23 + (k + 1) % 7, 23 + k] for k in range(7)]
+    return Mesh.from_polygons(np.concatenate(rings), faces)
+
+
+def test_a_line_ends_beside_a_stitch_with_nothing_above():
+    """The line went down along this stitch to the ring below and never came back to its start."""
+    fabric = tessellate(label(tube_with_a_triangle(), seeds=[(0, 1)]), stitch_width=0.8)
+    ends = np.flatnonzero((fabric.n_top == 0) & (fabric.twin[fabric.left_wale] != BORDER))
+    beside = fabric.side_face[fabric.twin[fabric.right_wale[ends]]]
+    side = int(fabric.right_wale[beside[fabric.n_top[beside] > 0][0]]) + 1
+    apart = ungraft(fabric, side)
+    assert np.count_nonzero(apart.twin == BORDER) > np.count_nonzero(fabric.twin == BORDER)

@@ -166,4 +166,4 @@ def test_a_refused_replay_writes_nothing(files, capsys):
 
 def test_without_a_log_the_command_prints_what_it_needs(files, capsys):
     assert cli.main(["edit", str(files / "flat.h5")]) == 2
-    assert "edit: needs a log of edits and a file for the result; give --replay LOG" in capsys.readouterr().err
+    assert "edit: needs one edit or one log, and -o FILE; give --apply EDIT or --replay LOG" in capsys.readouterr().err

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
+from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
@@ -125,6 +126,25 @@ def test_a_row_that_is_reversed_twice_is_unchanged():
     sides = np.flatnonzero(turned.mismatched)
     assert len(sides) == 4 * (fabric.row == 2).sum()  # both sides of the edges below and above
     assert bits(edited(turned, "flip_row", face=face)) == bits(fabric)
+
+
+def test_two_reversed_rows_change_places_in_the_numbering():
+    """One reversed row has no seams that match. With its neighbour reversed too, the upper row comes first."""
+    fabric = around()
+    lower, upper = face_at(fabric, 2, 3), face_at(fabric, 3, 3)
+    one = edited(fabric, "flip_row", face=lower)
+    assert (one.row == fabric.row).all()
+    two = edited(one, "flip_row", face=upper)
+    assert (two.row == np.array([0, 1, 3, 2, 4, 5, *range(6, 99)])[fabric.row]).all()
+    back = edited(edited(two, "flip_row", face=lower), "flip_row", face=upper)
+    assert bits(back) == bits(fabric)
+
+
+def test_a_reversed_spiral_climbs_the_other_way():
+    spiral = make_spiral(around())
+    turned = edited(spiral, "flip_row", face=7)
+    assert (turned.row == spiral.row.max() - spiral.row).all()
+    assert bits(edited(turned, "flip_row", face=7)) == bits(spiral)
 
 
 def test_an_increase_in_a_reversed_row_is_a_decrease():

@@ -151,7 +151,7 @@ def test_seams_that_match_as_far_as_they_mismatch_are_alike_however_shaken(monke
     seam = np.flatnonzero((mesh.twin > np.arange(mesh.side_count)) & (labels.edge_label[mesh.side_edge] == 0))
     top = np.zeros(mesh.side_count, dtype=bool)
     top[[*seam, *mesh.twin[seam[: len(seam) // 2]]]] = True
-    monkeypatch.setattr(direction, "_is_top", lambda mesh, labels: top)
+    monkeypatch.setattr(direction, "is_top", lambda mesh, sides, left, right: top[sides])
     for seed in range(20):
         shake = replace(mesh, vertices=shaken(mesh.vertices, seed))
         assert direction._neighbours(shake, labels) == [(0, 1, 0)]

@@ -9,7 +9,14 @@ import pytest
 
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.mesh.courses import chain_through, course_through, find_courses, left_neighbours, right_neighbours
+from stitchmesh.mesh.courses import (
+    chain_through,
+    course_through,
+    find_courses,
+    left_neighbours,
+    renumbered_rows,
+    right_neighbours,
+)
 from tests.editing.fabrics import around, flat
 
 pytestmark = pytest.mark.decides
@@ -56,3 +63,20 @@ def test_roles_of_selected_sides_agree_with_roles_of_all_sides(fabric):
     sides = np.arange(0, fabric.side_count, 3)
     assert (fabric.role_of(sides) == fabric.side_role[sides]).all()
     assert [fabric.role_of(side) for side in sides.tolist()] == fabric.side_role[sides].tolist()
+
+
+def test_rows_that_are_not_flipped_keep_their_numbers():
+    below, above = np.array([0, 1, 4, 3]), np.array([1, 2, 3, 2])  # Rows 3 and 4 grew downwards.
+    assert renumbered_rows(below, above, np.zeros(5, dtype=bool)).tolist() == [0, 1, 2, 3, 4]
+
+
+def test_a_flipped_row_follows_the_row_below_it():
+    below, above = np.array([2, 1]), np.array([1, 0])
+    assert renumbered_rows(below, above, np.array([True, True, True])).tolist() == [2, 1, 0]
+    assert renumbered_rows(below[:1], above[:1], np.array([False, True, True, False])).tolist() == [0, 2, 1, 3]
+
+
+def test_rows_on_a_cycle_get_every_number_once():
+    """The rows of a torus have no first row; those that wait for each other keep their order."""
+    below, above = np.array([1, 2, 0]), np.array([0, 1, 2])
+    assert sorted(renumbered_rows(below, above, np.array([True, True, True])).tolist()) == [0, 1, 2]

@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.render.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_directions, front_patch
+from stitchmesh.render.camera import VIEW_ANGLE, Camera, camera_around, camera_at, front_patch
 from stitchmesh.render.layout import ALONE, BELOW, BESIDE, CLOSE_UP_AREA, layout_for
+from stitchmesh.render.view import view_directions
 
 
 def cloud(*size: float) -> np.ndarray:
@@ -27,7 +28,7 @@ def in_picture(camera: Camera, points: np.ndarray, aspect: float) -> np.ndarray:
 @pytest.mark.parametrize("aspect", [0.5, 1.6])
 def test_all_points_are_inside_the_picture_and_fill_it(size, aspect):
     points = cloud(*size)
-    towards, up = front_directions(points)
+    towards, up = view_directions(points)
     place = np.abs(in_picture(camera_around(points, towards, up, aspect), points, aspect))
     assert place.max() <= 1.0
     assert place.max() > 0.9  # The margin is 6 %.
@@ -35,7 +36,7 @@ def test_all_points_are_inside_the_picture_and_fill_it(size, aspect):
 
 def test_points_with_their_clearance_stay_in_their_part_of_the_picture():
     points = cloud(30, 60, 20)
-    towards, up = front_directions(points)
+    towards, up = view_directions(points)
     camera = camera_around(points, towards, up, 1.6, part=(0.3, 0.5), clearance=5.0)
     for step in 5.0 * np.concatenate([np.eye(3), -np.eye(3)]) @ np.stack([camera.side, camera.up, [0, 0, 0]]):
         place = np.abs(in_picture(camera, points + step, 1.6))
@@ -58,15 +59,15 @@ def test_close_ups_show_the_same_area_and_leave_the_rest_free(layout):
 
 
 def test_a_garment_is_shown_upright_and_from_its_wide_side():
-    towards, up = front_directions(cloud(50, 60, 20))
+    towards, up = view_directions(cloud(50, 60, 20))
     assert towards[2] > 0.9 and towards[1] > 0
     assert up.tolist() == [0, 1, 0]
-    assert front_directions(cloud(20, 60, 50))[0][0] > 0.9
+    assert view_directions(cloud(20, 60, 50))[0][0] > 0.9
 
 
 def test_a_flat_swatch_is_shown_perpendicular_to_its_plane():
-    np.testing.assert_array_equal(front_directions(cloud(30, 20, 0.5))[0], [0, 0, 1])
-    towards, up = front_directions(cloud(30, 0.5, 20))
+    np.testing.assert_array_equal(view_directions(cloud(30, 20, 0.5))[0], [0, 0, 1])
+    towards, up = view_directions(cloud(30, 0.5, 20))
     np.testing.assert_array_equal(towards, [0, 1, 0])
     np.testing.assert_array_equal(up, [0, 0, -1])
 

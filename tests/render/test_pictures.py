@@ -12,11 +12,15 @@ from PIL import Image
 
 from stitchmesh import io
 from stitchmesh.errors import DisplayError, FileError, ParameterError, StitchMeshError
+from stitchmesh.io.any_file import read_any
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render import (
+    PictureOptions,
+    any_picture,
     check_display,
-    render_file,
+    render,
+    render_faces,
     render_mesh,
     render_rows,
     render_stitches,
@@ -29,6 +33,7 @@ from stitchmesh.yarn import YarnSet
 from tests.gallery import tube
 
 SIZE = (320, 200)
+SMALL = PictureOptions(size=SIZE)
 
 
 @pytest.fixture
@@ -72,17 +77,17 @@ def is_drawn(path: Path) -> bool:
     ("render", "content"),
     [
         (render_yarns, rings()), (render_mesh, tube(12, 5)), (render_rows, fabric(labeled_only=True)),
-        (render_stitches, fabric()), (render_stretch, fabric()),
+        (render_stitches, fabric()), (render_stretch, fabric()), (render_faces, fabric()),
     ],
 )  # fmt: skip
 def test_every_picture_is_drawn(display, tmp_path, render, content):
-    render(content, tmp_path / "deep" / "a.png", size=SIZE)
+    render(content, tmp_path / "deep" / "a.png", SMALL)
     assert is_drawn(tmp_path / "deep" / "a.png")
     assert [path.name for path in (tmp_path / "deep").iterdir()] == ["a.png"]
 
 
 def test_rows_of_yarn_show_their_colours(display, tmp_path):
-    render_yarns(rings(), tmp_path / "a.png", size=SIZE)
+    render(rings(), tmp_path / "a.png", size=SIZE, colour="row")
     image = pixels(tmp_path / "a.png")
     red, blue = image[..., 0] - image[..., 2], image[..., 2] - image[..., 0]
     assert red.max() > 50 and blue.max() > 10  # The colours change from madder (red) to heather (blue).
@@ -90,12 +95,12 @@ def test_rows_of_yarn_show_their_colours(display, tmp_path):
 
 def test_the_same_fabric_gives_the_same_picture(display, tmp_path):
     for name in ("a.png", "b.png"):
-        render_stitches(fabric(), tmp_path / name, size=SIZE)
+        render_stitches(fabric(), tmp_path / name, SMALL)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_a_failed_picture_does_not_replace_the_old_one(display, tmp_path, monkeypatch):
-    render_mesh(tube(12, 5), tmp_path / "a.png", size=SIZE)
+    render_mesh(tube(12, 5), tmp_path / "a.png", SMALL)
     before = (tmp_path / "a.png").read_bytes()
 
     def fail(*arguments: object) -> None:
@@ -103,47 +108,46 @@ def test_a_failed_picture_does_not_replace_the_old_one(display, tmp_path, monkey
 
     monkeypatch.setattr(stage, "write_caption", fail)
     with pytest.raises(KeyboardInterrupt):
-        render_mesh(tube(12, 5), tmp_path / "a.png", size=SIZE)
+        render_mesh(tube(12, 5), tmp_path / "a.png", SMALL)
     assert (tmp_path / "a.png").read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
 
 
 def test_a_single_short_yarn_is_drawn(display, tmp_path):
     straight = np.outer(np.arange(6.0), [1.0, 0, 0])
-    render_yarns(YarnSet.from_curves([straight], closed=[False], radius=0.3), tmp_path / "a.png", size=SIZE)
+    yarns = YarnSet.from_curves([straight], closed=[False], radius=0.3)
+    render(yarns, tmp_path / "a.png", size=SIZE, colour="navy")
     assert is_drawn(tmp_path / "a.png")
 
 
 def test_the_content_of_a_file_determines_its_picture(tmp_path, monkeypatch):
     drawn: list[str] = []
     for name in ("render_mesh", "render_yarns"):
-        monkeypatch.setattr(f"stitchmesh.render.file_picture.{name}", lambda *a, name=name, **k: drawn.append(name))
-    pictures = {what: lambda *a, what=what, **k: drawn.append(what) for what in ("rows", "stitches", "stretch")}
-    monkeypatch.setattr("stitchmesh.render.file_picture.FABRIC_PICTURES", pictures)
+        monkeypatch.setattr(any_picture, name, lambda *a, name=name, **k: drawn.append(name))
+    pictures = {what: lambda *a, what=what, **k: drawn.append(what) for what in ("row", "stitch", "strain", "yarn")}
+    monkeypatch.setattr(any_picture, "FABRIC_PICTURES", pictures)
     io.write_mesh(tmp_path / "m.obj", tube(12, 5))
     for name in ("y.h5", "y.bcc", "y.obj"):
         io.write_yarns(tmp_path / name, rings())
     io.write_stitches(tmp_path / "s.h5", fabric())
     io.write_stitches(tmp_path / "l.h5", fabric(labeled_only=True))
     for name in ("m.obj", "y.h5", "y.bcc", "y.obj", "s.h5", "l.h5"):
-        render_file(tmp_path / name, tmp_path / "a.png")
-    render_file(tmp_path / "s.h5", tmp_path / "a.png", what="stretch")
-    assert drawn == ["render_mesh", "render_yarns", "render_yarns", "render_yarns", "stitches", "rows", "stretch"]
+        render(read_any(tmp_path / name), tmp_path / "a.png")
+    render(read_any(tmp_path / "s.h5"), tmp_path / "a.png", colour="strain")
+    assert drawn == ["render_mesh", "render_yarns", "render_yarns", "render_yarns", "stitch", "row", "strain"]
 
 
 def test_messages_name_invalid_requests(tmp_path):
     io.write_stitches(tmp_path / "s.h5", fabric())
     io.write_mesh(tmp_path / "m.obj", tube(12, 5))
-    with pytest.raises(ParameterError, match="got 'loops'; expected one of rows, stitches, stretch"):
-        render_file(tmp_path / "s.h5", tmp_path / "a.png", what="loops")
-    with pytest.raises(ParameterError, match=r"m.obj holds no stitch mesh; a picture of its stretch cannot be drawn"):
-        render_file(tmp_path / "m.obj", tmp_path / "a.png", what="stretch")
+    with pytest.raises(ParameterError, match=r"colour: got 'stitches'.*did you mean 'stitch'"):
+        render(read_any(tmp_path / "s.h5"), tmp_path / "a.png", colour="stitches")
+    with pytest.raises(ParameterError, match="colour: got 'strain' for a polygon mesh, which has no strains"):
+        render(read_any(tmp_path / "m.obj"), tmp_path / "a.png", colour="strain")
     with pytest.raises(FileError, match=r"unknown format '.jpg'; expected one of .png"):
         render_mesh(tube(12, 5), tmp_path / "a.jpg")
-    with pytest.raises(FileError, match=r"unknown format '.txt'"):
-        render_file(tmp_path / "m.txt", tmp_path / "a.png")
     with pytest.raises(StitchMeshError, match="no such file"):
-        render_file(tmp_path / "none.h5", tmp_path / "a.png")
+        render(read_any(tmp_path / "none.h5"), tmp_path / "a.png")
 
 
 def test_a_picture_of_stretch_needs_a_relaxed_mesh(tmp_path):

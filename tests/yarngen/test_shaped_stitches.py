@@ -31,7 +31,7 @@ def shaped() -> tuple[StitchMesh, int]:
 
 
 def test_a_decrease_has_the_yarn_of_two_heads_and_one_loop():
-    """A plain face holds a head and its own feet and legs; a decrease one head more. As drawn it had up to half more."""
+    """A plain face holds a head and its own feet and legs; a decrease has one head more."""
     fabric, decrease = shaped()
     yarns = generate_yarns(fabric, quality="standard")
     plain = face_at(fabric, 1, 1)

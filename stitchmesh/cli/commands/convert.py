@@ -28,7 +28,7 @@ class Convert:
 
     def run(self) -> None:
         """Read the file, and write its content in the other format."""
-        from stitchmesh.cli.describe import kind_of
+        from stitchmesh.cli.describe import in_brief, kind_of
         from stitchmesh.io import write_mesh, write_stitches, write_yarns
         from stitchmesh.io.contents import suffix_of
         from stitchmesh.io.meshes import FORMATS
@@ -45,3 +45,5 @@ class Convert:
             write_stitches(self.output, content)
         else:
             write_mesh(self.output, content)
+        repeats = "" if self.tile is None else f", {self.tile[0]} x {self.tile[1]} repeats of it"
+        print(f"Wrote {self.output}: {in_brief(content)}{repeats}.")

@@ -32,3 +32,4 @@ class Instructions:
             print(text, end="")
         else:
             write_text(self.output, text)
+            print(f"Wrote {self.output}: {len(text.splitlines())} lines.")

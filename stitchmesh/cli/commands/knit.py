@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.labeling_faults import faults_drawn
 from stitchmesh.cli.options import (
+    DRAWN_RADIUS,
     GENERATED_RADIUS,
     Device,
     MaterialOptions,
@@ -26,38 +27,53 @@ from stitchmesh.cli.options import (
     StitchWidth,
     Unit,
     YarnAndGauge,
+    YarnColours,
 )
-from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
+from stitchmesh.cli.output_folder import draw_if_possible, output_folder, picture_seconds, plot_history
+from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.palette import colour_text, empty_palette
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.quality import DEFAULT_QUALITY
-from stitchmesh.tessellate import STITCH_WIDTH
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
+
+if TYPE_CHECKING:
+    from stitchmesh.recipe.recipe import Recipe, RecipePattern
+
+RECIPE_SUFFIX = ".toml"
 
 
 @dataclass(frozen=True)
 class Knit:
-    """Make relaxed yarns, a picture and a report from a polygon mesh."""
+    """Make relaxed yarns, a picture and a report from a polygon mesh or a recipe."""
 
-    mesh: Annotated[Positional[str], help_entry("MESH")]
-    """polygon mesh: OBJ, PLY, OFF, STL, VTK ..."""
+    mesh: Annotated[Positional[str], help_entry("MESH|RECIPE")]
+    """polygon mesh: OBJ, PLY, OFF, STL, VTK ...; or a recipe: TOML (docs/recipes.md)"""
     output: Annotated[str, help_entry("DIR", short="-o")]
-    """output folder for the stitches, the yarns, a picture, a report and the convergence"""
+    """output folder for the stitches, the yarns, a picture, a report, the convergence and the recipe"""
     unit: Unit = DEFAULT_UNIT
     stitch_width: StitchWidth = None
-    pattern: Annotated[str | None, help_entry("NAME|FILE", "all knit")] = None
-    """pattern of the stitches: a name of `stitchmesh patterns`, or a file"""
+    pattern: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME|FILE", "all knit")] = ()
+    """pattern of the stitches: a name of `stitchmesh patterns`, or a file; may be repeated, each with its --on"""
+    on: Annotated[UseAppendAction[tuple[str, ...]], help_entry("SELECTION", "the whole fabric")] = ()
+    """part of the fabric that takes the pattern, such as 'hem 6' (docs/selections.md)"""
     pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
     spiral: Flag = False
     """knit tubes in one spiral row with a single yarn instead of rings"""
     yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
     """yarn radius [cm]"""
-    quality: QualityName = DEFAULT_QUALITY
+    drawn_radius: Annotated[float | None, help_entry("CM", DRAWN_RADIUS)] = None
+    """radius of the yarn in pictures and files for renderers [cm]"""
+    quality: Annotated[QualityName | None, help_entry("NAME", f"that of the recipe, or {DEFAULT_QUALITY}")] = None
     device: Device = None
     no_picture: Flag = False
     """do not write preview.png"""
+    json: AsJson = False
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
+    colours: YarnColours = field(default_factory=YarnColours)
     rows: Rows = field(default_factory=Rows)
     stitches: StitchCounts = field(default_factory=StitchCounts)
     mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
@@ -68,40 +84,80 @@ class Knit:
     solver: SolverOptions = field(default_factory=SolverOptions)
 
     def run(self) -> None:
-        """Run all stages, write their results, draw the pictures and print the report."""
+        """Run all stages, write their results, draw the pictures and print a summary."""
         from stitchmesh.cli.progress import show_progress
-        from stitchmesh.io import read_mesh
-        from stitchmesh.patterns import read_pattern
-        from stitchmesh.pipeline import KnitOptions, knit
+        from stitchmesh.recipe.knit_recipe import knit_recipe
 
-        size = self.yarn.size(
-            stitch_width=self.stitch_width, stitch_height=self.stitches.course_height, yarn_radius=self.yarn_radius
-        )
-        edges, lengths = self.stitches.edge_settings(), self.rest_lengths.rest_lengths(size.loop_length)
-        options = KnitOptions(
-            stitch_width=STITCH_WIDTH if size.stitch_width is None else size.stitch_width,
-            stitch_height=size.stitch_height,
-            counts=edges.counts,
-            marked=edges.marked,
-            mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
-            yarn_radius=size.yarn_radius,
-            quality=self.solver.quality(self.quality),
+        recipe = self._recipe_of_file() if self.mesh.lower().endswith(RECIPE_SUFFIX) else self.recipe()
+        checkpoint = self.solver.checkpoints(Path(self.output))
+        seconds_after = None if self.no_picture else picture_seconds
+        with output_folder(self.output) as folder, show_progress() as progress, faults_drawn(folder):
+            made = knit_recipe(recipe, folder, checkpoint=checkpoint, resume=self.solver.resume, progress=progress,
+                               seconds_after=seconds_after)  # fmt: skip
+            plot_history(made.history, folder, recipe.solver.quality(recipe.quality))
+            drawn = False
+            if not self.no_picture:
+                progress("picture", 0.0, "preview.png")
+                from stitchmesh.render import render_yarns
+
+                drawn = draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
+        yarn = None if recipe.yarn is None else Yarn.named(recipe.yarn)
+        lines = knit_summary(made.fabric, made.yarns, made.report, yarn)
+        print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
+
+    def _recipe_of_file(self) -> Recipe:
+        """Return the recipe of a file, with the quality and the device of the options.
+
+        Raises:
+            FileError: as for ``read_recipe``.
+            ParameterError: another option is given that is part of a recipe.
+        """
+        from stitchmesh.recipe.recipe_file import read_recipe
+
+        solver = SolverOptions(checkpoint_every=self.solver.checkpoint_every, resume=self.solver.resume)
+        free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, no_picture=self.no_picture,
+                    json=self.json, solver=solver)  # fmt: skip
+        given = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
+        if given:
+            raise ParameterError(f"{given[0].replace('_', '-')}: is part of a recipe; write it into {self.mesh}")
+        recipe = read_recipe(self.mesh)
+        return replace(recipe, quality=self.quality or recipe.quality, device=self.device or recipe.device)
+
+    def recipe(self) -> Recipe:
+        """Return the recipe that the options describe."""
+        from stitchmesh.recipe.recipe import Recipe
+        from stitchmesh.recipe.sections import SolverSection
+
+        return Recipe(
+            mesh=self.mesh,
+            unit=self.unit,
+            yarn=self.yarn.yarn,
+            gauge=self.yarn.gauge,
+            stitch_width=self.stitch_width,
+            yarn_radius=self.yarn_radius,
+            drawn_radius=self.drawn_radius,
+            quality=self.quality or DEFAULT_QUALITY,
             device=self.device,
-            seeds=self.rows.seed,
-            flip=self.rows.flip,
-            pattern=None if self.pattern is None else read_pattern(self.pattern),
-            pattern_remainder=check_remainder(self.pattern_remainder),
             spiral=self.spiral,
+            palette=tuple(map(colour_text, self.colours.recoloured(empty_palette()))) if self.colours.colour else (),
+            patterns=self._patterns(),
+            label=self.rows.section(),
+            stitches=self.stitches.section(),
+            mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
             finish=self.finish,
-            relaxation=self.solver.relax_options(self.physics, lengths, self.material, Path(self.output)),
+            material=self.material.section(),
+            rest_lengths=self.rest_lengths.section(),
+            physics=self.physics.section(),
+            solver=SolverSection(method=self.solver.solver, max_iterations=self.solver.max_iterations),
         )
-        with output_folder(self.output) as folder:
-            mesh = read_mesh(self.mesh, unit=self.unit)
-            with show_progress() as progress:
-                made = knit(mesh, folder, options, progress=progress)
-        plot_history(made.history, folder, options.quality)
-        if not self.no_picture:
-            from stitchmesh.render import render_yarns
 
-            draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
-        print(json.dumps(made.report, indent=2))
+    def _patterns(self) -> tuple[RecipePattern, ...]:
+        from stitchmesh.recipe.recipe import RecipePattern
+
+        if len(self.on) != len(self.pattern) and (self.on or len(self.pattern) > 1):
+            counts = f"{len(self.pattern)} patterns and {len(self.on)} selections"
+            raise ParameterError(f"pattern: got {counts}; give one --on SELECTION for each --pattern")
+        places = self.on or (None,) * len(self.pattern)
+        remainder = check_remainder(self.pattern_remainder)
+        parts = zip(self.pattern, places, strict=True)
+        return tuple(RecipePattern(pattern=name, on=on, remainder=remainder) for name, on in parts)

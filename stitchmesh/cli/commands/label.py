@@ -5,32 +5,130 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, UseAppendAction, arg
 
-from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
 from stitchmesh.cli.options import Rows, Unit
 from stitchmesh.io.units import DEFAULT_UNIT
+
+if TYPE_CHECKING:
+    from stitchmesh.labeling import PartialLabeling
+
+CLEAR = "clear"
+"""Word for the removal of the label of an edge."""
+
+
+def _edge_with_label(text: str) -> tuple[tuple[int, int], str | None]:
+    edge, _, label = text.partition("=")
+    if label not in ("course", "wale", CLEAR):
+        raise ValueError(f"got {text!r}; expected V,W=course, V,W=wale or V,W={CLEAR}")
+    return pair(edge), None if label == CLEAR else label
+
+
+EdgeWithLabel = Annotated[
+    tuple[tuple[int, int], str | None], parsed_by(_edge_with_label, "V,W=LABEL", str)
+]
+"""The two vertices of an edge and its label in one word; None for no label."""
 
 
 @dataclass(frozen=True)
 class Label:
-    """Find the knitting rows of a polygon mesh."""
+    """Find the knitting rows of a polygon mesh, all at once or step by step."""
 
     mesh: Annotated[Positional[str], help_entry("MESH")]
-    """polygon mesh: OBJ, PLY, OFF, STL, VTK ..."""
+    """polygon mesh (OBJ, PLY, OFF, STL, VTK ...), or a labeled or partly labeled mesh (.h5), which is continued"""
     output: Annotated[str, help_entry("FILE", short="-o")]
-    """labeled mesh: .h5 or .smobj"""
+    """labeled mesh: .h5 or .smobj; with --rows a partly labeled mesh: .h5"""
     unit: Unit = DEFAULT_UNIT
-    rows: Rows = field(default_factory=Rows)
+    set_edge: Annotated[UseAppendAction[tuple[EdgeWithLabel, ...]], help_entry("V,W=LABEL")] = ()
+    """label of one edge, set by hand before rows are labeled: course, wale, or clear for no label"""
+    starts: Annotated[Rows, arg(name="")] = field(default_factory=Rows)
+    row_at: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
+    """labeled course edge at which one row more is labeled"""
+    rows: Annotated[int | None, help_entry("N", "all, and the mesh must be labeled completely")] = None
+    """number of rows to label after those of the starts; the result is a partly labeled mesh"""
+    picture: Annotated[str | None, help_entry("PNG", "none")] = None
+    """picture of rows, wale directions, seams that do not match, unlabeled faces and faults"""
 
     def run(self) -> None:
-        """Find rows and wale directions, and write the labeled mesh."""
-        from stitchmesh.io import read_mesh, write_stitches
-        from stitchmesh.labeling import label
+        """Take the steps, and write the labeled or partly labeled mesh and the picture."""
+        from stitchmesh.cli.labeling_faults import faults_drawn
+        from stitchmesh.io import write_stitches
+        from stitchmesh.io.contents import suffix_of
+        from stitchmesh.io.stitches import READABLE
+        from stitchmesh.labeling.labeling_file import SUFFIXES, write_labeling
 
-        mesh = read_mesh(self.mesh, unit=self.unit)
-        labeled = label(mesh, seeds=self.rows.seed, flip=self.rows.flip)
-        write_stitches(self.output, labeled)
-        print(f"{labeled.row.max() + 1} rows of {labeled.face_count} faces")
+        suffix_of(self.output, READABLE if self.rows is None else SUFFIXES)
+        if self.picture is not None:
+            suffix_of(self.picture, (".png",))
+        labeling = self._labeled(self._read())
+        if self.rows is None:
+            with faults_drawn(Path(self.output).parent):
+                labeled = labeling.finish()
+            write_stitches(self.output, labeled)
+        else:
+            write_labeling(self.output, labeling)
+        self._draw(labeling)
+        print(_summary(labeling))
+
+    def _read(self) -> PartialLabeling:
+        """Read the partly labeled mesh, or the mesh on which nothing is labeled."""
+        from stitchmesh.errors import ParameterError
+        from stitchmesh.io import read_stitches
+        from stitchmesh.io.stitches import READABLE
+        from stitchmesh.labeling import PartialLabeling, start_labeling
+        from stitchmesh.labeling.label import warn_if_inside_out
+        from stitchmesh.labeling.labeling_file import holds_labeling, read_labeling
+
+        if self.mesh.lower().endswith(READABLE):
+            if self.starts.turn_inside_out:
+                raise ParameterError("--turn-inside-out: the mesh has rows already; turn the polygon mesh")
+            if holds_labeling(self.mesh):
+                return read_labeling(self.mesh)
+            return PartialLabeling.of_rows(read_stitches(self.mesh))
+        mesh = self.starts.section().read_mesh(self.mesh, self.unit)
+        warn_if_inside_out(mesh)
+        return start_labeling(mesh)
+
+    def _labeled(self, labeling: PartialLabeling) -> PartialLabeling:
+        """Take the steps in their order."""
+        for edge, label in self.set_edge:
+            labeling = labeling.set_edge(edge, label)  # type: ignore[arg-type]
+        for edge in self.starts.start_border:
+            labeling = labeling.start_at_border(edge)
+        for edge in self.starts.start_edge:
+            labeling = labeling.start_at_edge(edge)
+        for edge in self.row_at:
+            labeling = labeling.label_row_at(edge)
+        if self.rows is None:
+            labeling = labeling.label_all()
+        elif self.rows != 0:
+            labeling = labeling.label_rows(self.rows)
+        flips = self.starts.flip if self.rows is not None or labeling.labeled.all() else ()
+        for face in flips:
+            labeling = labeling.flip_row(face)
+        return labeling
+
+    def _draw(self, labeling: PartialLabeling) -> None:
+        from stitchmesh.cli.output_folder import draw_if_possible
+
+        if self.picture is not None:
+            from stitchmesh.render.labeling_picture import render_labeling
+
+            path = self.picture
+            draw_if_possible(lambda: render_labeling(labeling, path))
+
+
+def _summary(labeling: PartialLabeling) -> str:
+    """One line on the rows, and one on the first fault if there are faults."""
+    faces = labeling.mesh.face_count
+    if labeling.labeled.all():
+        return f"{labeling.row_count} rows of {faces} faces"
+    lines = [f"{labeling.row_count} rows; {labeling.labeled.sum()} of {faces} faces labeled"]
+    faults = labeling.faults
+    if faults:
+        lines.append(f"{sum(len(fault.faces) for fault in faults)} faces cannot be labeled; {faults[0].reason}")
+    return "\n".join(lines)

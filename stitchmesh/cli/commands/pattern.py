@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
 
@@ -22,6 +22,7 @@ class Pattern:
     pattern: Annotated[Positional[str], help_entry("PATTERN")]
     """pattern: a name of `stitchmesh patterns`, or a file"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
+    on: OnSelection = None
     face: Annotated[int | None, help_entry("FACE", "the whole fabric")] = None
     """limit the pattern to the largest grid of plain stitches around this face, counted from 0"""
     remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
@@ -32,11 +33,13 @@ class Pattern:
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.patterns import lay_pattern, read_pattern
         from stitchmesh.patterns.placement.left_out import left_out_lines
+        from stitchmesh.selection import select
 
         chosen = read_pattern(self.pattern)
         remainder = check_remainder(self.remainder)
         fabric = read_stitches(self.fabric)
-        laid = lay_pattern(fabric, chosen, face=self.face, remainder=remainder)
+        faces = None if self.on is None else select(fabric, self.on)
+        laid = lay_pattern(fabric, chosen, face=self.face, faces=faces, remainder=remainder)
         write_stitches(self.output, laid.fabric)
         print(f"{chosen.name}: {laid.faces_laid} of {laid.fabric.face_count} stitches are in the pattern")
         for line in left_out_lines(laid.left_out):

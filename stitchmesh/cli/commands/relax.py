@@ -28,6 +28,7 @@ from stitchmesh.cli.options import (
     Unit,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
+from stitchmesh.cli.summary import AsJson
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.quality import DEFAULT_QUALITY
 
@@ -42,6 +43,7 @@ class Relax:
     yarns: Annotated[Positional[str], help_entry("YARNS", help=READ_YARNS)]
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
     report: ReportFolder = None
+    json: AsJson = False
     keep_shape: Annotated[
         str | None, FABRIC, help_entry("FABRIC", "none", help=f"{READ_STITCHES}; the yarns keep its borders and shape")
     ] = None
@@ -61,14 +63,14 @@ class Relax:
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
 
     def run(self) -> None:
-        """Relax the yarns, write them and print the report."""
+        """Relax the yarns, write them and print a summary."""
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
         from stitchmesh.pipeline import relax_with_options
 
         quality = self.solver.quality(self.quality)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
-        lengths, checkpoints = self.rest_lengths.rest_lengths(), checkpoint_folder(self.output)
+        lengths, checkpoints = self.rest_lengths.section().rest_lengths(), checkpoint_folder(self.output)
         options = self.solver.relax_options(self.physics, lengths, self.material, checkpoints)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
@@ -77,4 +79,4 @@ class Relax:
             relax_with_options, given, options, quality=quality, device=self.device,
             fabric=None if shape is None else read_stitches(shape), keep_shape=self.keep_shape is not None,
         )  # fmt: skip
-        relax_to_file(self.output, self.report, given, relax, quality=quality)
+        relax_to_file(self.output, self.report, given, relax, quality=quality, as_json=self.json)

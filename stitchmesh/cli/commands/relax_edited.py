@@ -24,6 +24,7 @@ from stitchmesh.cli.options import (
     SolverOptions,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
+from stitchmesh.cli.summary import AsJson
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen.finish import YarnFinish
@@ -43,6 +44,7 @@ class RelaxEdited:
     surface: Annotated[str | None, help_entry("LABELED", "the fabric before the edit")] = None
     """labeled mesh, on whose surface stitches around the edit are evened out if they are too crowded"""
     report: ReportFolder = None
+    json: AsJson = False
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     finish: YarnFinish = field(default_factory=YarnFinish)
@@ -65,7 +67,7 @@ class RelaxEdited:
             relax_edited, relaxed, before, after, quality=quality, device=self.device, options=options,
             finish=self.finish, surface=None if self.surface is None else read_stitches(self.surface),
         )  # fmt: skip
-        made = relax_to_file(self.output, self.report, None, relax, quality=quality)
+        made = relax_to_file(self.output, self.report, None, relax, quality=quality, as_json=self.json)
         if made.fabric is not after:
             evened = Path(self.output).with_suffix(".stitches.h5")
             write_stitches(evened, made.fabric)

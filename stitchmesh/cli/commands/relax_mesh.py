@@ -28,12 +28,13 @@ class RelaxMesh:
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.meshrelax import relax_mesh_with_report
-        from stitchmesh.pipeline import MESH_TOLERANCE, relaxing_progress
+        from stitchmesh.meshrelax.relax import TOLERANCE
+        from stitchmesh.progress import relaxing_progress
 
         fabric, surface = read_stitches(self.fabric), read_stitches(self.surface)
         options = {name: value for name, value in asdict(self.forces.mesh_relax_options()).items() if value is not None}
         with show_progress() as progress:
-            report_progress = relaxing_progress("meshrelax", MESH_TOLERANCE, progress)
+            report_progress = relaxing_progress("meshrelax", TOLERANCE, progress)
             relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=report_progress, **options)
         write_stitches(self.output, relaxed)
         stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"

@@ -9,8 +9,9 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import FileReading
+from stitchmesh.io.units import DEFAULT_UNIT
 
 
 @dataclass(frozen=True)
@@ -21,13 +22,54 @@ class Render:
     """polygon mesh, stitch mesh or yarns"""
     output: Annotated[str, help_entry("PNG", short="-o")]
     """picture file"""
-    what: Annotated[str | None, help_entry("KIND", "rows of a labeled mesh, stitches of a stitch mesh")] = None
-    """colours of a stitch mesh: rows, stitches or stretch"""
+    view: Annotated[str | None, help_entry("VIEW", "front; the outward direction in a close-up")] = None
+    """front, back, left, right, top, bottom, or azimuth,elevation in degrees"""
+    close_up: Annotated[str | None, help_entry("PLACE", "the whole object")] = None
+    """place to look at: 'face 120', 'row 12', 'point X Y Z' in cm, 'share U V' of the picture of the whole object, or a
+    selection such as 'hem 6'"""
+    extent: Annotated[float | None, help_entry("CM", "about twelve stitches")] = None
+    """width of the region of a close-up [cm]"""
+    colour_by: Annotated[str | None, help_entry("WHAT", "the colours of the yarns; rows or stitches of a mesh")] = None
+    """yarn, row, stitch or strain, or one colour: #rrggbb or a name such as navy"""
+    blend: Annotated[float, help_entry("X")] = 1.0
+    """weight of the colours of rows or stitches over those of the yarns, 0 to 1"""
+    stitches: Annotated[str | None, help_entry("FILE", "none")] = None
+    """stitch mesh of the yarns, for colours by stitch and close-ups of a selection"""
+    size: Annotated[tuple[int, int], help_entry("W H")] = (1600, 1000)
+    """width and height [pixels]"""
+    background: Annotated[str | None, help_entry("COLOUR", "a pale gradient")] = None
+    """transparent, or a colour"""
+    body: Annotated[str | None, help_entry("MESH", "none")] = None
+    """polygon mesh of a body that is drawn too"""
+    body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
+    """unit of the file of the body"""
+    plies: Annotated[int, help_entry("N")] = 1
+    """number of twisted strands of each yarn"""
+    tile: Annotated[tuple[int, int] | None, help_entry("C R", "5 5")] = None
+    """numbers of periods of yarns that repeat, along the courses and along the wales"""
+    no_inset: Flag = False
+    """no close-up beside the picture of whole yarns"""
+    no_occlusion: Flag = False
+    """do not darken hollows"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
 
     def run(self) -> None:
-        """Draw the picture, and write it."""
-        from stitchmesh.render import render_file
+        """Draw the picture, write it, and print its size."""
+        from stitchmesh.io import read_mesh, read_stitches
+        from stitchmesh.render import render
 
-        unit, radius = self.reading.unit, self.reading.yarn_radius
-        render_file(self.file, self.output, what=self.what, unit=unit, radius=radius)
+        thing = self.reading.read(self.file)
+        render(
+            thing, self.output, view=self.view, close_up=self.close_up, extent=self.extent, size=self.size,
+            colour=self.colour_by, blend=self.blend, background=self.background,
+            body=None if self.body is None else read_mesh(self.body, unit=self.body_unit),
+            fabric=None if self.stitches is None else read_stitches(self.stitches),
+            plies=self.plies, tiles=self.tile, inset=not self.no_inset, occlusion=not self.no_occlusion,
+        )  # fmt: skip
+        print(f"wrote {self.output}: {self._seen()} of {self.file}")
+
+    def _seen(self) -> str:
+        """Return in words what the picture shows."""
+        if self.close_up is not None:
+            return f"close-up of {self.close_up}"
+        return "picture" if self.view is None else f"view {self.view}"

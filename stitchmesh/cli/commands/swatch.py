@@ -4,9 +4,8 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,15 +13,28 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import Flag, Period, help_entry
-from stitchmesh.cli.options import FACTORS, Device, MaterialOptions, MaxIterations, QualityName, SwatchFabric
-from stitchmesh.cli.output_folder import draw_if_possible, output_folder, plot_history
+from stitchmesh.cli.options import (
+    FACTORS,
+    Device,
+    MaterialOptions,
+    MaxIterations,
+    QualityName,
+    SwatchFabric,
+    YarnColours,
+)
+from stitchmesh.cli.output_folder import START_OF_RENDERER, draw_if_possible, output_folder, plot_history
+from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.mesh.palette import checked_palette
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
 if TYPE_CHECKING:
+    from stitchmesh.patterns import Pattern
     from stitchmesh.periodic.swatch import Swatch as RelaxedSwatch
+    from stitchmesh.periodic.weave.weave import Weave
+    from stitchmesh.progress import Progress
     from stitchmesh.yarn import YarnSet
 
 
@@ -39,6 +51,7 @@ class Swatch:
         UseAppendAction[tuple[str, ...]],
         help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
     ] = ()
+    colours: YarnColours = field(default_factory=YarnColours)
     material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
     """relax the width and the height of the repeat too, except those that --period fixes"""
@@ -53,51 +66,61 @@ class Swatch:
     """write texture maps of one repeat with this width and height; without a height, pixels are square"""
     no_picture: Flag = False
     """do not write preview.png"""
+    json: AsJson = False
 
     def run(self) -> None:
-        """Relax the repeat, write it with its pictures, and print the report."""
-        from stitchmesh.periodic.resolve_pattern import resolve_pattern
+        """Relax the repeat, write it with its pictures, and print a summary."""
+        from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render import render_swatch
 
         tiles, pixels = check_tiles(self.tile), check_texture(self.texture)
-        woven = isinstance(resolve_pattern(self.pattern), Weave)
+        source = self._source()
+        woven = isinstance(source, Weave)
         options = SwatchOptions(
             **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
         )
-        with output_folder(self.output) as folder:
-            made = self._relaxed(options)
-            report = self._report(options, made)
+        with output_folder(self.output) as folder, show_progress() as progress:
+            made = self._relaxed(source, options, progress)
+            report = self._report(source, options, made)
             _write(folder, made, report, tiles, pixels)
-        if not self.no_picture:
-            draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
-        print(json.dumps(report, indent=2))
+            drawn = False
+            if not self.no_picture:
+                progress("picture", 0.0, "preview.png")
+                drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
+        lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
+        print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
 
-    def _relaxed(self, options: SwatchOptions) -> RelaxedSwatch:
-        """Relax the repeat, and show the progress."""
-        from stitchmesh.cli.progress import show_progress
+    def _source(self) -> Pattern | Weave:
+        """Return the pattern or the weave, with the colours of the options."""
+        from stitchmesh.periodic.resolve_pattern import resolve_pattern
+
+        source = resolve_pattern(self.pattern)
+        if not self.colours.colour:
+            return source
+        palette = self.colours.recoloured(checked_palette(source.palette, ParameterError))
+        return replace(source, palette=tuple(map(tuple, palette.tolist())))
+
+    def _relaxed(self, source: Pattern | Weave, options: SwatchOptions, progress: Progress) -> RelaxedSwatch:
+        """Relax the repeat, and report the progress."""
         from stitchmesh.periodic.swatch import swatch
-        from stitchmesh.pipeline import relaxing_progress
+        from stitchmesh.progress import relaxing_progress
 
         quality = quality_named(quality_with(self.quality, max_iterations=self.max_iterations))
         material = self.material.yarn_material(options.yarn_radius)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
-        with show_progress() as progress:
-            report_progress = relaxing_progress(
-                "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations
-            )
-            return swatch(
-                self.pattern, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
-                progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
-                **given,
-            )  # fmt: skip
+        report_progress = relaxing_progress(
+            "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations,
+            seconds_after=0.0 if self.no_picture else START_OF_RENDERER,
+        )  # fmt: skip
+        return swatch(
+            source, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
+            progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]), **given,
+        )  # fmt: skip
 
-    def _report(self, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
+    def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
-        from stitchmesh.periodic.resolve_pattern import resolve_pattern
-
-        source = resolve_pattern(self.pattern)
-        yarn = {"material": self.material.material, "stiffness": self.material.values()}
+        yarn = {"material": self.material.material, "stiffness": self.material.section().values()}
         asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report

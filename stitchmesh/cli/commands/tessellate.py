@@ -34,7 +34,7 @@ class Tessellate:
         size = self.yarn.size(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
         labeled = read_stitches(self.labeled)
         width = STITCH_WIDTH if size.stitch_width is None else size.stitch_width
-        edges = self.stitches.edge_settings()
+        edges = self.stitches.section().edge_settings()
         fabric = tessellate(
             labeled, stitch_width=width, stitch_height=size.stitch_height, counts=edges.counts, marked=edges.marked
         )

@@ -18,7 +18,7 @@ from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.mesh_formats.by_meshio import weld
-from stitchmesh.io.yarn_formats.gltf import TUBES, tubes_error
+from stitchmesh.io.yarn_formats.gltf import holds_tubes, tubes_error
 from stitchmesh.mesh import FloatArray
 
 
@@ -41,7 +41,7 @@ def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     except Exception as error:  # trimesh raises exceptions of many types for malformed files.
         reason = (str(error).splitlines() or [type(error).__name__])[0][:100]
         raise FileError(f"{name}: is not a valid glTF file ({reason}); write it again") from error
-    if TUBES in scene.geometry:
+    if holds_tubes(scene.geometry):
         raise tubes_error(path)
     if len(triangles) == 0:
         raise FileError(f"{name}: has no triangles; expected a polygon mesh")

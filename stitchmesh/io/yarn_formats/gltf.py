@@ -1,26 +1,25 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Binary glTF (``.glb``): yarns as one mesh of tubes of triangles, in metres and y up as the format prescribes.
+"""Binary glTF (``.glb``): yarns as tubes of triangles, in metres and y up as the format prescribes.
 
-The colours of the vertices are those of the yarns if the yarns have several colours, and otherwise those of the rows;
-they are linear, not sRGB, and multiply a rough white material. Sets with more segments get tubes with fewer sides and
-sections, so that viewers can load the file.
+The yarns of one colour are one mesh with one rough material of this colour. Tubes have the apparent radius of the
+yarns. Sets with more segments get tubes with fewer sides and sections, so that viewers can load the file.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import fspath
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
+from stitchmesh.mesh.palette import colours_of, linear_colour
 from stitchmesh.mesh.tube_mesh import tubes_around
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.colours import yarn_colours
 from stitchmesh.yarn.polyline import polylines_of_segments
 
 METRES = 0.01
@@ -32,11 +31,11 @@ COARSEST = (4, 1)
 ROUGHNESS = 0.9
 """Roughness of the material, from 0 (mirror) to 1 (matt)."""
 TUBES = "yarns"
-"""Name of the mesh of tubes; ``read_mesh`` recognises a file of yarns by this name."""
+"""First word of the names of meshes of tubes; ``read_mesh`` recognises a file of yarns by this word."""
 
 
 def write_glb(path: FilePath, yarns: YarnSet) -> None:
-    """Write yarns as tubes with the radius of the yarns.
+    """Write yarns as tubes with the apparent radius of the yarns.
 
     Args:
         path: a ``.glb`` file.
@@ -51,34 +50,32 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
 
     count = len(yarns.segment_points)
     sides, samples = next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
-    curves = polylines_of_segments(yarns, np.arange(count), samples)
-    tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=sides)
-    visual = trimesh.visual.TextureVisuals(
-        material=PBRMaterial(name="wool", metallicFactor=0.0, roughnessFactor=ROUGHNESS)
-    )
-    colours = yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
-    visual.vertex_attributes["color"] = _linear_colours(colours[curves.control_point])[tubes.ring]
-    mesh = trimesh.Trimesh(
-        vertices=to_float32(path, "the coordinates", METRES * tubes.vertices),
-        faces=tubes.triangles,
-        vertex_normals=tubes.normals,
-        visual=visual,
-        process=False,
-    )
     scene = trimesh.Scene()
-    scene.add_geometry(mesh, node_name=TUBES, geom_name=TUBES)
+    for number in np.unique(yarns.colour).tolist():
+        colour = linear_colour(colours_of([number], yarns.palette)[0] / 255)
+        curves = polylines_of_segments(yarns, np.flatnonzero((yarns.colour == number)[yarns.segment_yarn]), samples)
+        tubes = tubes_around(curves.points, curves.closed, yarns.drawn_radius[curves.yarn], sides=sides)
+        material = PBRMaterial(
+            name=f"wool {number}", baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=ROUGHNESS
+        )
+        mesh = trimesh.Trimesh(
+            vertices=to_float32(path, "the coordinates", METRES * tubes.vertices),
+            faces=tubes.triangles,
+            vertex_normals=tubes.normals,
+            visual=trimesh.visual.TextureVisuals(material=material),
+            process=False,
+        )
+        name = f"{TUBES} {number}"
+        scene.add_geometry(mesh, node_name=name, geom_name=name)
     write_bytes(path, export_glb(scene, include_normals=True))
+
+
+def holds_tubes(names: Iterable[str]) -> bool:
+    """Return whether meshes with these names are the tubes of yarns."""
+    return any(name.split(" ")[0] == TUBES for name in names)
 
 
 def tubes_error(path: FilePath) -> FileError:
     """Return the error of an attempt to read yarns, or a polygon mesh, from a file of tubes."""
     found = "a glTF file of yarns holds tubes and not the curves of the yarns"
     return FileError(f"{fspath(path)}: {found}; read the .h5 file of the yarns")
-
-
-def _linear_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the linear opaque colours of sRGB colours, both from 0 to 255, shapes (n, 4) and (n, 3)."""
-    value = colours / 255
-    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
-    opaque = np.concatenate([linear, np.ones((len(colours), 1))], axis=1)
-    return np.round(255 * opaque).astype(np.uint8)

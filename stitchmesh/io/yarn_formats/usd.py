@@ -9,9 +9,11 @@
 For tiles of periodic yarns, the curves of one period are below the prim /yarns/tiles/period, and the PointInstancer
 /yarns/tiles, whose only prototype is this prim, draws them once for each tile. The first instance has no displacement.
 
-``widths`` are diameters: one number if all diameters are equal, and otherwise one for each curve. The primvars ``yarn``
-(the number of the yarn in the set) and ``colour`` belong to curves, and ``row``, ``face`` and ``part`` to control
-points. Coordinates are rounded to float32. Curves of other programs can be read if they are cubic B-splines; their
+``widths`` are apparent diameters: one number if all are equal, and otherwise one for each curve. The primvars ``yarn``
+(the number of the yarn in the set), ``colour`` (its colour number), ``displayColor`` (its colour in linear light) and
+``contactRadius`` belong to curves, and ``row``, ``face`` and ``part`` to control points. All curves are bound to the
+material /yarns/wool, a rough ``UsdPreviewSurface`` whose colour is ``displayColor``. Coordinates are rounded to
+float32. Curves of other programs can be read if they are cubic B-splines; their
 transforms, their unit and an up axis z are taken into account.
 """
 
@@ -29,6 +31,7 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.palette import STOCK, colours_of, linear_colour, srgb_colour
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
@@ -40,6 +43,10 @@ LABELS = ("row", "face", "part")
 """Fields of a yarn set that are kept for each control point."""
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Rotation of points with z up, as rows, to points with y up."""
+CONTACT_RADIUS = "contactRadius"
+"""Name of the primvar with the contact radius of each curve [cm]."""
+ROUGHNESS = 0.9
+"""Roughness of the material, from 0 (mirror) to 1 (matt)."""
 PERIOD = "/yarns/tiles/period"
 """Path of the prim above the curves of one period, the prototype of the instances."""
 
@@ -53,11 +60,15 @@ class UsdCurve:
     closed: bool
     """Whether the curve is closed."""
     radius: float | None
+    """Contact radius of the curve [cm]: half its width if the file states no other, and None without a width."""
+    drawn_radius: float | None
     """Half the width of the curve [cm]; None if the file states no width."""
     yarn: int | None
     """Number of the yarn; None if the file states none."""
     colour: int | None
     """Number of the colour; None if the file states none."""
+    display_colour: NDArray[np.uint8] | None
+    """Colour (sRGB), shape (3,); None if the file states none."""
     labels: dict[str, IntArray]
     """Values of the fields of ``LABELS`` that the file states, shape (n,) each."""
 
@@ -74,19 +85,21 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import Sdf, Tf, Usd, UsdGeom
+    from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
 
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
-    widths = to_float32(path, "the widths", 2.0 * yarns.radius)
+    wool = _define_wool(stage, "/yarns/wool")
+    widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
     points = to_float32(path, "the coordinates", yarns.points)
     above = "/yarns" if places is None else PERIOD
     for name, closed in (("closed", True), ("open", False)):
         chosen = np.flatnonzero(yarns.closed == closed)
         if len(chosen):
-            _define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen])
+            curves = _define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen])
+            UsdShade.MaterialBindingAPI.Apply(curves).Bind(wool)
     if places is not None:
         _define_instances(stage, to_float32(path, "the places", places))
     with atomic_path(path) as temporary:
@@ -129,8 +142,8 @@ def _define_curves(
     chosen: IntArray,
     points: NDArray[np.float32],
     widths: NDArray[np.float32],
-) -> None:
-    """Define a prim with some yarns, which are all closed or all open.
+) -> Usd.Prim:
+    """Define a prim with some yarns, which are all closed or all open, and return the prim.
 
     Args:
         stage: the stage.
@@ -138,7 +151,7 @@ def _define_curves(
         yarns: all yarns.
         chosen: the yarns of the prim, shape (n,).
         points: control points of all yarns [cm], shape (P, 3).
-        widths: diameters of the yarns of the prim [cm], shape (n,).
+        widths: apparent diameters of the yarns of the prim [cm], shape (n,).
     """
     from pxr import Sdf, UsdGeom, Vt
 
@@ -152,7 +165,7 @@ def _define_curves(
     alike = bool((widths == widths[0]).all())
     curves.CreateWidthsAttr(Vt.FloatArray.FromNumpy(widths[:1] if alike else widths))
     curves.SetWidthsInterpolation(UsdGeom.Tokens.constant if alike else UsdGeom.Tokens.uniform)
-    extent = _extent(points[of_chosen], yarns.radius[yarns.point_yarn[of_chosen]])
+    extent = _extent(points[of_chosen], yarns.drawn_radius[yarns.point_yarn[of_chosen]])
     curves.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent))
     primvars = UsdGeom.PrimvarsAPI(curves)
     labels = {name: (getattr(yarns, name)[of_chosen], UsdGeom.Tokens.vertex) for name in LABELS}
@@ -160,6 +173,30 @@ def _define_curves(
     for name, (values, interpolation) in {**own, **labels}.items():
         primvar = primvars.CreatePrimvar(name, Sdf.ValueTypeNames.IntArray, interpolation)
         primvar.Set(Vt.IntArray.FromNumpy(_int32(values)))
+    radius = primvars.CreatePrimvar(CONTACT_RADIUS, Sdf.ValueTypeNames.FloatArray, UsdGeom.Tokens.uniform)
+    radius.Set(Vt.FloatArray.FromNumpy(yarns.radius[chosen].astype(np.float32)))
+    colours = linear_colour(colours_of(yarns.colour[chosen], yarns.palette) / 255).astype(np.float32)
+    curves.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).Set(Vt.Vec3fArray.FromNumpy(colours))
+    return curves.GetPrim()
+
+
+def _define_wool(stage: Usd.Stage, path: str) -> Any:
+    """Define and return a rough material whose colour is the primvar ``displayColor`` of the curves."""
+    from pxr import Gf, Sdf, UsdShade
+
+    material = UsdShade.Material.Define(stage, path)
+    colour = UsdShade.Shader.Define(stage, f"{path}/colour")
+    colour.CreateIdAttr("UsdPrimvarReader_float3")
+    colour.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
+    colour.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(Gf.Vec3f(*linear_colour(STOCK[0] / 255).tolist()))
+    surface = UsdShade.Shader.Define(stage, f"{path}/surface")
+    surface.CreateIdAttr("UsdPreviewSurface")
+    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS)
+    surface.CreateInput("metallic", Sdf.ValueTypeNames.Float).Set(0.0)
+    result = colour.CreateOutput("result", Sdf.ValueTypeNames.Float3)
+    surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).ConnectToSource(result)
+    material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
+    return material
 
 
 def _define_instances(stage: Usd.Stage, places: NDArray[np.float32]) -> None:
@@ -206,15 +243,21 @@ def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
     cuts = np.cumsum(counts)[:-1]
     labels = {label: _primvar(prim, label, len(points)) for label in LABELS}
     split = {label: np.split(values, cuts) for label, values in labels.items() if values is not None}
-    radius = _radii(where, curves, len(counts))
+    drawn = _radii(where, curves, len(counts))
+    contact = _float_primvar(prim, CONTACT_RADIUS, (len(counts),))
+    radius = drawn if contact is None else contact
+    display = _float_primvar(prim, "displayColor", (len(counts), 3))
+    shown = None if display is None else np.round(255 * np.clip(srgb_colour(display), 0.0, 1.0)).astype(np.uint8)
     yarn, colour = _primvar(prim, "yarn", len(counts)), _primvar(prim, "colour", len(counts))
     return [
         UsdCurve(
             points=own,
             closed=closed,
             radius=None if radius is None else float(radius[index] * scale),
+            drawn_radius=None if drawn is None else float(drawn[index] * scale),
             yarn=None if yarn is None else int(yarn[index]),
             colour=None if colour is None else int(colour[index]),
+            display_colour=None if shown is None else shown[index],
             labels={label: values[index] for label, values in split.items()},
         )
         for index, own in enumerate(np.split(points @ turn + shift, cuts))
@@ -261,6 +304,17 @@ def _primvar(prim: Usd.Prim, name: str, count: int) -> IntArray | None:
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)
     values = np.array(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) if primvar else [])
     return values.astype(np.int64) if values.shape == (count,) and values.dtype.kind == "i" else None
+
+
+def _float_primvar(prim: Usd.Prim, name: str, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return a primvar of numbers of a shape; a constant one is repeated. None if the prim has no such primvar."""
+    from pxr import Usd, UsdGeom
+
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)
+    values = np.array(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) if primvar else [])
+    if values.dtype.kind != "f" or values.shape not in (shape, (1, *shape[1:])):
+        return None
+    return np.broadcast_to(values.astype(np.float64), shape)
 
 
 def _array(attribute: Usd.Attribute, kind: Any) -> NDArray:

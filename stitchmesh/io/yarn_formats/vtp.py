@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yarns as polylines in VTK's XML format of poly data (``.vtp``), for example for ParaView.
 
-The polyline of a closed yarn ends with its first point. The points have the arrays ``yarn``, ``colour``, ``row``,
-``face``, ``part``, ``radius`` and ``strain``, by which ParaView can colour them; polylines have ``yarn`` and
-``colour``.
+The polyline of a closed yarn ends with its first point. The points have the arrays ``yarn``, ``colour``, ``rgb``,
+``row``, ``face``, ``part``, ``radius``, ``drawn_radius`` and ``strain``, by which ParaView can colour them and give
+tubes their radius; polylines have ``yarn`` and ``colour``. ``rgb`` is the sRGB colour of the yarn in three bytes.
 """
 
 from __future__ import annotations
@@ -16,13 +16,18 @@ from os import fspath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.palette import colours_of
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
+
+READ_ARRAYS = ("radius", "drawn_radius", "colour", "rgb")
+"""Arrays of the points that are read."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,10 @@ class VtpPolylines:
     """Radius of each polyline in the file's unit; None if the points have no such array."""
     colour: IntArray | None
     """Number of the colour of each polyline; None if the points have no such array."""
+    drawn_radius: FloatArray | None
+    """Apparent radius of each polyline in the file's unit; None if the points have no such array."""
+    rgb: NDArray[np.uint8] | None
+    """sRGB colour of each polyline, shape (c, 3); None if the points have no such array."""
 
 
 def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> None:
@@ -58,9 +67,11 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
     yarn = yarns.segment_yarn[curves.segment]
     data.point_data["yarn"] = yarn
     data.point_data["colour"] = yarns.colour[yarn]
+    data.point_data["rgb"] = colours_of(yarns.colour, yarns.palette)[yarn]
     for name in ("row", "face", "part"):
         data.point_data[name] = getattr(yarns, name)[curves.control_point]
     data.point_data["radius"] = yarns.radius[yarn] / scale
+    data.point_data["drawn_radius"] = yarns.drawn_radius[yarn] / scale
     data.point_data["strain"] = yarns.strain[curves.segment]
     data.cell_data["yarn"] = curves.yarn
     data.cell_data["colour"] = yarns.colour[curves.yarn]
@@ -129,7 +140,11 @@ def read_vtp(path: FilePath) -> VtpPolylines:
         closed.append(bool(returns))
     of_line = {label: values[corners[starts[:-1]]] for label, values in numbers.items()}
     colour = of_line.get("colour")
-    return VtpPolylines(curves, closed, of_line.get("radius"), None if colour is None else colour.astype(np.int64))
+    rgb = of_line.get("rgb")
+    return VtpPolylines(
+        curves, closed, of_line.get("radius"), None if colour is None else colour.astype(np.int64),
+        of_line.get("drawn_radius"), None if rgb is None or rgb.ndim != 2 else rgb.astype(np.uint8),
+    )  # fmt: skip
 
 
 def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
@@ -148,7 +163,7 @@ def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, dict[str, 
 
     Returns:
         Points, shape (P, 3); the start of each line in the next array, with its end, shape (L + 1,); the points of all
-        lines, shape (C,); and the arrays ``radius`` and ``colour`` of the points, if the file has them.
+        lines, shape (C,); and the arrays of ``READ_ARRAYS`` of the points that the file has.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
@@ -159,7 +174,7 @@ def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, dict[str, 
     points = vtk_to_numpy(data.GetPoints().GetData()).astype(np.float64)
     starts = vtk_to_numpy(lines.GetOffsetsArray()).astype(np.int64)
     corners = vtk_to_numpy(lines.GetConnectivityArray()).astype(np.int64)
-    arrays = {name: data.GetPointData().GetArray(name) for name in ("radius", "colour")}
+    arrays = {name: data.GetPointData().GetArray(name) for name in READ_ARRAYS}
     numbers = {name: vtk_to_numpy(array).astype(np.float64) for name, array in arrays.items() if array is not None}
     return points, starts, corners, numbers
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from os import fspath
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +23,9 @@ from stitchmesh.patterns.charts.chart_image import (
     write_numbers,
 )
 from stitchmesh.patterns.pattern import Cell, Pattern, Row
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 
 def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Pattern:
@@ -41,14 +45,15 @@ def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Patte
     suffix_of(path, (".png",))
     image = open_chart(path)
     if palette is None and image.mode == "P":
-        yarns = np.asarray(image, dtype=np.int64)
+        yarns, colours = np.asarray(image, dtype=np.int64), _file_palette(image)
     else:
         pixels = np.asarray(image.convert("RGB"))
         colours = colours_in_order_of_use(pixels, fspath(path)) if palette is None else checked_palette(palette)
         yarns = number_pixels(pixels, colours, fspath(path))
     knits = {int(yarn): Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in np.unique(yarns)}
     rows = tuple(Row(tuple(knits[yarn] for yarn in row)) for row in yarns[::-1].tolist())
-    return Pattern(Path(path).stem.replace('"', "'"), "", rows)
+    own = tuple((int(red), int(green), int(blue)) for red, green, blue in colours[: int(yarns.max()) + 1])
+    return Pattern(Path(path).stem.replace('"', "'"), "", rows, own)
 
 
 def write_colour_chart(path: FilePath, pattern: Pattern, palette: ArrayLike) -> None:
@@ -82,8 +87,13 @@ def chart_palette(path: FilePath) -> NDArray[np.uint8]:
     """
     image = open_chart(path)
     if image.mode == "P":
-        return np.array(image.getpalette("RGB"), dtype=np.uint8).reshape(-1, 3)
+        return _file_palette(image)
     return colours_in_order_of_use(np.asarray(image.convert("RGB")), fspath(path))
+
+
+def _file_palette(image: Image) -> NDArray[np.uint8]:
+    """The palette of a PNG that has one, shape (C, 3)."""
+    return np.array(image.getpalette("RGB"), dtype=np.uint8).reshape(-1, 3)
 
 
 def _yarns(pattern: Pattern) -> NDArray[np.int64]:

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Texts of tile codes alone, as Leaf et al. 2018, section 4, write patterns: one line for each row, the last row first.
+"""Texts of one chart alone: one line for each row, the last row first, without a statement of the language.
 
-The codes are those of table 2 of the paper; each code has as many characters as it has loops: ``K P F B YS 2U Y3Y``
-(``text_charts.LEAF``).
+Lines of digits hold the yarn numbers of knit stitches. Lines of letters hold tile codes, as Leaf et al. 2018, section
+4, write patterns. The codes are those of table 2 of the paper; each code has as many characters as it has loops:
+``K P F B YS 2U Y3Y`` (``text_charts.LEAF``).
 """
 
 from __future__ import annotations
@@ -34,7 +35,30 @@ def parse_leaf_codes(text: str, name: str = "pattern") -> Pattern:
         PatternError: a code is unknown, the lines differ in width, or a blank line lies between them; the message gives
             the line and the column.
     """
-    rows = finish_rows(read_chart("leaf", _rows(split_lines(text, name), name), 0, upwards=False))
+    return _bare_chart("leaf", text, name)
+
+
+def parse_colour_digits(text: str, name: str = "pattern") -> Pattern:
+    """Read a pattern from lines of yarn numbers alone, one digit for each knit stitch, the last row first.
+
+    Args:
+        text: one line for each row; blank lines before the first and after the last are ignored.
+        name: the name of the text in messages; without its folder and suffix it becomes the name of the pattern.
+
+    Raises:
+        PatternError: as for ``parse_leaf_codes``.
+    """
+    return _bare_chart("colours", text, name)
+
+
+def holds_digits(text: str) -> bool:
+    """Whether the first line of a text that is not blank consists of digits alone."""
+    first = next((line.text for line in split_lines(text, "") if line.text.strip()), "")
+    return "".join(first.split()).isdecimal()
+
+
+def _bare_chart(kind: str, text: str, name: str) -> Pattern:
+    rows = finish_rows(read_chart(kind, _rows(split_lines(text, name), name), 0, upwards=False))
     return Pattern(Path(name).stem.removesuffix(".leaf").replace('"', "'"), "", rows)
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The statements of the text language of patterns. ``docs/patterns.md`` gives the whole grammar.
 
-    text  = { "pattern" string | "source" string } ( { row } | chart )
+    text  = { "pattern" string | "source" string | "colours" string } ( { row } | chart )
     row   = ( ( "row" | "rows" ) ranges ( "RS" | "WS" ) | ( "round" | "rounds" ) ranges ) [ "yarn" number ] ":" items
           | ( "row" | "rows" | "round" | "rounds" ) ranges ":" "repeat" ranges
     range = number [ "-" number ]
@@ -15,7 +15,8 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from stitchmesh.errors import PatternError, check_kind, first_few
+from stitchmesh.errors import ParameterError, PatternError, check_kind, first_few
+from stitchmesh.mesh.palette import make_palette
 from stitchmesh.patterns.language.items import ItemParser
 from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
 from stitchmesh.patterns.language.text_charts import read_chart
@@ -23,11 +24,11 @@ from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_l
 from stitchmesh.patterns.pattern import Pattern
 
 ROW_WORDS = ("row", "rows", "round", "rounds")
-STATEMENTS = "pattern, source, row, rows, round, rounds or chart"
+STATEMENTS = "pattern, source, colours, row, rows, round, rounds or chart"
 CHART_KINDS = ("letters", "leaf", "colours")
 MAX_ROWS = 10_000
 MAX_YARNS = 999_999
-_FIRST_WORD = re.compile(rf"(pattern|source|chart|{'|'.join(ROW_WORDS)})(?![a-z0-9])", re.ASCII)
+_FIRST_WORD = re.compile(rf"(pattern|source|colours|chart|{'|'.join(ROW_WORDS)})(?![a-z0-9])", re.ASCII)
 _RANGE = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
 
 
@@ -58,6 +59,7 @@ class _PatternParser:
     def __init__(self, lines: list[Line], name: str) -> None:
         self.lines = lines
         self.names = {"pattern": name, "source": ""}
+        self.palette: tuple[tuple[int, int, int], ...] = ()
         self.file = name
         self.rows: dict[int, WrittenRow] = {}
         self.chart: list[WrittenRow] = []
@@ -72,7 +74,7 @@ class _PatternParser:
                 self._statement(line)
         rows = finish_rows(self.chart or self._in_order())
         try:
-            return Pattern(self.names["pattern"], self.names["source"], rows)
+            return Pattern(self.names["pattern"], self.names["source"], rows, self.palette)
         except PatternError as error:
             raise Place(self.file, 1, 1).error(str(error)) from None
 
@@ -81,6 +83,8 @@ class _PatternParser:
         word = tokens[0].text.lower()
         if word in self.names:
             self.names[word] = _quoted(tokens)
+        elif word == "colours":
+            self.palette = _palette(tokens)
         elif word in ROW_WORDS:
             self._require_only_body(self.chart, tokens[0])
             self._row(tokens)
@@ -175,10 +179,20 @@ class _PatternParser:
 
 def _quoted(tokens: list[Token]) -> str:
     if not tokens[1].text.startswith('"'):
-        raise tokens[1].unexpected(f'a text in quotes, such as {tokens[0].text} "Seed stitch"')
+        example = "cream, navy" if tokens[0].text.lower() == "colours" else "Seed stitch"
+        raise tokens[1].unexpected(f'a text in quotes, such as {tokens[0].text} "{example}"')
     if tokens[2].text != END:
         raise tokens[2].unexpected(END)
     return tokens[1].text[1:-1]
+
+
+def _palette(tokens: list[Token]) -> tuple[tuple[int, int, int], ...]:
+    """Return the colours of the yarns from a quoted list, such as ``colours "cream, navy, #aa2233"``."""
+    try:
+        colours = make_palette(_quoted(tokens).split(","))
+    except ParameterError as error:
+        raise tokens[1].place.error(str(error)) from None
+    return tuple((int(red), int(green), int(blue)) for red, green, blue in colours)
 
 
 def _side(items: ItemParser, word: Token) -> str | None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import groupby, pairwise
 
+from stitchmesh.mesh.palette import colour_text
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.language.words import ABBREVIATIONS, read_crossing
@@ -23,6 +24,8 @@ _PLAIN = {Stitch.KNIT: "k", Stitch.PURL: "p"}
 def format_pattern(pattern: Pattern) -> str:
     """Write a pattern as text, so that ``parse_pattern(format_pattern(pattern)) == pattern``."""
     lines = [f'pattern "{pattern.name}"', f'source "{pattern.source}"']
+    if pattern.palette:
+        lines.append(f'colours "{", ".join(map(colour_text, pattern.palette))}"')
     for number, row in enumerate(pattern.rows, start=1):
         lines.append(_row(row, number))
     return "\n".join(lines) + "\n"

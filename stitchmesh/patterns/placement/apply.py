@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
 
 import numpy as np
@@ -32,13 +33,23 @@ from stitchmesh.patterns.placement.grid import fill_grid, grid_around
 from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
 from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
 from stitchmesh.patterns.placement.loop_marks import LoopMarks
+from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric
 from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
 from stitchmesh.patterns.placement.plain_ground import plain_ground
+from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt
 from stitchmesh.patterns.placement.region import region_of
 from stitchmesh.patterns.placement.replace import Replacement
 from stitchmesh.patterns.placement.sites import CellNumbers, find_sites
 from stitchmesh.patterns.placement.units import units_of
 from stitchmesh.patterns.placement.wales import follow_wales
+
+_LEFT_OVER, _CUT, _UNCROSSED = range(3)
+REASONS = [
+    "these loops are left over beside whole repeats of the pattern and stay as they were",
+    "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
+    "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
+]
+"""Why faces may be left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +62,16 @@ class LaidPattern:
     """Changes that make this fabric from the given one, in order; each has an exact inverse (``inverse_change``)."""
     faces_laid: int
     """Number of faces that are in the pattern."""
-    left_out: tuple[LeftOut, ...]
-    """Faces that are not in the pattern although they belong to the region, largest groups first. Cast-on rows and
-    drawn-through loops, which no pattern changes, are not listed."""
+    reason: IntArray
+    """Index in ``REASONS`` of the reason why each face is left out, -1 for all other faces, shape (F,)."""
+
+    @cached_property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Faces that are not in the pattern although they belong to the region, largest groups first.
+
+        Cast-on rows and drawn-through loops, which no pattern changes, are not listed.
+        """
+        return find_left_out(self.fabric, self.reason, REASONS)
 
 
 def apply_pattern(
@@ -122,28 +140,46 @@ def lay_pattern(
     chosen = _pattern_of(pattern)
     check_remainder(remainder)
     _check_fabric(fabric)
+    if not keeps_counts(chosen):
+        check_closes(chosen)
     if face is not None and faces is not None:
         raise ParameterError("got a face and a region; expected one of them")
     inside = region_of(fabric, faces)
-    changes: list[Change] = []
+    chosen, colours = colour_on_fabric(chosen, fabric)
+    changes: list[Change] = [*colours]
+    for change in colours:
+        fabric = apply_change(fabric, change)
     if face is None:
-        ground = plain_ground(fabric, inside)
-        if ground:
-            changes.append(ground.patch)
-            fabric, inside = apply_change(fabric, ground.patch), ground.faces.merged(inside, ground.is_new)
-        placement = follow_wales(fabric, chosen, remainder, inside)
+        fabric, inside = _rebuilt(fabric, inside, plain_ground(fabric, inside), changes)
+        placement, moved = follow_wales(fabric, chosen, remainder, inside)
+        if moved:
+            fabric, inside = _rebuilt(fabric, inside, moved, changes)
+            placement, _ = follow_wales(fabric, chosen, remainder, inside)
     else:
         grid = grid_around(fabric, face)
         placement = fill_grid(fabric, chosen, grid, remainder)
         inside = np.zeros(fabric.face_count, dtype=bool)
         inside[grid.faces] = True
+    where = "fabric" if faces is None else "region"
+    if not (inside & is_worked(fabric)).any():
+        raise ParameterError(f"{where}: got cast-on rows and drawn-through loops only; expected stitches of other rows")
     if (placement.column == OUTSIDE).all():
-        where = "fabric" if faces is None else "region"
         raise ParameterError(
             f"pattern {chosen.name!r}: its {chosen.width} columns are more than any first row of the {where} has; "
-            "use narrower stitches or another pattern"
+            f"use narrower stitches{', a wider region' if faces is not None else ''} or another pattern"
         )
     return _Laying(fabric, chosen, placement, inside).laid(changes)
+
+
+def _rebuilt(
+    fabric: StitchMesh, inside: NDArray[np.bool_], rebuilt: Rebuilt | None, changes: list[Change]
+) -> tuple[StitchMesh, NDArray[np.bool_]]:
+    """Apply a patch, add it to the changes, and return the fabric and its region after the patch."""
+    if rebuilt is None:
+        return fabric, inside
+    changes.append(rebuilt.patch)
+    new = np.ones(len(rebuilt.patch.added_faces), dtype=bool)
+    return apply_change(fabric, rebuilt.patch), rebuilt.faces.merged(inside, new)
 
 
 def _pattern_of(pattern: object) -> Pattern:
@@ -169,8 +205,6 @@ class _Laying:
     def __init__(
         self, fabric: StitchMesh, pattern: Pattern, placement: Placement, inside: NDArray[np.bool_]
     ) -> None:
-        if not keeps_counts(pattern):
-            check_closes(pattern)
         self.fabric, self.pattern, self.placement, self.inside = fabric, pattern, placement, inside
         self.cells = CellNumbers(pattern, placement)
         units = units_of(pattern)
@@ -212,7 +246,7 @@ class _Laying:
             if len(mark.places):
                 changes.append(mark)
                 after = apply_change(after, mark)
-        return LaidPattern(after, (*before, *changes), laid, find_left_out(after, reason, _REASONS))
+        return LaidPattern(after, (*before, *changes), laid, reason)
 
     def _reasons(self, uncrossed: IntArray) -> IntArray:
         """Return the index of the reason why each face is left out, -1 for the other faces, shape (F,)."""
@@ -223,14 +257,6 @@ class _Laying:
         reason[plain[~self.table.is_single[cells[plain]]]] = _CUT
         reason[uncrossed[~self.in_site[uncrossed]]] = _UNCROSSED
         return reason
-
-
-_LEFT_OVER, _CUT, _UNCROSSED = range(3)
-_REASONS = [
-    "these loops are left over beside whole repeats of the pattern and stay as they were",
-    "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
-    "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
-]
 
 
 def _mark_after(fabric: StitchMesh, name: str, values: IntArray, side_after: IntArray) -> Marks:

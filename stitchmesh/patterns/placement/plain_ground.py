@@ -21,6 +21,7 @@ from stitchmesh.mesh.courses import Course
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.placement.placement import is_plain, is_worked
 from stitchmesh.patterns.placement.rebuilt_runs import (
+    Keeps,
     Line,
     Rebuilt,
     RunPlan,
@@ -28,6 +29,7 @@ from stitchmesh.patterns.placement.rebuilt_runs import (
     line_below,
     rebuild_runs,
     shaping_stitch,
+    spread_loops,
 )
 from stitchmesh.patterns.placement.region import find_runs
 
@@ -90,8 +92,7 @@ class _Ground:
         for number, run in enumerate(runs):
             loops = len(below[number].loops), len(above[number].loops)
             if patterned[number] and min(loops) and max(loops) <= MOST_LOOPS * min(loops):
-                shares = None if changed[number].any() else _loops_passed(fabric, run)
-                cells = _divided(*loops, shares)
+                cells = spread_loops(*loops, None if changed[number].any() else _steps(fabric, run))
                 plans.append(RunPlan(run, below[number], above[number], cells, _stitches(cells)))
         return plans
 
@@ -165,32 +166,13 @@ def _without_excess(counts: IntArray) -> IntArray:
     return closed
 
 
-def _loops_passed(fabric: StitchMesh, run: Course) -> IntArray:
-    """Return the numbers of loops below and above to the left of the end of each face of a run, shape (n, 2)."""
+def _steps(fabric: StitchMesh, run: Course) -> list[int]:
+    """Return the places on the narrower side of a run at which its wider side has each of its further loops."""
     faces = np.array(run.faces)
-    loops: IntArray = np.cumsum(np.stack([fabric.n_bottom[faces], fabric.n_top[faces]], axis=1), axis=0)
-    return loops
-
-
-def _divided(below: int, above: int, passed: IntArray | None) -> IntArray:
-    """Return the numbers of loops below and above each new face of a run, shape (n, 2).
-
-    Args:
-        below: number of loops below the run.
-        above: number of loops above the run.
-        passed: ``_loops_passed`` of the old faces, which shows where loops begin and end; None for even places.
-    """
-    narrow, wide = min(below, above), max(below, above)
-    more = np.zeros(narrow, dtype=np.int64)
-    for number in range(wide - narrow):
-        if passed is None:
-            place = int((number + 0.5) * narrow / (wide - narrow))
-        else:
-            place = _step(passed if above > below else passed[:, ::-1], number + 1)
-        more[_nearest_free(more, min(place, narrow - 1))] += 1
-    cells = np.ones((narrow, 2), dtype=np.int64)
-    cells[:, int(above > below)] += more
-    return cells
+    loops = np.cumsum(np.stack([fabric.n_bottom[faces], fabric.n_top[faces]], axis=1), axis=0)
+    more = int(loops[-1, 1] - loops[-1, 0])
+    passed = loops if more > 0 else loops[:, ::-1]
+    return [_step(passed, number + 1) for number in range(abs(more))]
 
 
 def _step(passed: IntArray, number: int) -> int:
@@ -205,12 +187,6 @@ def _step(passed: IntArray, number: int) -> int:
     return int(passed[face - 1, 0]) if face else 0
 
 
-def _nearest_free(more: IntArray, place: int) -> int:
-    """Return the face nearest to a place that has the fewest further loops, at most two."""
-    free = np.flatnonzero(more == more.min())
-    return int(free[np.argmin(np.abs(free - place))])
-
-
 def _stitches(cells: IntArray) -> IntArray:
     """Return the stitches of new faces; increases and decreases lean towards the middle of the run."""
     count = len(cells)
@@ -218,6 +194,6 @@ def _stitches(cells: IntArray) -> IntArray:
     for place in np.flatnonzero((cells != 1).any(axis=1)).tolist():
         below, above = cells[place].tolist()
         # An increase or a decrease of the left half is KY or D21K, as in a panel.
-        keeps_left = (2 * place < count) == (above > below)
-        stitch[place] = shaping_stitch(below, above, keeps_left=keeps_left)
+        keeps: Keeps = "left" if (2 * place < count) == (above > below) else "right"
+        stitch[place] = shaping_stitch(below, above, keeps="middle" if below == MOST_LOOPS else keeps)
     return stitch

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class RunPlan:
     loops: IntArray
     """Numbers of loops below and above each new face, left to right, shape (n, 2)."""
     stitch: IntArray
-    """Type of each new face, shape (n,)."""
+    """Type of each new face, shape (n,); a plain face keeps the type of a plain face that was in its place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +56,6 @@ class Rebuilt:
     """The patch."""
     faces: Renumbering
     """Numbers of all faces before and after the patch."""
-
-    @property
-    def is_new(self) -> NDArray[np.bool_]:
-        """An entry of True for each added face."""
-        return np.ones(len(self.faces.added), dtype=bool)
 
 
 def line_below(fabric: StitchMesh, run: Course) -> Line:
@@ -93,6 +89,7 @@ def rebuild_runs(fabric: StitchMesh, plans: Sequence[RunPlan], positions: FloatA
     vertex = Renumbering.filling(count, gone, len(positions))
     loops = np.concatenate([plan.loops for plan in plans])
     old = np.concatenate([_old_faces(fabric, plan) for plan in plans])
+    stitch = np.concatenate([plan.stitch for plan in plans])
     patch = Patch(
         removed_faces=removed,
         removed_vertices=gone,
@@ -105,7 +102,7 @@ def rebuild_runs(fabric: StitchMesh, plans: Sequence[RunPlan], positions: FloatA
         faces={
             "n_bottom": loops[:, 0],
             "n_top": loops[:, 1],
-            "stitch": np.concatenate([plan.stitch for plan in plans]),
+            "stitch": np.where(_stays_plain(fabric, loops, old), fabric.stitch[old], stitch),
             "row": fabric.row[old],
             "yarn": fabric.yarn[old],
         },
@@ -113,6 +110,12 @@ def rebuild_runs(fabric: StitchMesh, plans: Sequence[RunPlan], positions: FloatA
         stretch=sides.stretch(),
     )
     return Rebuilt(patch, face)
+
+
+def _stays_plain(fabric: StitchMesh, loops: IntArray, old: IntArray) -> NDArray[np.bool_]:
+    """Whether each new face and the old face nearest to it have one loop below and one above, shape (n,)."""
+    plain: NDArray[np.bool_] = (loops == 1).all(axis=1) & (fabric.n_bottom[old] == 1) & (fabric.n_top[old] == 1)
+    return plain
 
 
 def _places(loops: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
@@ -207,16 +210,41 @@ class _Sides:
         return np.where(old == BORDER, UNKNOWN_STRETCH, stretch_at(self.fabric, np.maximum(old, 0)))
 
 
-def shaping_stitch(below: int, above: int, *, keeps_left: bool) -> Stitch:
-    """Return the stitch of a new face with given numbers of loops.
+Keeps = Literal["left", "middle", "right"]
+"""The loop of a shaping stitch that continues the wale; the others begin or end there."""
+
+_SHAPING = {
+    (1, 2): {"left": Stitch.KY, "middle": Stitch.KY, "right": Stitch.YK},
+    (1, 3): {"left": Stitch.KYK, "middle": Stitch.KYK, "right": Stitch.KYK},
+    (2, 1): {"left": Stitch.D12K, "middle": Stitch.D12K, "right": Stitch.D21K},
+    (3, 1): {"left": Stitch.D123K, "middle": Stitch.D213K, "right": Stitch.D321K},
+}
+"""Shaping stitches by the numbers of loops below and above, and by the loop that continues the wale."""
+
+
+def shaping_stitch(below: int, above: int, *, keeps: Keeps) -> Stitch:
+    """Return the stitch of a new face with given numbers of loops, at most 3; at least one of them is 1."""
+    return Stitch.KNIT if below == above == 1 else _SHAPING[below, above][keeps]
+
+
+def spread_loops(below: int, above: int, at: Sequence[int] | None = None) -> IntArray:
+    """Return the numbers of loops below and above each face of a run with as few increases or decreases as possible.
 
     Args:
-        below: number of loops below, 1 to 3.
-        above: number of loops above, 1 to 3; one of the numbers is 1.
-        keeps_left: whether the leftmost loop continues the wale, and the others begin or end there.
+        below: number of loops below the run.
+        above: number of loops above the run.
+        at: places on the narrower side, in loops, at which the wider side has each of its further loops; even places
+            if None.
+
+    Returns:
+        The numbers, shape (n, 2).
     """
-    if (below, above) == (1, 1):
-        return Stitch.KNIT
-    if above == 1:
-        return Stitch.D213K if below == 3 else Stitch.D12K if keeps_left else Stitch.D21K
-    return Stitch.KYK if above == 3 else Stitch.KY if keeps_left else Stitch.YK
+    narrow, more = min(below, above), abs(below - above)
+    places = [int((number + 0.5) * narrow / more) for number in range(more)] if at is None else at
+    further = np.zeros(narrow, dtype=np.int64)
+    for place in places:
+        free = np.flatnonzero(further == further.min())
+        further[free[np.argmin(np.abs(free - place))]] += 1
+    faces = np.ones((narrow, 2), dtype=np.int64)
+    faces[:, int(above > below)] += further
+    return faces

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import BORDER, StitchMesh
-from stitchmesh.mesh.courses import Course, right_neighbours
+from stitchmesh.mesh.courses import Course
 
 
 def region_of(fabric: StitchMesh, faces: Iterable[int] | None) -> NDArray[np.bool_]:
@@ -55,19 +55,22 @@ def find_runs(fabric: StitchMesh, inside: NDArray[np.bool_]) -> list[Course]:
     A run is closed if its course is a ring and all faces of the ring lie in the region; then it starts with the face of
     the lowest number.
     """
-    right = right_neighbours(fabric)
-    joined = inside & (right != BORDER) & inside[right] & (fabric.row[right] == fabric.row)
-    following = np.where(joined, right, BORDER)
-    starts = inside.copy()
-    starts[right[joined]] = False
-    step, used, runs = following.tolist(), bytearray(fabric.face_count), []
-    for start in [*np.flatnonzero(starts).tolist(), *np.flatnonzero(inside).tolist()]:
-        if used[start]:
+    own = np.flatnonzero(inside)
+    across = fabric.twin[fabric.right_wale[own]]
+    right = fabric.side_face[across]
+    joined = (across != BORDER) & inside[right] & (fabric.row[right] == fabric.row[own])
+    joined &= fabric.left_wale[right] == across
+    step = dict(zip(own[joined].tolist(), right[joined].tolist(), strict=True))
+    starts = np.setdiff1d(own, right[joined])
+    used: set[int] = set()
+    runs = []
+    for start in [*starts.tolist(), *own.tolist()]:
+        if start in used:
             continue
         faces, face = [], start
-        while face != BORDER and not used[face]:
-            used[face] = True
+        while face != BORDER and face not in used:
+            used.add(face)
             faces.append(face)
-            face = step[face]
+            face = step.get(face, BORDER)
         runs.append(Course(tuple(faces), closed=face != BORDER))
     return runs

@@ -9,6 +9,7 @@ cuts a repeat, a knitter works the units whose loops are all there, and works th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, crossings
@@ -40,6 +41,7 @@ class Units:
     """Units of one stitch, by section, row and column."""
 
 
+@lru_cache(maxsize=32)
 def units_of(pattern: Pattern) -> Units:
     """Divide a pattern into units; in each section, the last row makes as many loops as the first is worked on."""
     larger: list[Unit] = []

@@ -11,6 +11,8 @@ beside the line, as a knitter keeps them.
 
 from __future__ import annotations
 
+from itertools import count
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,17 +20,24 @@ from stitchmesh.mesh import BORDER, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.courses import Course, bottom_sides, knitting_order, sides_across, top_sides
 from stitchmesh.mesh.stitch import VOCABULARY, Making, Stitch
 from stitchmesh.patterns.pattern import Pattern
-from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, is_tile, lay_out, spread_tiles
-from stitchmesh.patterns.placement.placement import Placement, is_worked
+from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, is_elastic, is_tile, lay_out, spread_tiles
+from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
+from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt, RunPlan, line_above, line_below, rebuild_runs
 from stitchmesh.patterns.placement.region import find_runs
+from stitchmesh.patterns.placement.units import units_of
+from stitchmesh.patterns.placement.whole_tiles import WholeTiles, shaped_faces
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
+LOOPS_PER_SHAPING = 4
+"""Smallest number of loops for each increase or decrease of a run whose shaping moves; a crown has fewer."""
+_FIRST_NEW_TILE = 1 << 20
+"""Number of the first tile that begins above the first row."""
 
 
 def follow_wales(
     fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
-) -> Placement:
+) -> tuple[Placement, Rebuilt | None]:
     """Place a pattern on every stitch of a region; its first row is the first row that is not a cast-on row.
 
     Args:
@@ -37,10 +46,16 @@ def follow_wales(
         remainder: treatment of the loops of a first row that whole tiles do not cover.
         inside: whether each face belongs to the region, shape (F,).
 
+    Returns:
+        The placement, and the change that moves the increases and decreases of the region to the limits of the tiles
+        (``whole_tiles.py``), None if nothing moves. After the change the pattern must be placed again.
+
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover a first row.
     """
-    return _WalePlacement(fabric, pattern, remainder, inside).placement()
+    wales = _WalePlacement(fabric, pattern, remainder, inside)
+    placement = wales.placement()
+    return placement, rebuild_runs(fabric, wales.plans, np.zeros((0, 3))) if wales.plans else None
 
 
 class _WalePlacement:
@@ -57,13 +72,17 @@ class _WalePlacement:
         self.level = np.full(len(self.runs), -1)  # rows of the pattern below each run; -1 for a cast-on row
         self.above = np.full(fabric.side_count, _UNKNOWN)  # column that each top side passes on
         self.column = np.full(fabric.face_count, OUTSIDE)
+        self.tiles = None if is_elastic(pattern) else WholeTiles(pattern, units_of(pattern))
+        self.new_tiles = count(_FIRST_NEW_TILE)
+        self.plans: list[RunPlan] = []
+        self.is_worked, self.is_plain = is_worked(fabric), is_plain(fabric)
 
     def placement(self) -> Placement:
         """Carry the columns through all runs and return the placement."""
         order, left = knitting_order(self._runs_below())
         for number in [*order, *left]:
             self._carry(number)
-        placed = is_worked(self.fabric) & self.inside
+        placed = self.is_worked & self.inside
         level = np.where(self.inside, self.level[self.run_of], -1)
         return Placement(np.where(placed & (level >= 0), self.column, OUTSIDE), level % self.pattern.height)
 
@@ -98,7 +117,32 @@ class _WalePlacement:
             below = self._begin_tiles(below, run.closed)
         own = _own_columns(fabric, faces, below)
         self.column[faces] = own
-        self.above[tops] = _columns_made(fabric, faces, own, run.closed)
+        if not (self.tiles and self.is_worked[faces].all() and not self.is_plain[faces].all()):
+            self.above[tops] = _columns_made(fabric, faces, own, run.closed)
+        elif not self._keep_tiles_whole(self.tiles, run, below, own):
+            self.above[tops] = _columns_made(fabric, faces, own, run.closed)
+
+    def _keep_tiles_whole(self, tiles: WholeTiles, run: Course, below: IntArray, own: IntArray) -> bool:
+        """Give columns to the loops above a shaped run, and plan its faces; return whether its tiles are in order."""
+        fabric = self.fabric
+        if len(below) < LOOPS_PER_SHAPING * abs(len(below) - int(fabric.n_top[list(run.faces)].sum())):
+            return False
+        start = _tile_start(fabric, run, below, tiles.width) if run.closed else 0
+        turned = Course(run.faces[start:] + run.faces[:start], run.closed)
+        faces = np.array(turned.faces)
+        columns = np.roll(below, -int(fabric.n_bottom[list(run.faces[:start])].sum()))
+        raw = np.repeat(_without_yarn_overs(np.roll(own, -start), fabric.n_bottom[faces]), fabric.n_top[faces])
+        above = tiles.columns_above(columns, raw, self.new_tiles)
+        if above is None:
+            return False
+        self.above[top_sides(fabric, turned.faces)] = above
+        shaped = shaped_faces(columns, above, tiles.width)
+        if shaped:
+            loops, stitch = shaped
+            if not np.array_equal(loops, np.stack([fabric.n_bottom[faces], fabric.n_top[faces]], axis=1)):
+                lines = line_below(fabric, turned), line_above(fabric, turned)
+                self.plans.append(RunPlan(turned, *lines, loops, stitch))
+        return True
 
     def _columns_below(self, number: int) -> tuple[IntArray, bool]:
         """Return the columns of the loops below a run, and whether any is known; set the level to the one below."""
@@ -112,10 +156,7 @@ class _WalePlacement:
         return columns, len(under) > 0
 
     def _begin_tiles(self, below: IntArray, closed: bool) -> IntArray:
-        """Return the columns with new tiles where enough adjacent loops lie outside the pattern for a whole repeat.
-
-        The new columns continue those on the left of the gap, if these end with a whole tile.
-        """
+        """Return the columns with new tiles where enough adjacent loops lie outside the pattern for a whole repeat."""
         width, outside = self.pattern.width, below == OUTSIDE
         if outside.all():
             whole = lay_out(self.pattern, len(below), closed=closed, remainder=self.remainder, where="")
@@ -125,23 +166,40 @@ class _WalePlacement:
         places = np.flatnonzero(columns == OUTSIDE)
         for gap in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
             if len(gap) >= width:
-                before = columns[gap[0] - 1] if gap[0] and is_tile(columns[gap[:1] - 1])[0] else -1
-                columns[gap] = self._tiles(len(gap), -(-(int(before) + 1) // width) * width)
+                columns[gap] = self._new_tiles(len(gap))
         return np.roll(columns, turn)
 
-    def _tiles(self, count: int, first: int) -> IntArray:
-        """Return the columns of whole tiles on a number of loops, counted from ``first``."""
+    def _new_tiles(self, loops: int) -> IntArray:
+        """Return the columns of new tiles on a number of loops."""
         width = self.pattern.width
-        tiles, rest = divmod(count, width)
+        tiles, rest = divmod(loops, width)
+        numbers = np.array([next(self.new_tiles) for _ in range(tiles)])
         if self.remainder == "stretch":
             columns = spread_tiles(tiles, width, rest, closed=False)
         else:
             columns = np.concatenate([np.arange(tiles * width), np.full(rest, OUTSIDE)])
-        return np.where(columns == OUTSIDE, OUTSIDE, columns + first)
+        tile, own = np.divmod(columns, width)
+        return np.where(columns == OUTSIDE, OUTSIDE, numbers[np.where(columns == OUTSIDE, 0, tile)] * width + own)
 
     def _lay_out(self, count: int, run: Course) -> IntArray:
         where = f"row {self.fabric.row[run.faces[0]]} (face {run.faces[0]})"
         return lay_out(self.pattern, count, closed=run.closed, remainder=self.remainder, where=where)
+
+
+def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) -> int:
+    """Return the place of the first face of a ring that begins a tile, 0 if there is none."""
+    first = np.cumsum(fabric.n_bottom[list(run.faces)]) - fabric.n_bottom[list(run.faces)]
+    begins = (below // width != np.roll(below, 1) // width)[first % len(below)]
+    return int(np.argmax(begins & (fabric.n_bottom[list(run.faces)] > 0)))
+
+
+def _without_yarn_overs(own: IntArray, n_bottom: IntArray) -> IntArray:
+    """Return the columns of faces, in which a face without a loop below continues the face on its left."""
+    worked = np.flatnonzero(n_bottom)
+    if not len(worked):
+        return own
+    before = np.searchsorted(worked, np.arange(len(own)), side="right") - 1
+    return own[worked[np.maximum(before, 0)]]
 
 
 def _fill_unknown(columns: IntArray, closed: bool) -> IntArray:

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A swatch that takes changes while it relaxes: one change or one assessment interval at a time, in one thread.
+"""A swatch that takes changes while it relaxes: one change, or some iterations, at a time, in one thread.
 
 Increments and iterations alternate. An increment brings all lengths nearer to the target (``increments``); the yarns
 then relax for some iterations before the next increment. After the last increment the yarns relax until they have
-converged. If a relaxation fails, the swatch returns to the state before the last increment.
+converged. If a relaxation fails, the swatch returns to the state before the last increment. Increments, changes and
+assessments fall between assessment intervals. How intervals are divided into frames therefore does not change a bit.
 """
 
 from __future__ import annotations
@@ -23,9 +24,8 @@ from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate
 from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
-from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.stepwise_loop import INTERVAL, StepwiseLoop
 
 NO_ROOM = "yarns cannot be separated on the path to these sizes; take thinner or longer yarn, or a larger repeat"
 """Why yarns that were generated correctly cannot reach the target."""
@@ -51,10 +51,12 @@ class LiveSwatch:
     """The current state."""
     previous: SwatchInProgress | None
     """The state before the last increment."""
-    loop: RelaxationLoop | None
+    loop: StepwiseLoop | None
     """The current relaxation."""
     iterations_since_increment: int
     """Iterations since the last increment."""
+    stopped: bool
+    """Whether the user has stopped the relaxation, so that no frame follows the next one."""
     stepped_back: bool
     """Whether the state is the one before an increment that failed."""
     finished: bool
@@ -62,15 +64,18 @@ class LiveSwatch:
     frame: Frame
     """The newest frame."""
 
-    def __init__(self, settings: SwatchSettings, quality: Quality, device: str | None, requested_at: float) -> None:
+    def __init__(
+        self, settings: SwatchSettings, device: str | None, requested_at: float, *, stopped: bool = False
+    ) -> None:
         """Generate the swatch; arguments as for ``take``.
 
         Raises:
             StitchMeshError: the swatch of these settings cannot be generated.
         """
-        self.quality, self.device = quality, device
-        self.generated = generate_repeat(settings, quality)
-        self.target, self.sampled = make_target(settings, self.generated), close_contacts(quality, settings.options)
+        self.device, self.stopped = device, stopped
+        self.generated = generate_repeat(settings)
+        self.target = make_target(settings, self.generated)
+        self.sampled = close_contacts(settings.quality, settings.options)
         self.error: Exception | None = None
         self.iteration, self.requested_at, self.number = 0, requested_at, 0
         self._start_again()
@@ -92,47 +97,73 @@ class LiveSwatch:
             StitchMeshError: the swatch of these settings cannot be generated.
         """
         self.iteration, self.requested_at = 0, requested_at
-        generated = generate_repeat(settings, self.quality)
-        target = make_target(settings, generated)
+        generated = generate_repeat(settings)
+        target, sampled = make_target(settings, generated), close_contacts(settings.quality, settings.options)
         continues = not restart and generated.has_same_yarns(self.first)
         before, enlargement = self.target, generated.width / self.generated.width
         needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())
-        self.generated, self.target, self.error = generated, target, None
-        self.sampled = close_contacts(self.quality, settings.options)
+        relaxes_alike = (target.material, target.cell, sampled) == (before.material, before.cell, self.sampled)
+        self.generated, self.target, self.sampled, self.error = generated, target, sampled, None
         if not continues:
             return self._start_again()
         if enlargement != 1.0:
             self.state = self.state.enlarged(enlargement)
             self.loop = self.previous = None
-        if (target.material, target.cell) != (before.material, before.cell):
+        if not relaxes_alike:
             self.loop = None
         self.finished = self.finished and self.loop is not None and increments_left(self.state, target) == 0
         if needs_frame:
             self.frame = self._next_frame()
 
-    def advance(self) -> None:
-        """Make the next increment if the yarns have relaxed enough, and iterate for one assessment interval.
+    def advance(self, most: int = INTERVAL) -> int:
+        """Make the next increment if the yarns have relaxed enough, and iterate, at most to the next assessment.
+
+        Args:
+            most: largest number of iterations.
+
+        Returns:
+            The number of iterations.
 
         Raises:
             SolverError: the target cannot be reached; the state is the one before the last increment.
         """
-        state, starts = self.state, self.loop is None
-        if increments_left(state, self.target) and self._has_settled():
-            self.previous, state, starts = state, increment(state, self.target), True
-            self.iterations_since_increment = 0
         try:
-            self.loop = self._start_loop(state) if starts else self.loop
+            if self.loop is None or self.loop.is_between_intervals:
+                self._prepare_interval()
             assert self.loop is not None
-            self.loop.advance()
+            made = self.loop.advance_partly(most)
         except SolverError as error:
-            return self._step_back(error)
+            self._step_back(error)
+            return 0
+        self.iteration += made
+        if self.loop.is_between_intervals:
+            self._end_interval()
+        return made
+
+    def _prepare_interval(self) -> None:
+        """Make the next increment if the yarns have relaxed enough, and start its relaxation.
+
+        Raises:
+            SolverError: the yarns of the new state are too close to one another.
+        """
+        if increments_left(self.state, self.target) and self._has_settled():
+            self.previous, self.state = self.state, increment(self.state, self.target)
+            self.iterations_since_increment, self.loop = 0, None
+        if self.loop is None:
+            self.loop = self._start_loop(self.state)
+
+    def _end_interval(self) -> None:
+        """Take the accepted state of the relaxation, and finish at the target."""
+        assert self.loop is not None
         self.stepped_back = False
-        self.iterations_since_increment += ASSESSMENT_INTERVAL
-        self.iteration += ASSESSMENT_INTERVAL
-        self.state = replace(state, yarns=self.loop.simulation.good_yarns())
+        self.iterations_since_increment += INTERVAL
+        self.state = replace(self.state, yarns=self.loop.simulation.good_yarns())
         used_up = self.loop.iteration >= self.sampled.max_iterations
         if not increments_left(self.state, self.target) and (self._is_at_rest() or used_up):
             self._finish()
+
+    def publish(self) -> None:
+        """Make a frame of the current state."""
         self.frame = self._next_frame()
 
     def halt(self, error: Exception) -> None:
@@ -140,13 +171,13 @@ class LiveSwatch:
         self.error, self.loop, self.finished = error, None, False
         self.frame = self._next_frame()
 
-    def _start_loop(self, state: SwatchInProgress) -> RelaxationLoop:
+    def _start_loop(self, state: SwatchInProgress) -> StepwiseLoop:
         """Start a relaxation of a state."""
         self.finished = False
         simulation = YarnSimulation.start(
             state.yarns, self.target.material, self.sampled, device_named(self.device), cell=self.target.cell
         )
-        loop = RelaxationLoop(simulation, self.sampled.tolerance)
+        loop = StepwiseLoop(simulation, self.sampled.tolerance)
         loop.start()
         return loop
 
@@ -192,6 +223,12 @@ class LiveSwatch:
         self.iterations_since_increment, self.stepped_back, self.finished = 0, False, False
         self.frame = self._next_frame()
 
+    def _state_now(self) -> SwatchInProgress:
+        """Return the current state; within an assessment interval, the state that is not assessed yet."""
+        if self.loop is None or self.loop.is_between_intervals:
+            return self.state
+        return replace(self.state, yarns=self.loop.current_yarns())
+
     def _next_frame(self) -> Frame:
         """Return the frame of the current state."""
         self.number += 1
@@ -202,8 +239,12 @@ class LiveSwatch:
             "energy": None if last is None else last.energy,
             "gamma": self.state.gamma,
             "at_rest": self.finished and self._is_at_rest(),
-            "running": not self.idle,
+            "running": not (self.idle or self.stopped),
             "seconds": time.perf_counter() - self.requested_at,
         }
-        yarns = replace(self.state.in_fabric, colour=self.target.colour)
+        relaxed, target = self._state_now().in_fabric, self.target
+        yarns = replace(
+            relaxed, colour=target.colour, palette=target.palette,
+            drawn_radius=relaxed.radius * target.drawn_over_contact,
+        )  # fmt: skip
         return Frame(self.number, yarns, self.generated.fabric, report, self.error)

@@ -82,8 +82,7 @@ def increment(state: SwatchInProgress, target: Target) -> SwatchInProgress:
     sides = zip(target.size, size_of(yarns.lattice), strict=True)
     along, across = (1.0 if size is None else (size / now) ** part for size, now in sides)
     yarns = replace(
-        stretch_cell(yarns, along, across),
-        radius=yarns.radius * (target.radius / yarns.radius) ** part,
+        stretch_cell(yarns, along, across).with_radius(yarns.radius * (target.radius / yarns.radius) ** part),
         rest_length=yarns.rest_length * (target.rest_length / yarns.rest_length) ** part,
     )
     if target.lean is not None:

@@ -3,7 +3,8 @@
 """Live swatches: a session relaxes a swatch in the background, takes changes meanwhile, and provides frames.
 
 Leaf et al. 2018, section 7.2: the user changes settings, and the swatch moves smoothly from its current state to the
-new settings. A change that arrives before an earlier change is complete replaces the earlier change.
+new settings. A change that arrives before an earlier change is complete replaces the earlier change. The user can also
+stop the relaxation, make single steps, start it again, and return to the first state.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.stepwise_loop import INTERVAL
 
 
 class SwatchSession:
@@ -42,20 +44,36 @@ class SwatchSession:
         quality: str | Quality = DEFAULT_QUALITY,
         device: str | None = None,
         relax_cell: bool | RelaxCell = False,
+        iterations_per_frame: int = INTERVAL,
+        stopped: bool = False,
         **options: Any,
     ) -> None:
-        """Generate the swatch, which is the first frame, and start its relaxation; arguments as for ``swatch``.
+        """Generate the swatch, which is the first frame, and start its relaxation; other arguments as for ``swatch``.
+
+        Args:
+            pattern: a pattern or a weave, its name, or the path of its file.
+            material: material of the yarn.
+            quality: a preset or a ``Quality``.
+            device: device of the kernels.
+            relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
+            iterations_per_frame: number of iterations between two frames.
+            stopped: whether the relaxation waits for ``start`` or ``step``.
+            options: fields of ``SwatchOptions``.
 
         Raises:
             StitchMeshError: as for ``swatch``, except for the errors of the relaxation.
         """
-        self._settings = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options))
-        self._requested_at = time.perf_counter()
-        device_named(device)
-        self._swatch = LiveSwatch(self._settings, quality_named(quality), device, self._requested_at)
-        self._frame = self._swatch.frame
+        self._settings = SwatchSettings(
+            pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality)
+        )
+        self._first_settings, self._requested_at = self._settings, time.perf_counter()
         self._condition = threading.Condition()
-        self._changed = self._restart = self._idle = self._closed = False
+        self._iterations_per_frame = _checked_count("iterations per frame", iterations_per_frame)
+        device_named(device)
+        self._swatch = LiveSwatch(self._settings, device, self._requested_at, stopped=stopped)
+        self._frame = self._swatch.frame
+        self._changed = self._restart = self._closed = False
+        self._stopped, self._steps, self._since_frame, self._quiet = stopped, 0, 0, stopped
         self._worker = threading.Thread(target=self._work, name="swatch session", daemon=True)
         self._worker.start()
         atexit.register(self.close)
@@ -73,6 +91,71 @@ class SwatchSession:
         """The newest frame."""
         return self._frame
 
+    @property
+    def stopped(self) -> bool:
+        """Whether the relaxation waits for ``start`` or ``step``."""
+        return self._stopped
+
+    @property
+    def iterations_per_frame(self) -> int:
+        """Number of iterations between two frames.
+
+        The yarns are assessed every 20 iterations. A frame between two assessments shows yarns whose energy has not
+        been checked yet, with the residual and the energy of the last assessment.
+        """
+        return self._iterations_per_frame
+
+    @iterations_per_frame.setter
+    def iterations_per_frame(self, count: int) -> None:
+        self._iterations_per_frame = _checked_count("iterations per frame", count)
+
+    def start(self) -> None:
+        """Let a stopped relaxation continue; returns at once.
+
+        Raises:
+            ParameterError: the session is closed.
+        """
+        with self._condition:
+            self._check_open("start")
+            self._stopped, self._steps = False, 0
+            self._wake()
+
+    def stop(self) -> None:
+        """Stop the relaxation; returns at once.
+
+        The iterations that are being made are completed, at most up to the next assessment, and a last frame shows
+        them. Settings can still change, but nothing relaxes before ``start`` or ``step``.
+
+        Raises:
+            ParameterError: the session is closed.
+        """
+        with self._condition:
+            self._check_open("stop")
+            self._stopped, self._steps = True, 0
+            self._wake()
+
+    def step(self, frames: int = 1, timeout: float | None = None) -> Frame:
+        """Stop the relaxation, do the iterations of some frames, wait for them, and return the last frame.
+
+        The first step of a running session completes its present frame. Nothing is iterated if the swatch is at rest.
+
+        Args:
+            frames: number of frames, each of ``iterations_per_frame`` iterations.
+            timeout: longest time to wait [s]; None waits without limit.
+
+        Raises:
+            ParameterError: the session is closed, or the number is less than 1.
+            SolverError: the iterations are not done in this time, or the session was closed before.
+            Exception: the ``error`` of the frame.
+        """
+        _checked_count("step", frames)
+        with self._condition:
+            self._check_open("step")
+            self._steps = frames + (self._steps if self._stopped else 0)
+            self._stopped = True
+            self._wake()
+            return self._wait_until_quiet("the step did not end", timeout)
+
     def set(self, **changes: Any) -> None:
         """Change settings of the swatch; returns at once.
 
@@ -80,14 +163,15 @@ class SwatchSession:
         chart that cannot be read, is the ``error`` of a frame.
 
         Args:
-            changes: arguments of ``swatch``: pattern, material, relax_cell, and the fields of ``SwatchOptions``.
+            changes: arguments of ``swatch``: pattern, material, relax_cell, quality, and the fields of
+                ``SwatchOptions``; ``solver`` for another solver of the same quality.
 
         Raises:
             ParameterError: there is no such argument, it cannot change, a value is out of bounds, or the session is
                 closed.
         """
         with self._condition:
-            self._check_open()
+            self._check_open("change")
             settings = self._settings.changed(**changes)
             # a file of the same name may contain another pattern now
             if "pattern" not in changes and settings == self._settings:
@@ -97,12 +181,26 @@ class SwatchSession:
     def restart(self) -> None:
         """Generate the swatch again and relax it from the generated yarns, as ``swatch`` does; returns at once.
 
+        A stopped session shows the generated yarns and stays stopped.
+
         Raises:
             ParameterError: the session is closed.
         """
         with self._condition:
-            self._check_open()
+            self._check_open("restart")
             self._request(self._settings, restart=True)
+
+    def reset(self) -> None:
+        """Return to the settings and to the yarns with which the session began; returns at once.
+
+        A stopped session stays stopped.
+
+        Raises:
+            ParameterError: the session is closed.
+        """
+        with self._condition:
+            self._check_open("reset")
+            self._request(self._first_settings, restart=True)
 
     def wait_for_frame(self, timeout: float | None = None, *, after: int | None = None) -> Frame | None:
         """Wait for a frame that is newer than a given frame, and return the newest frame.
@@ -129,18 +227,14 @@ class SwatchSession:
             timeout: longest time to wait [s]; None waits without limit.
 
         Raises:
-            SolverError: the relaxation does not end in this time, or the session was closed before.
+            SolverError: the relaxation does not end in this time, or the session is stopped or was closed before.
             Exception: the ``error`` of the frame.
         """
         with self._condition:
-            self._condition.wait_for(lambda: self._closed or self._idle, timeout)
-            if not self._idle:
-                late = f"not within {timeout} s; wait longer, or use the frames"
-                why = "the session was closed before" if self._closed else late
-                raise SolverError(f"session: the swatch did not come to rest: {why}")
-            if self._frame.error is not None:
-                raise self._frame.error
-            return self._frame
+            frame = self._wait_until_quiet("the swatch did not come to rest", timeout)
+            if not self._swatch.idle:
+                raise SolverError("session: the swatch did not come to rest: it is stopped; start it first")
+            return frame
 
     def close(self) -> None:
         """End the relaxation after the current assessment interval; the newest frame stays available."""
@@ -150,41 +244,93 @@ class SwatchSession:
         self._worker.join()
         atexit.unregister(self.close)
 
-    def _check_open(self) -> None:
+    def _check_open(self, request: str) -> None:
         if self._closed:
-            raise ParameterError("session: got a change after the session was closed; start another session")
+            raise ParameterError(f"session: got a {request} after the session was closed; start another session")
 
     def _request(self, settings: SwatchSettings, *, restart: bool) -> None:
         """Give settings to the worker, in place of earlier settings that it has not taken yet."""
         self._restart = restart or (self._changed and self._restart)
-        self._settings, self._requested_at, self._changed, self._idle = settings, time.perf_counter(), True, False
+        self._settings, self._requested_at, self._changed = settings, time.perf_counter(), True
+        self._wake()
+
+    def _wake(self) -> None:
+        """Let the worker see what is requested."""
+        self._quiet = False
         self._condition.notify_all()
+
+    def _wait_until_quiet(self, what: str, timeout: float | None) -> Frame:
+        """Wait until there is nothing to do, and return the newest frame.
+
+        Raises:
+            SolverError: there is something to do after this time, or the session was closed before.
+            Exception: the ``error`` of the frame.
+        """
+        self._condition.wait_for(lambda: self._closed or self._quiet, timeout)
+        if not self._quiet:
+            late = f"not within {timeout} s; wait longer, or use the frames"
+            raise SolverError(f"session: {what}: {'the session was closed before' if self._closed else late}")
+        if self._frame.error is not None:
+            raise self._frame.error
+        return self._frame
 
     def _work(self) -> None:
         """Take changes and relax until the session is closed; wait while there is nothing to do."""
         while True:
             with self._condition:
-                self._condition.wait_for(lambda: self._closed or not self._idle)
+                self._condition.wait_for(lambda: self._closed or not self._quiet)
                 if self._closed:
                     return
                 task = self._next_task()
-                self._changed = False
             try:
                 task()
             except Exception as error:  # any error reaches the user as the error of a frame
                 self._swatch.halt(error)
             with self._condition:
                 self._frame = self._swatch.frame
-                self._idle = self._swatch.idle and not self._changed
+                self._quiet = not self._changed and self._has_nothing_to_do() and not self._frame.report["running"]
                 self._condition.notify_all()
 
     def _next_task(self) -> Callable[[], None]:
-        """Return the next task: to take a change, or to iterate for one assessment interval."""
+        """Return the next task: to take a change, to iterate, or to make the last frame before a stop."""
+        self._swatch.stopped = self._stopped and self._steps == 0
         if self._changed:
+            self._changed = False
             return partial(self._swatch.take, self._settings, self._requested_at, restart=self._restart)
-        return self._advance
+        if not self._has_nothing_to_do():
+            return self._advance
+        return self._make_frame if self._frame.report["running"] else lambda: None
+
+    def _has_nothing_to_do(self) -> bool:
+        """Whether the swatch is at rest, or stopped with a frame of its state."""
+        if self._swatch.idle:
+            self._steps = 0
+            return True
+        return self._stopped and self._steps == 0
 
     def _advance(self) -> None:
-        """Iterate for one assessment interval; other sessions and relaxations wait meanwhile."""
+        """Iterate for a part of a frame; other sessions and relaxations wait meanwhile."""
         with alone():
-            self._swatch.advance()
+            left = self._iterations_per_frame - self._since_frame
+            self._since_frame += self._swatch.advance(max(left, 1))
+            if self._since_frame >= self._iterations_per_frame or self._swatch.idle:
+                self._make_frame()
+
+    def _make_frame(self) -> None:
+        """Make a frame of the current state; it ends a step."""
+        with self._condition:
+            self._steps = max(self._steps - 1, 0)
+            self._swatch.stopped = self._stopped and self._steps == 0
+        self._swatch.publish()
+        self._since_frame = 0
+
+
+def _checked_count(name: str, count: int) -> int:
+    """Return a count.
+
+    Raises:
+        ParameterError: the count is less than 1.
+    """
+    if count < 1:
+        raise ParameterError(f"{name}: got {count}; expected at least 1")
+    return count

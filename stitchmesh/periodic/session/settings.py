@@ -11,12 +11,18 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.solvers import solver_named
 
 
 @dataclass(frozen=True)
 class SwatchSettings:
-    """The arguments of ``swatch`` that may change while the swatch relaxes."""
+    """The arguments of ``swatch`` that may change while the swatch relaxes.
+
+    Raises:
+        ParameterError: the solver is unknown, or it cannot relax the cell.
+    """
 
     pattern: FilePath | Source
     """A pattern or a weave, its name, or the path of its file."""
@@ -26,24 +32,35 @@ class SwatchSettings:
     """Whether the periods of the repeat relax too, or which of their changes are free."""
     options: SwatchOptions
     """All other options."""
+    quality: Quality
+    """Resolution, tolerance and solver of the relaxation."""
+
+    def __post_init__(self) -> None:
+        solver_named(self.quality.solver)
+        if self.quality.solver == "dynamics" and self.relax_cell is not False:
+            found = "solver: got dynamics for a free cell, which has no mass to move with"
+            raise ParameterError(f"{found}; take quasistatic, or set relax_cell to False")
 
     def changed(self, **changes: Any) -> SwatchSettings:
         """Return the settings with some values replaced.
 
         Args:
-            changes: new values, by the names of the arguments of ``swatch``.
+            changes: new values, by the names of the arguments of ``swatch``, or ``solver`` for the solver alone.
 
         Raises:
             ParameterError: there is no such argument or it cannot change, or a value is out of bounds.
         """
-        own = {"pattern", "material", "relax_cell"}
+        own = {"pattern", "material", "relax_cell", "quality", "solver"}
         optional = {option.name for option in fields(SwatchOptions)}
         unknown = sorted(changes.keys() - own - optional)
         if unknown:
             known = ", ".join(sorted(own | optional))
             raise ParameterError(f"session: got a change of {unknown[0]!r}; expected one of {known}")
         options = replace(self.options, **{name: changes[name] for name in changes.keys() & optional})
-        return replace(self, options=options, **{name: changes[name] for name in changes.keys() & own})
+        given = {name: changes[name] for name in changes.keys() & own}
+        quality, solver = quality_named(given.pop("quality", self.quality)), given.pop("solver", None)
+        given["quality"] = quality if solver is None else replace(quality, solver=solver)
+        return replace(self, options=options, **given)
 
     @property
     def yarn_material(self) -> YarnMaterial:

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.palette import Palette
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.swatch import draw_swatch, free_cell, period_to_reach, take_up_rest_lengths
-from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
@@ -75,17 +75,21 @@ class Target:
     cell: RelaxCell | None
     """The free changes of the periods; None for constant periods."""
     colour: IntArray
-    """Colour of each yarn, shape (Y,)."""
+    """Colour number of each yarn, shape (Y,)."""
+    palette: Palette
+    """Colour of each colour number (sRGB), shape (P, 3)."""
+    drawn_over_contact: FloatArray
+    """Apparent radius over contact radius of each yarn, shape (Y,)."""
 
 
-def generate_repeat(settings: SwatchSettings, quality: Quality) -> GeneratedRepeat:
+def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:
     """Generate the repeat of the settings.
 
     Raises:
         StitchMeshError: as for ``swatch``.
     """
     source = resolve_pattern(settings.pattern)
-    fabric, yarns = draw_swatch(source, settings.options, quality)
+    fabric, yarns = draw_swatch(source, settings.options, settings.quality)
     return GeneratedRepeat(source, (settings.options.columns, settings.options.rows), fabric, yarns)
 
 
@@ -113,6 +117,8 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         material=settings.yarn_material.scaled(options.gamma),
         cell=cell,
         colour=yarns.colour,
+        palette=yarns.palette,
+        drawn_over_contact=yarns.drawn_radius / yarns.radius,
     )
 
 

@@ -6,8 +6,9 @@ Column i and row j of a map are fractions of the periods u and v (``plan``). If 
 map is sheared; a renderer that maps its texture coordinates to u and v shows the map correctly. Normals and directions
 are not sheared: x runs along u, y at right angles to u in the plane of the fabric, and z points to the right side.
 
-Each pixel is the mean of 2 by 2 samples of the yarns as exact round tubes. The colours are those of the yarns. They are
-darker where the surrounding fabric is higher, because less light arrives there from all sides; no lamp is included.
+Each pixel is the mean of 2 by 2 samples of the yarns as exact round tubes of their apparent radius. The colours are
+those of the yarns. They are darker where the surrounding fabric is higher, because less light arrives there from all
+sides; no lamp is included.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError, YarnError, check_kind
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh.palette import colours_of, linear_colour, srgb_colour
 from stitchmesh.periodic.textures.plan import Plan
 from stitchmesh.periodic.textures.surface import Surface, surface_at
 from stitchmesh.periodic.textures.tubes import Tubes, tubes_above
 from stitchmesh.periodic.textures.visibility import visible_pieces
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.colours import WOOLS
 from stitchmesh.yarn.tiling import tile_yarns
 
 SAMPLES = 2
@@ -88,11 +89,11 @@ def texture_maps(
     _check_size("height", height)
     fine = Plan(cell.lattice, SAMPLES * width, SAMPLES * height)
     tubes = tubes_above(cell, fine)
-    maps = _mean_maps(tubes, fine, _linear(WOOLS)[cell.colour % len(WOOLS)])
+    maps = _mean_maps(tubes, fine, linear_colour(colours_of(cell.colour, cell.palette) / 255))
     low, high = tubes.depth
     covered = maps["opacity"] > 0.0
     relief = np.where(covered, maps["height"] - low, 0.0)
-    light = _light(relief, Plan(cell.lattice, width, height), float(cell.radius.mean()))
+    light = _light(relief, Plan(cell.lattice, width, height), float(cell.drawn_radius.mean()))
     return TextureMaps(
         lattice=cell.lattice,
         depth=high - low,
@@ -175,10 +176,4 @@ def _srgb(linear: FloatArray, light: FloatArray, covered: NDArray[np.bool_]) -> 
     """Return the sRGB of linear colours times the fraction of light, and their mean where there is no yarn."""
     lit = linear * light[:, :, None]
     mean = lit[covered].mean(axis=0) if covered.any() else np.zeros(3)
-    value = np.where(covered[:, :, None], lit, mean)
-    return np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 1e-9) ** (1 / 2.4) - 0.055)
-
-
-def _linear(value: FloatArray) -> FloatArray:
-    """Convert sRGB from 0 to 1 to linear colour (IEC 61966-2-1)."""
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    return srgb_colour(np.where(covered[:, :, None], lit, mean))

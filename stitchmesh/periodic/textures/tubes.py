@@ -34,7 +34,7 @@ class Tubes:
     coefficients: FloatArray
     """c(s) of each segment in the plan's coordinates [cm], shape (S, 4, 3)."""
     radius: FloatArray
-    """Radius of each segment [cm], shape (S,)."""
+    """Apparent radius of each segment [cm], shape (S,)."""
     yarn: IntArray
     """Yarn of each segment, shape (S,)."""
     pieces: int
@@ -58,7 +58,7 @@ def tubes_above(yarns: YarnSet, plan: Plan) -> Tubes:
     corners = yarns.points[yarns.segment_points]
     if yarns.point_shift is not None:
         corners = corners + yarns.point_shift
-    radius = yarns.radius[yarns.segment_yarn]
+    radius = yarns.drawn_radius[yarns.segment_yarn]
     finest = float(np.linalg.norm(plan.pixel, axis=1).min())
     piece = np.clip(finest, SHORTEST * radius, LONGEST * radius)
     return Tubes(

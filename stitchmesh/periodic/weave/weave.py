@@ -77,6 +77,8 @@ class Weave:
     """The name weavers use for the weave."""
     source: str = ""
     """The publication or tradition from which the weave comes."""
+    palette: tuple[tuple[int, int, int], ...] = ()
+    """Colour of each colour number (sRGB, 0 to 255); empty if the weave numbers its colours only."""
 
     def __post_init__(self) -> None:
         self._check_matrix()

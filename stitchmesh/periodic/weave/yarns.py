@@ -88,6 +88,7 @@ def _yarn_set(weave: Weave, curves: Sequence[FloatArray], lattice: Lattice, radi
         colour=np.array([thread.colour for thread in threads]),
         lattice=lattice,
         lattice_step=np.repeat([[1, 0], [0, 1]], [len(weave.wefts), len(weave.warps)], axis=0),
+        palette=np.array(weave.palette, dtype=np.uint8),
     )
     return replace(drawn, rest_length=drawn.lengths * np.repeat(_factors(threads, "length"), counts))
 

@@ -321,8 +321,8 @@ def _too_close(model: Model, state: State, candidates: Candidates, sample: int) 
     model.launch(nearest_entry, 1, inputs, [nearest, distance])
     other = yarn_place(model.yarns, int(model.yarns.segment_points[_segment(model, int(nearest.numpy()[0])), 1]))
     found = f"{float(distance.numpy()[0]):.2g} yarn radii between the axes, and {count} contact samples a segment"
-    remedy = "move them apart, take thinner yarn, change rest lengths in steps of a fifth, raise k_contact"
-    return f"{place}: too close to {other} for the contact energy to separate them, {found}; {remedy}, or {FINER}"
+    remedy = f"take thinner yarn, change rest lengths in steps of a fifth, raise k_contact (--stiffness), or {FINER}"
+    return f"{place}: too close to {other} for the contact energy to separate them, {found}; move them apart, {remedy}"
 
 
 def _segment(model: Model, sample: int) -> int:

@@ -83,7 +83,8 @@ def put_cells(
 
 def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
     """The yarns of several sets in one set, without lattices."""
-    names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature")
+    names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature",
+             "drawn_radius")  # fmt: skip
     joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
     return YarnSet(**joined, start=starts_of(np.concatenate([np.diff(yarns.start) for yarns in sets]).tolist()))
 

@@ -176,9 +176,9 @@ class Dynamics(Solver):
         """Scale time steps by ``step_scale``."""
         self.clock.step_scale.fill_(float(step_scale[0]))
 
-    def begin(self, wanted: NDArray[np.int64]) -> None:
-        """Count iterations from zero."""
-        self.done = 0
+    def begin(self, wanted: NDArray[np.int64], done: int = 0) -> None:
+        """Count iterations from ``done``."""
+        self.done = done
 
     def progress(self, inputs: SolverInputs, launched: int) -> Progress:
         """Count what was launched, and measure how far control points have moved on these candidate lists."""

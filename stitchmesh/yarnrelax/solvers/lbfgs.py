@@ -351,10 +351,10 @@ class LBFGS(Solver):
         record[:, STEP_SCALE] = step_scale
         self.memory.record.assign(record)
 
-    def begin(self, wanted: NDArray[np.int64]) -> None:
-        """Start a new interval; at its end the cells stop moving."""
+    def begin(self, wanted: NDArray[np.int64], done: int = 0) -> None:
+        """Start an interval, or continue it after ``done`` iterations; the cells stop moving after ``wanted``."""
         record = self.memory.record.numpy()
-        record[:, ITERATION], record[:, WANTED] = 0.0, wanted
+        record[:, ITERATION], record[:, WANTED] = done, wanted
         self.memory.record.assign(record)
 
     def progress(self, inputs: SolverInputs, launched: int) -> Progress:

@@ -43,7 +43,7 @@ class Progress:
     """Progress of a solver since ``Solver.begin``."""
 
     done: NDArray[Any]
-    """Iterations of each cell, shape (C,)."""
+    """Iterations of each cell, with those made before, shape (C,)."""
     waiting: NDArray[np.bool_]
     """Whether control points of the cell have used up their budgets and need new candidate lists, shape (C,)."""
 
@@ -81,8 +81,8 @@ class Solver(ABC):
         return 0.0
 
     @abstractmethod
-    def begin(self, wanted: NDArray[np.int64]) -> None:
-        """Prepare for ``wanted`` iterations of each cell, shape (C,)."""
+    def begin(self, wanted: NDArray[np.int64], done: int = 0) -> None:
+        """Prepare for ``wanted`` iterations of each cell, shape (C,), of which ``done`` were made before."""
 
     @abstractmethod
     def progress(self, inputs: SolverInputs, launched: int) -> Progress:

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""glTF files: closed tubes in metres with outward faces, the radius of the yarns and the colours of the rows."""
+"""glTF files: closed tubes in metres with outward faces, the radius and the colours of the yarns."""
 
 from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,6 @@ from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.yarn_formats import gltf
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.colours import row_colours
 from tests.gallery import shared
 from tests.io.yarn_sets import ring
 
@@ -89,21 +89,37 @@ def test_vertices_are_at_the_radius_with_normals_away_from_the_yarn(file):
     np.testing.assert_allclose(mesh.vertex_normals.reshape(-1, SIDES, 3), outward, atol=8 * FLOAT32 / min(RADII))
 
 
-def test_colours_are_the_linear_colours_of_the_rows(file):
-    """Vertex colours of glTF are linear; IEC 61966-2-1 gives the conversion from sRGB."""
-    yarns, mesh = linked_and_open(), loaded(file)
-    value = row_colours(yarns.row)[yarns.start[:-1]] / 255
-    light = np.round(255 * ((value + 0.055) / 1.055) ** 2.4)  # All colours are brighter than the linear part of sRGB.
+def test_each_colour_is_a_mesh_with_a_material_in_linear_light(tmp_path):
+    """Base colours of glTF are linear; IEC 61966-2-1 gives the conversion from sRGB."""
+    palette = [[170, 34, 51], [1, 2, 3], [250, 240, 230]]
+    yarns = replace(linked_and_open(), colour=[2, 0, 2], palette=palette)
+    write_yarns(tmp_path / "y.glb", yarns)
+    tree = header(tmp_path / "y.glb")
+    assert [mesh["name"] for mesh in tree["meshes"]] == ["yarns 0", "yarns 2"]
+    for mesh, number in zip(tree["meshes"], (0, 2), strict=True):
+        (primitive,) = mesh["primitives"]
+        surface = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]
+        light = ((np.array(palette[number]) / 255 + 0.055) / 1.055) ** 2.4  # These colours lie above the linear part.
+        np.testing.assert_allclose(surface["baseColorFactor"], [*light, 1.0], atol=0.5 / 255)  # trimesh keeps bytes.
+    scene = trimesh.load_scene(tmp_path / "y.glb", process=False)
     counts = [SIDES * len(points) for points in yarns.sampled(SECTIONS)]
-    found = mesh.visual.vertex_attributes["color"]
-    np.testing.assert_array_equal(found[:, :3], np.repeat(light, counts, axis=0))
-    assert (found[:, 3] == 255).all()
+    assert [len(mesh.vertices) for mesh in scene.geometry.values()] == [counts[1], counts[0] + counts[2]]
+
+
+def test_tubes_have_the_apparent_radius(tmp_path):
+    yarns = replace(linked_and_open(), drawn_radius=[0.17, 0.34, 0.25])
+    write_yarns(tmp_path / "y.glb", yarns)
+    rings = loaded(tmp_path / "y.glb").vertices.reshape(-1, SIDES, 3)
+    radius = np.linalg.norm(rings - rings.mean(axis=1, keepdims=True), axis=2)
+    counts = [len(points) for points in yarns.sampled(SECTIONS)]
+    expected = 0.01 * np.repeat(yarns.drawn_radius, counts)[:, None]
+    np.testing.assert_allclose(radius, np.broadcast_to(expected, radius.shape), atol=0.2 * FLOAT32)
 
 
 def test_the_material_is_not_metal(file):
     tree = header(file)
     (primitive,) = tree["meshes"][0]["primitives"]
-    assert set(primitive["attributes"]) == {"POSITION", "NORMAL", "COLOR_0"}
+    assert set(primitive["attributes"]) == {"POSITION", "NORMAL"}
     surface = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]
     assert surface["metallicFactor"] == 0.0 and surface["roughnessFactor"] > 0.5
 

@@ -10,6 +10,7 @@ from PIL import Image
 
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.patterns import chart_palette, parse_pattern, read_colour_chart, read_pattern, write_colour_chart
+from stitchmesh.patterns.language.writing import format_pattern
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 TEXT = "chart colours:\n012\n110"
@@ -90,3 +91,36 @@ def test_bad_palettes_are_refused(tmp_path, palette, found):
 def test_only_plain_knit_stitches_make_a_colour_chart(tmp_path, row):
     with pytest.raises(PatternError, match="row 1: holds more than plain knit stitches"):
         write_colour_chart(tmp_path / "c.png", parse_pattern(f"row 1 RS: {row}"), [RED])
+
+
+def test_a_chart_keeps_its_colours_however_they_are_stored(tmp_path):
+    """The first colour from the lower left has number 0, unless the file has a palette of its own."""
+    pixels = np.array([[[0, 128, 0], [255, 0, 0]], [[255, 0, 0], [0, 128, 0]]], dtype=np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "rgb.png")
+    assert read_colour_chart(tmp_path / "rgb.png").palette == ((255, 0, 0), (0, 128, 0))
+    pattern = parse_pattern('colours "navy, cream, #aa2233"\nchart colours:\n0122\n2100\n')
+    write_colour_chart(tmp_path / "own.png", pattern, pattern.palette)
+    read = read_colour_chart(tmp_path / "own.png")
+    assert read.palette == pattern.palette and read.rows == pattern.rows
+    given = read_colour_chart(tmp_path / "rgb.png", [[0, 128, 0], [255, 0, 0]])
+    assert given.palette == ((0, 128, 0), (255, 0, 0))
+
+
+def test_colours_are_a_statement_of_a_pattern():
+    pattern = parse_pattern('colours "navy, #aa2233"\nchart colours:\n01\n')
+    assert pattern.palette == ((0, 0, 128), (0xAA, 0x22, 0x33))
+    assert parse_pattern(format_pattern(pattern)) == pattern
+    with pytest.raises(PatternError, match=r"line 1, column 9: colour: got ' navvy'.*did you mean 'navy'"):
+        parse_pattern('colours "red, navvy"\nchart colours:\n01\n')
+    with pytest.raises(PatternError, match='expected a text in quotes, such as colours "cream, navy"'):
+        parse_pattern("colours red\nchart colours:\n01\n")
+
+
+def test_digits_alone_in_a_text_file_are_a_chart_of_colours(tmp_path, caplog):
+    (tmp_path / "chart.txt").write_text("\n0011\n2100\n")
+    pattern = read_pattern(tmp_path / "chart.txt")
+    assert pattern.rows == parse_pattern("chart colours:\n0011\n2100\n").rows and pattern.name == "chart"
+    assert "chart.txt: read as a chart of yarn colours" in caplog.text
+    (tmp_path / "bad.txt").write_text("0011\n210\n")
+    with pytest.raises(PatternError, match=r"bad.txt.*line 2.*3 columns where the chart's first line has 4"):
+        read_pattern(tmp_path / "bad.txt")

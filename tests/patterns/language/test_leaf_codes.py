@@ -67,7 +67,6 @@ def test_any_sequence_of_tiles_is_unchanged_after_writing_and_reading(seed):
         ("KKK\nKK\nKKK", r"line 2, column 1: got 2 columns where the chart's first line has 3; make them equal, add"),
         ("KK\n\nKK", r"line 2, column 1: got a blank line between rows"),
         ("\n \n", r"line 1, column 1: got no codes; expected a line such as KKPP"),
-        ("0110", r"line 1, column 1: got '011'"),
     ],
 )
 @pytest.mark.parametrize("suffix", ["txt", "leaf"])
@@ -75,6 +74,12 @@ def test_texts_that_hold_no_codes_are_refused(tmp_path, text, found, suffix):
     (tmp_path / f"bad.{suffix}").write_text(text)
     with pytest.raises(PatternError, match=rf"bad\.{suffix}: {found}"):
         read_pattern(tmp_path / f"bad.{suffix}")
+
+
+def test_digits_are_no_codes(tmp_path):
+    (tmp_path / "bad.leaf").write_text("0110")
+    with pytest.raises(PatternError, match=r"bad\.leaf: line 1, column 1: got '011'"):
+        read_pattern(tmp_path / "bad.leaf")
 
 
 def test_a_file_that_cannot_be_read_is_refused(tmp_path):

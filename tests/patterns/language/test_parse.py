@@ -155,7 +155,7 @@ BAD = {
     "row 1 RS: k*0": r"got '0'; expected the number of repeats, 1 to",
     "row 1 RS: [[k*9999]*9999]*9999": "got more than 100000 stitches in a row",
     "row 1 RS yarn x: k": "got 'x'; expected the number of a yarn",
-    "knit 2": r"line 1, column 1: got 'knit'; expected pattern, source, row",
+    "knit 2": r"line 1, column 1: got 'knit'; expected pattern, source, colours, row",
     "pattern Plain": "expected a text in quotes",
     'pattern "Plain" x': "got 'x'; expected the end of the line",
     'pattern "Plain': r"line 1, column 9: got a quote without its partner",

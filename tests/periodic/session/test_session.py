@@ -41,8 +41,11 @@ def session(pattern="stockinette", **given) -> sm.SwatchSession:
 
 
 def live_swatch(pattern="stockinette", *, relax_cell=True, quality="draft", **options) -> LiveSwatch:
-    settings = SwatchSettings(pattern, None, relax_cell, SwatchOptions(**options))
-    return LiveSwatch(settings, sm.quality.quality_named(quality), "cpu", 0.0)
+    return LiveSwatch(settings_of(pattern, relax_cell, quality, **options), "cpu", 0.0)
+
+
+def settings_of(pattern="stockinette", relax_cell=True, quality="draft", *, material=None, **options) -> SwatchSettings:
+    return SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), sm.quality.quality_named(quality))
 
 
 def to_rest(swatch: LiveSwatch, settings: SwatchSettings | None = None, *, most=500) -> list[Frame]:
@@ -52,6 +55,7 @@ def to_rest(swatch: LiveSwatch, settings: SwatchSettings | None = None, *, most=
         swatch.take(settings, 0.0)
     while not swatch.idle:
         swatch.advance()
+        swatch.publish()
         frames.append(swatch.frame)
         assert len(frames) < most
     return frames
@@ -104,7 +108,7 @@ def test_the_first_relaxation_has_the_same_bits_as_that_of_a_swatch():
 def test_gamma_grows_in_steps_and_the_yarn_keeps_its_radius():
     swatch = live_swatch(relax_cell=False)
     to_rest(swatch)
-    frames = to_rest(swatch, SwatchSettings("stockinette", None, False, SwatchOptions(gamma=1.6)))
+    frames = to_rest(swatch, settings_of(relax_cell=False, gamma=1.6))
     reached = np.array([frame.report["gamma"] for frame in frames])
     assert reached[-1] == pytest.approx(1.6, rel=1e-12)
     assert (np.diff(reached) >= 0.0).all() and (reached[1:] / reached[:-1] <= GROWTH * ROUNDING).all()
@@ -124,8 +128,7 @@ def test_gamma_grows_in_steps_and_the_yarn_keeps_its_radius():
 def test_successive_frames_differ_by_at_most_one_step(change, measure, limit):
     swatch = live_swatch(relax_cell=False, loop_length=5.0)
     to_rest(swatch)
-    options = SwatchOptions(**({"loop_length": 5.0} | change))
-    frames = to_rest(swatch, SwatchSettings("stockinette", None, False, options))
+    frames = to_rest(swatch, settings_of(relax_cell=False, **({"loop_length": 5.0} | change)))
     values = [measure(frame) for frame in frames]
     ratios = np.array([after / before for before, after in itertools.pairwise(values)])
     largest = np.abs(np.log(ratios)).max()
@@ -141,7 +144,7 @@ def test_a_sheared_swatch_becomes_upright_again_if_shear_is_held():
     points = moved.yarns.points + 0.35 * moved.yarns.points[:, 1:2] / sheared[1, 1] * [1, 0, 0]
     yarns = dataclasses.replace(moved.yarns, points=points, lattice=sm.Lattice(sheared))
     swatch.state = dataclasses.replace(moved, yarns=yarns)
-    frames = to_rest(swatch, SwatchSettings(PLAIN, None, True, SwatchOptions()))
+    frames = to_rest(swatch, settings_of(PLAIN, quality=EXACT))
     assert len(frames) > 4
     assert frames[-1].lattice.periods[1, 0] == pytest.approx(0.0, abs=1e-9)
     assert_same_rest(frames[-1], sm.swatch(PLAIN, quality=EXACT, device="cpu", relax_cell=True))
@@ -150,11 +153,12 @@ def test_a_sheared_swatch_becomes_upright_again_if_shear_is_held():
 def test_a_newer_change_replaces_an_unfinished_older_one():
     swatch = live_swatch()
     to_rest(swatch)
-    swatch.take(SwatchSettings("stockinette", None, True, SwatchOptions(gamma=3.0)), 0.0)
+    swatch.take(settings_of(gamma=3.0), 0.0)
     for _ in range(5):
         swatch.advance()
+    swatch.publish()
     reached_gamma = swatch.frame.report["gamma"]
-    frames = to_rest(swatch, SwatchSettings("stockinette", None, True, SwatchOptions(gamma=1.0)))
+    frames = to_rest(swatch, settings_of(gamma=1.0))
     assert 1.0 < reached_gamma < 3.0
     assert max(frame.report["gamma"] for frame in frames) == reached_gamma
     assert frames[-1].report["gamma"] == pytest.approx(1.0)
@@ -174,7 +178,7 @@ def test_the_last_of_many_changes_determines_the_result():
 def test_a_new_chart_is_first_shown_as_generated_and_keeps_the_options():
     swatch = live_swatch(gamma=1.2, yarn_radius=0.1)
     to_rest(swatch)
-    swatch.take(SwatchSettings("garter", None, True, SwatchOptions(gamma=1.2, yarn_radius=0.1)), 0.0)
+    swatch.take(settings_of("garter", gamma=1.2, yarn_radius=0.1), 0.0)
     assert swatch.frame.report["residual"] is None and not swatch.frame.report["at_rest"]
     assert swatch.frame.yarns.radius == pytest.approx(0.1)
     assert to_rest(swatch)[-1].report["gamma"] == pytest.approx(1.2)
@@ -193,7 +197,7 @@ def test_a_change_of_colours_does_not_change_the_state():
 
     swatch = live_swatch(striped(1))
     before = to_rest(swatch)[-1]
-    frames = to_rest(swatch, SwatchSettings(striped(2), None, True, SwatchOptions()))
+    frames = to_rest(swatch, settings_of(striped(2)))
     assert swatch.frame.number == before.number + 1 and len(frames) == 1
     assert np.array_equal(swatch.frame.yarns.points, before.yarns.points) and swatch.frame.report["at_rest"]
     assert set(before.yarns.colour) == {0, 1} and set(swatch.frame.yarns.colour) == {0, 2}
@@ -245,7 +249,7 @@ def test_a_state_that_cannot_reach_the_target_starts_again_from_generated_yarns(
     rest = to_rest(swatch)[-1]
     begin = LiveSwatch._start_loop
     monkeypatch.setattr(LiveSwatch, "_start_loop", lambda *_given: solver_error("yarn 3: too close"))
-    swatch.take(SwatchSettings("plain", sm.YarnMaterial.named("leaf"), True, SwatchOptions()), 0.0)
+    swatch.take(settings_of("plain", material=sm.YarnMaterial.named("leaf")), 0.0)
     with pytest.raises(SolverError, match="yarn 3: yarns cannot be separated"):
         swatch.advance()
     assert np.array_equal(swatch.state.yarns.points, rest.yarns.points)
@@ -272,8 +276,9 @@ def test_values_out_of_bounds_are_refused_immediately_and_change_nothing():
     with session() as running:
         with pytest.raises(ParameterError, match=r"gamma: got -1; expected 0\.1 to 10"):
             running.set(gamma=-1)
-        with pytest.raises(ParameterError, match=r"session: got a change of 'quality'; expected one of columns, gamma"):
-            running.set(quality="standard")
+        known = "columns, drawn_radius, gamma"
+        with pytest.raises(ParameterError, match=rf"session: got a change of .device.; expected one of {known}"):
+            running.set(device="cuda:0")
         assert running.wait_until_rest(SAFETY).report["gamma"] == 1.0
     with pytest.raises(PatternError, match="row 1"):
         session(sm.parse_pattern("round 1: k2 yo\nround 2: k3"))
@@ -377,7 +382,7 @@ def test_frame_numbers_increase_and_frames_are_immutable():
 def test_no_change_alters_the_linking():
     swatch = live_swatch("rib1x1")
     for options in ({"gamma": 1.4}, {"gamma": 1.4, "period": (1.2, 0.9)}, {"rest_lengths": sm.RestLengths(factor=1.3)}):
-        to_rest(swatch, SwatchSettings("rib1x1", None, True, SwatchOptions(**options)))
+        to_rest(swatch, settings_of("rib1x1", **options))
         linking = [doubled_linking(yarns, device="cpu") for yarns in (swatch.first.yarns, swatch.state.yarns)]
         assert len(changed_pairs(*linking)) == 0
 

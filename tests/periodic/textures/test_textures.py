@@ -14,6 +14,7 @@ from PIL import Image
 
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.lattice import Lattice
+from stitchmesh.mesh.palette import STOCK
 from stitchmesh.periodic.textures.files import DESCRIPTIONS, images, write_textures
 from stitchmesh.periodic.textures.plan import Plan
 from stitchmesh.periodic.textures.surface import Surface, surface_at
@@ -21,11 +22,11 @@ from stitchmesh.periodic.textures.textures import TextureMaps, texture_maps
 from stitchmesh.periodic.textures.tubes import tubes_above
 from stitchmesh.periodic.textures.visibility import visible_pieces
 from stitchmesh.yarn import YarnSet, basis
-from stitchmesh.yarn.colours import WOOLS
 from tests.io.yarn_sets import ring
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell
 
 RADIUS = 0.25
+CREAM_AND_DENIM = STOCK / 255
 
 
 def straight(height: float = 0.5) -> YarnSet:
@@ -93,16 +94,16 @@ def test_normals_point_upwards_in_the_image_and_outwards():
 
 def test_a_crest_has_the_colour_of_the_yarn_and_a_hole_the_mean_colour():
     maps = texture_maps(straight(), width=24, height=64)
-    np.testing.assert_allclose(maps.colour[31:33], np.tile(WOOLS[1], (2, 24, 1)), atol=1e-9)
+    np.testing.assert_allclose(maps.colour[31:33], np.tile(CREAM_AND_DENIM[1], (2, 24, 1)), atol=1e-9)
     woven = texture_maps(woven_cell(), width=64)
     yarn = woven.opacity == 1.0
     deep, high = woven.height[yarn].argmin(), woven.height[yarn].argmax()
-    np.testing.assert_allclose(woven.colour[yarn][high], WOOLS[0], atol=1e-9)
-    assert (woven.colour[yarn][deep] < 0.9 * WOOLS[0]).all()  # less light arrives beside a yarn that passes over
+    np.testing.assert_allclose(woven.colour[yarn][high], CREAM_AND_DENIM[0], atol=1e-9)
+    assert (woven.colour[yarn][deep] < 0.9 * CREAM_AND_DENIM[0]).all()  # a yarn above takes light
     hole = woven.colour[woven.opacity == 0.0]
     assert (hole == hole[0]).all()
     assert (woven.colour[yarn].min(axis=0) < hole[0]).all()
-    assert (hole[0] < WOOLS[0]).all()
+    assert (hole[0] < CREAM_AND_DENIM[0]).all()
 
 
 def test_a_ring_gives_a_torus():

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a command has made, in a few lines: what it is, whether it is good, and which file to open.
+
+The report of the command has all numbers; the option ``--json`` prints it instead of these lines.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from tyro.conf import arg
+
+from stitchmesh.mesh import StitchMesh, extent
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.fabric_gauge import fabric_gauge
+from stitchmesh.yarn.yarn_presets import Gauge, Yarn, yarn_for_gauge
+
+if TYPE_CHECKING:
+    from stitchmesh.periodic.swatch import Swatch
+
+AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
+"""Option of a command that prints a summary."""
+LARGEST_STRAIN = 0.05
+"""Strain above which some yarn is too short for its place."""
+SMALLEST_DISTANCE = 1.5
+"""Distance between the axes of two yarns, over the radius, below which yarns are crowded; 2 is touching."""
+
+
+def print_result(report: Mapping[str, Any], lines: Sequence[str], *, as_json: bool) -> None:
+    """Print the lines of a summary, or the report as JSON."""
+    print(json.dumps(report, indent=2) if as_json else "\n".join(lines))
+
+
+def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], yarn: Yarn | None) -> list[str]:
+    """Return the lines about a knitted garment: the stitches, gauge and yarn, and the state of the yarns.
+
+    Args:
+        fabric: the stitch mesh.
+        yarns: the relaxed yarns.
+        report: the report of all stages.
+        yarn: the yarn that the user has named; None if no yarn was named.
+    """
+    gauge = fabric_gauge(fabric)
+    return [
+        f"Knitted {fabric.face_count:,} stitches in {int(fabric.row.max()) + 1:,} rows, {extent(yarns.points)}.",
+        f"Gauge: {gauge}. Yarn: {_length(yarns)}{_weight(yarns, yarn, gauge)}.",
+        state_of(report["yarnrelax"], _mesh_faults(report["meshrelax"])),
+    ]
+
+
+def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
+    """Return the lines about a swatch: the repeat, gauge and yarn, and the state of the yarns.
+
+    Args:
+        made: the relaxed swatch.
+        name: name of the pattern.
+        yarn: the yarn that the user has named; None if no yarn was named.
+    """
+    report, size = made.report, f"{made.report['width']:.3g} x {made.report['height']:.3g} cm"
+    gauge = Gauge.of_stitch(report["wale_spacing"], report["course_spacing"])
+    if made.fabric is None:
+        repeat = f"{report['wales']} warps x {report['courses']} wefts"
+        spacing = f"{gauge.stitches:.3g} warps and {gauge.rows:.3g} wefts in 10 cm"
+    else:
+        repeat = f"{report['wales']} stitches x {report['courses']} rows"
+        spacing = f"Gauge: {gauge}"
+    weight = "" if made.fabric is None else _weight(made.yarns, yarn, gauge)
+    return [
+        f"Relaxed one repeat of {name}: {repeat}, {size}.",
+        f"{spacing}. Yarn: {_length(made.yarns)}{weight}.",
+        state_of(report, []),
+    ]
+
+
+def relax_summary(yarns: YarnSet, report: Mapping[str, Any]) -> list[str]:
+    """Return the lines about relaxed yarns: the yarns, and their state."""
+    count = f"{yarns.yarn_count:,} yarn{'s' if yarns.yarn_count > 1 else ''}"
+    return [f"Relaxed {count}, {_length(yarns)}, {extent(yarns.points)}.", state_of(report, [])]
+
+
+def files_to_open(folder: Path, drawn: bool) -> str:
+    """Return the line that names the picture in an output folder, if it was drawn, and the report."""
+    picture = f"Open {folder / 'preview.png'}" if drawn else "No picture was drawn"
+    return f"{picture}; {folder / 'report.json'} holds all numbers."
+
+
+def _length(yarns: YarnSet) -> str:
+    """Return the length of all yarn."""
+    metres = float(yarns.lengths.sum()) / 100.0
+    return f"{metres:.3g} m" if metres < 1000.0 else f"{metres:,.0f} m"
+
+
+def _weight(yarns: YarnSet, yarn: Yarn | None, gauge: Gauge) -> str:
+    """Return the weight of all yarn; without a named yarn, that of the yarn that is usual at the gauge."""
+    known = yarn or yarn_for_gauge(gauge)
+    grams = float(yarns.lengths.sum()) / 100.0 * known.grams_per_metre
+    return f" of {known.name}, about {grams:.2g} g" if yarn else f", about {grams:.2g} g if it is {known.name}"
+
+
+def state_of(report: Mapping[str, Any], faults: Sequence[str]) -> str:
+    """Return the line that says in words whether a relaxation has ended well.
+
+    Args:
+        report: report of the relaxation.
+        faults: faults that earlier stages have left.
+    """
+    strain, distance = report["max_strain"], report["min_distance_over_radius"]
+    found = [*faults]
+    if not report["converged"]:
+        found.append(f"the yarns are not at rest after {report['iterations']:,} iterations; raise --max-iterations")
+    if strain > LARGEST_STRAIN:
+        found.append(f"some yarn is stretched by {_percent(strain)}, too short for its place")
+    if distance < SMALLEST_DISTANCE:
+        found.append(f"yarns are crowded, their axes {distance:.2f} radii apart (2 is touching); use a thinner yarn")
+    if found:
+        return f"Not good: {'; '.join(found)}."
+    touching = f"axes at least {distance:.2f} radii apart (2 is touching); none passed through another"
+    return f"Good: the yarns are at rest, stretched by at most {_percent(strain)}, {touching}."
+
+
+def _percent(part: float) -> str:
+    return f"{100.0 * part:.1f} %"
+
+
+def _mesh_faults(report: Mapping[str, Any]) -> list[str]:
+    """Return the faults that the mesh relaxation has left."""
+    return [] if report["converged"] else ["the stitches are not even, because the mesh relaxation did not converge"]

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The making of a garment from its recipe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+
+from stitchmesh.io.contents import FilePath
+from stitchmesh.pipeline import Knitted, knit
+from stitchmesh.progress import Progress, no_progress
+from stitchmesh.recipe.recipe import Recipe, recipe_options
+from stitchmesh.recipe.recipe_file import write_recipe
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+
+RECIPE_FILE = "garment.toml"
+"""Name of the recipe that is written beside the results."""
+
+
+def knit_recipe(
+    recipe: Recipe, folder: str | PathLike[str], *, checkpoint: Checkpoints | None = None,
+    resume: FilePath | None = None, progress: Progress = no_progress,
+    seconds_after: Callable[[YarnSet], float] | None = None,
+) -> Knitted:  # fmt: skip
+    """Make the garment of a recipe, and write it.
+
+    The function writes the files of ``pipeline.knit``, and the recipe as ``garment.toml``, which gives the same bits
+    again on the same processor.
+
+    Args:
+        recipe: the recipe.
+        folder: output folder.
+        checkpoint: file and interval of checkpoints; None writes no checkpoints.
+        resume: checkpoint file from which the relaxation continues; None starts a new relaxation.
+        progress: called with the progress of each stage.
+        seconds_after: estimated time of the caller's own work afterwards, as for ``pipeline.knit``.
+
+    Raises:
+        StitchMeshError: the recipe cannot be carried out; nothing is written if the error is in the recipe.
+    """
+    options = recipe_options(recipe)
+    options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
+    mesh = recipe.label.read_mesh(recipe.mesh, recipe.unit)
+    made = knit(mesh, folder, options, progress=progress, seconds_after=seconds_after)
+    write_recipe(Path(folder) / RECIPE_FILE, recipe)
+    return made

@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A recipe: all that makes a garment, as a value.
+
+A recipe holds names, numbers and paths only. ``recipe_options`` reads the patterns and returns the options of the
+pipeline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from stitchmesh.editing.edit import Edit
+from stitchmesh.editing.on_selection import ON
+from stitchmesh.editing.pattern_regions import PatternRegion
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colour
+from stitchmesh.meshrelax.options import MeshRelaxOptions
+from stitchmesh.patterns import read_pattern
+from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
+from stitchmesh.pipeline import KnitOptions, RelaxOptions
+from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.recipe.sections import (
+    LabelSection,
+    MaterialSection,
+    PhysicsSection,
+    RestLengthsSection,
+    SolverSection,
+    StitchesSection,
+)
+from stitchmesh.selection import parse_selection
+from stitchmesh.tessellate import STITCH_WIDTH
+from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
+from stitchmesh.yarngen import YarnFinish
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecipePattern:
+    """A pattern on a part of the garment."""
+
+    pattern: str
+    """Name of a pattern of the library, or the path of a file."""
+    on: str | None = None
+    """Selection; None for the whole garment."""
+    remainder: str = DEFAULT_REMAINDER
+    """Treatment of the stitches that remain beside whole tiles of the pattern: centre, stretch or refuse."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecipeColour:
+    """A colour on a part of the garment: the number of a yarn, or its colour.
+
+    Raises:
+        ParameterError: both are given, or none.
+    """
+
+    on: str
+    """Selection."""
+    yarn: int | None = None
+    """Number of the yarn, a place in the palette counted from 0."""
+    colour: str | None = None
+    """Colour (``parse_colour``); a colour that the palette does not have is added to it."""
+
+    def __post_init__(self) -> None:
+        if (self.yarn is None) == (self.colour is None):
+            raise ParameterError(f"colours: on '{self.on}': expected either a yarn number or a colour")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """How a garment is made from a mesh.
+
+    Paths are relative to the present folder; ``read_recipe`` makes them so.
+    """
+
+    mesh: str
+    """Path of the polygon mesh."""
+    unit: str = DEFAULT_UNIT
+    """Unit of a mesh file that states no unit."""
+    yarn: str | None = None
+    """Name of a hand-knitting yarn, from which the sizes follow that are not given."""
+    gauge: str | None = None
+    """Stitches and rows in 10 cm, such as ``22x30``."""
+    stitch_width: float | None = None
+    """Wale spacing [cm]."""
+    yarn_radius: float | None = None
+    """Yarn radius [cm]."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures and files for renderers [cm]."""
+    quality: str = DEFAULT_QUALITY
+    """Preset of accuracy and cost."""
+    device: str | None = None
+    """Processor, ``cpu`` or ``cuda:0``; None for the first GPU, or the CPU without a GPU."""
+    spiral: bool = False
+    """Whether tubes are knitted in one spiral row instead of rings."""
+    palette: tuple[str, ...] = ()
+    """Colours of the yarns by number, each ``#rrggbb`` or a name such as ``navy``; a chart adds its own colours."""
+    patterns: tuple[RecipePattern, ...] = ()
+    """Patterns, each on its part of the garment."""
+    edits: tuple[Edit, ...] = ()
+    """Edits that are applied one after another, after the patterns."""
+    colours: tuple[RecipeColour, ...] = ()
+    """Colours of parts of the garment, set one after another, after the edits."""
+    label: LabelSection = field(default_factory=LabelSection)
+    stitches: StitchesSection = field(default_factory=StitchesSection)
+    mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
+    finish: YarnFinish = field(default_factory=YarnFinish)
+    material: MaterialSection = field(default_factory=MaterialSection)
+    rest_lengths: RestLengthsSection = field(default_factory=RestLengthsSection)
+    physics: PhysicsSection = field(default_factory=PhysicsSection)
+    solver: SolverSection = field(default_factory=SolverSection)
+
+    @property
+    def size(self) -> StitchSize:
+        """Sizes of stitches and yarn.
+
+        Raises:
+            ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
+        """
+        return stitch_size(
+            self.yarn, self.gauge, stitch_width=self.stitch_width, stitch_height=self.stitches.course_height,
+            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius,
+        )  # fmt: skip
+
+
+def recipe_options(recipe: Recipe) -> KnitOptions:
+    """Return the options of the pipeline for a recipe; the files that the recipe names, except for the mesh, are read.
+
+    Raises:
+        ParameterError: a name or a number is not accepted; the message names the part of the recipe.
+        FileError: a file cannot be read.
+        PatternError: a file does not describe a valid pattern.
+    """
+    size, edges = recipe.size, recipe.stitches.edge_settings()
+    palette, stripes = _colours(recipe)
+    return KnitOptions(
+        stitch_width=STITCH_WIDTH if size.stitch_width is None else size.stitch_width,
+        stitch_height=size.stitch_height,
+        counts=edges.counts,
+        marked=edges.marked,
+        mesh_relaxation=recipe.mesh_relaxation,
+        yarn_radius=size.yarn_radius,
+        drawn_radius=size.drawn_radius,
+        quality=recipe.solver.quality(recipe.quality),
+        device=recipe.device,
+        borders=recipe.label.start_borders,
+        seeds=recipe.label.start_edges,
+        flip=recipe.label.flip,
+        palette=palette,
+        patterns=tuple(_region(part, number) for number, part in enumerate(recipe.patterns)),
+        edits=(*recipe.edits, *stripes),
+        spiral=recipe.spiral,
+        finish=recipe.finish,
+        relaxation=RelaxOptions(
+            material=recipe.material.name,
+            stiffness=recipe.material.values(),
+            rest_lengths=recipe.rest_lengths.rest_lengths(size.loop_length),
+            terms=tuple(recipe.physics.terms()),
+        ),
+    )
+
+
+def _region(part: RecipePattern, number: int) -> PatternRegion:
+    try:
+        on = None if part.on is None else parse_selection(part.on)
+        return PatternRegion(read_pattern(part.pattern), on, check_remainder(part.remainder))
+    except StitchMeshError as error:
+        raise type(error)(f"patterns[{number}]: {error}") from error
+
+
+def _colours(recipe: Recipe) -> tuple[tuple[str, ...], list[Edit]]:
+    """Return the palette, and the edits that set the yarns of parts of the garment."""
+    try:
+        colours = [colour_text(colour) for colour in make_palette(recipe.palette)]
+    except ParameterError as error:
+        raise ParameterError(f"palette: {error}") from error
+    stripes = []
+    for number, part in enumerate(recipe.colours):
+        try:
+            parse_selection(part.on)
+            yarn = part.yarn if part.colour is None else _yarn_of(colours, colour_text(parse_colour(part.colour)))
+        except ParameterError as error:
+            raise ParameterError(f"colours[{number}]: {error}") from error
+        stripes.append(Edit("stripe", {ON: part.on, "yarn": yarn}))
+    return tuple(colours), stripes
+
+
+def _yarn_of(colours: list[str], colour: str) -> int:
+    """Return the number of a colour in a palette; a new colour is added, after the stock colour of yarn 0."""
+    if colour not in colours:
+        colours += [colour] if colours else [colour_text(STOCK[0]), colour]
+    return colours.index(colour)

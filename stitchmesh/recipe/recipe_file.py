@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Recipes as files: TOML with the fields of ``Recipe`` as keys.
+
+Each table ``[[edits]]`` has the name of the edit as its key ``edit``, and the arguments of the edit as further keys.
+Paths in the file are relative to the folder of the file.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, fields, is_dataclass, replace
+from os import fspath
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.editing.edit import Edit, checked_arguments
+from stitchmesh.editing.on_selection import ON
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.atomic import write_text
+from stitchmesh.io.checked import check_table
+from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.recipe.recipe import Recipe, RecipePattern
+from stitchmesh.selection import parse_selection
+from stitchmesh.selection.selection import with_paths
+
+SUFFIX = ".toml"
+HEADER = """\
+# A recipe of a garment: stitchmesh knit RECIPE -o DIR knits it.
+# docs/recipes.md explains every key. Paths are relative to this file.
+"""
+COMMENTS = {
+    "stitch_width": "wale spacing [cm]",
+    "yarn_radius": "[cm]",
+    "gauge": "stitches and rows in 10 cm",
+    "unit": "of a mesh file that states none",
+    "quality": "draft, standard or reference",
+    "on": "docs/selections.md",
+}
+"""Comments beside keys of a written recipe, each at the first place of its key."""
+
+
+def read_recipe(path: FilePath) -> Recipe:
+    """Read a recipe from a TOML file.
+
+    Raises:
+        FileError: the file cannot be read, is not TOML, or has a key or a value that no recipe has; the message names
+            the key and, for an unknown key, the nearest known one.
+    """
+    name = fspath(path)
+    suffix_of(path, [SUFFIX])
+    try:
+        table = tomllib.loads(read_bytes(path).decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileError(f"{name}: is no TOML ({error})") from error
+    except RecursionError as error:
+        raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
+    try:
+        return _with_paths(_recipe(table), lambda inside: _joined(Path(path).parent, inside))
+    except ParameterError as error:
+        raise FileError(f"{name}: {error}") from error
+
+
+def write_recipe(path: FilePath, recipe: Recipe) -> None:
+    """Write a recipe as a TOML file; the file is written atomically. Keys whose value is the default are left out.
+
+    Raises:
+        FileError: the file cannot be written, or its suffix is not ``.toml``.
+    """
+    suffix_of(path, [SUFFIX])
+    folder = Path(path).resolve().parent
+    moved = _with_paths(recipe, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
+    write_text(path, HEADER + "\n" + "\n".join(_lines(_changed(moved), "", dict(COMMENTS))) + "\n")
+
+
+def _recipe(table: dict[str, Any]) -> Recipe:
+    """Return the recipe of a table whose paths stay as they are.
+
+    Raises:
+        ParameterError: a key or a value is not that of a recipe.
+    """
+    edits = table.pop("edits", [])
+    if not isinstance(edits, list) or not all(isinstance(edit, dict) for edit in edits):
+        raise ParameterError('edits: expected tables [[edits]], each with a key edit = "NAME"')
+    recipe = check_table(table, Recipe)
+    return replace(recipe, edits=tuple(_edit(edit, number) for number, edit in enumerate(edits)))
+
+
+def _edit(table: dict[str, Any], number: int) -> Edit:
+    name = table.get("edit")
+    if not isinstance(name, str):
+        raise ParameterError(f"edits[{number}] needs 'edit', the name of an edit; got {', '.join(table) or 'nothing'}")
+    edit = Edit(name, {key: value for key, value in table.items() if key != "edit"})
+    try:
+        checked_arguments(edit)
+        if ON in edit.arguments:
+            parse_selection(str(edit.arguments[ON]))
+    except ParameterError as error:
+        raise ParameterError(f"edits[{number}]: {error}") from error
+    return edit
+
+
+def _with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
+    """Return a recipe with all paths changed: those of files, and those in selections."""
+
+    def selection(text: str) -> str:
+        return str(with_paths(parse_selection(text), change)) if '"' in text else text
+
+    def region(part: RecipePattern) -> RecipePattern:
+        return replace(part, pattern=pattern(part.pattern), on=None if part.on is None else selection(part.on))
+
+    def pattern(name: str) -> str:
+        return change(name) if Path(name).suffix or Path(name).name != name else name
+
+    def edit(one: Edit) -> Edit:
+        values = dict(one.arguments)
+        if ON in values:
+            values[ON] = selection(str(values[ON]))
+        if one.name == "paste_pattern" and "\n" not in str(values["pattern"]):
+            values["pattern"] = pattern(str(values["pattern"]))
+        return Edit(one.name, values)
+
+    edges, body = recipe.stitches.edges, recipe.physics.body
+    return replace(
+        recipe,
+        mesh=change(recipe.mesh),
+        patterns=tuple(region(part) for part in recipe.patterns),
+        edits=tuple(edit(one) for one in recipe.edits),
+        colours=tuple(replace(part, on=selection(part.on)) for part in recipe.colours),
+        stitches=replace(recipe.stitches, edges=None if edges is None else change(edges)),
+        physics=replace(recipe.physics, body=None if body is None else change(body)),
+    )
+
+
+def _joined(folder: Path, path: str) -> str:
+    """Return a path in a recipe, seen from the present folder."""
+    return fspath(folder / path)
+
+
+def _changed(value: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass that differ from their defaults, with nested dataclasses as tables."""
+    table: dict[str, Any] = {}
+    for part in fields(value):
+        found = getattr(value, part.name)
+        default = part.default_factory() if part.default_factory is not MISSING else part.default
+        if found == default:
+            continue
+        if isinstance(found, tuple) and found and is_dataclass(found[0]):
+            found = [_edit_table(one) if isinstance(one, Edit) else _changed(one) for one in found]
+        table[part.name] = _changed(found) if is_dataclass(found) else found
+    return table
+
+
+def _edit_table(edit: Edit) -> dict[str, Any]:
+    return {"edit": edit.name, **edit.arguments}
+
+
+def _lines(table: Mapping[str, Any], name: str, comments: dict[str, str]) -> Iterator[str]:
+    """Yield the lines of a table: its values first, then its tables; a comment is used up by its first key."""
+    nested = {key: value for key, value in table.items() if isinstance(value, dict) or _is_tables(value)}
+    for key, value in table.items():
+        if key not in nested:
+            comment = comments.pop(key, "")
+            yield f"{key} = {_text(value)}" + (f"  # {comment}" if comment else "")
+    for key, value in nested.items():
+        for one in value if isinstance(value, list) else [value]:
+            yield ""
+            yield f"[[{name}{key}]]" if isinstance(value, list) else f"[{name}{key}]"
+            yield from _lines(one, f"{name}{key}.", comments)
+
+
+def _is_tables(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(one, dict) for one in value)
+
+
+def _text(value: object) -> str:
+    """Return a value as TOML: a text, a number, true or false, or a list of these."""
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_text(part) for part in value)}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return str(value).lower() if isinstance(value, bool) else repr(value)

@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The sections of a recipe, as numbers, texts and lists, and the options of the stages that follow from them.
+
+The names of the fields are the keys of the file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.quality import Quality, Solver, quality_named, quality_with
+from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
+
+if TYPE_CHECKING:
+    from stitchmesh.mesh import Mesh
+    from stitchmesh.tessellate.edge_file import EdgeSettings
+    from stitchmesh.yarnrelax.energies.term import TermChoice
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabelSection:
+    """How the knitting rows are found, and which side of the mesh is outside."""
+
+    start_borders: tuple[tuple[int, int], ...] = ()
+    """Borders from which rows start, whole: each named by the two vertices of one of its edges."""
+    start_edges: tuple[tuple[int, int], ...] = ()
+    """Course edges from which rows start, each named by its two vertices."""
+    flip: tuple[int, ...] = ()
+    """Faces whose rows are reversed."""
+    turn_inside_out: bool = False
+    """Whether all faces of the mesh are reversed first, so that its other side is outside."""
+
+    def read_mesh(self, path: str, unit: str) -> Mesh:
+        """Read a polygon mesh, and turn it inside out if the section says so.
+
+        Raises:
+            StitchMeshError: as for ``read_mesh`` of ``stitchmesh``.
+        """
+        from stitchmesh.io import read_mesh
+        from stitchmesh.mesh.orientation import turn_inside_out
+
+        mesh = read_mesh(path, unit=unit)
+        return turn_inside_out(mesh) if self.turn_inside_out else mesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class StitchesSection:
+    """Height of the stitches, and numbers of stitches along single edges of the mesh."""
+
+    course_height: float | None = None
+    """Course spacing [cm]."""
+    counts: tuple[str, ...] = ()
+    """Numbers of stitches along edges, ``V,W=COUNT``."""
+    marked: tuple[tuple[int, int], ...] = ()
+    """Wale edges at which all increases and decreases of their faces stand, each named by its two vertices."""
+    edges: str | None = None
+    """Path of a file of counts and marked edges."""
+
+    def edge_settings(self) -> EdgeSettings:
+        """Return the counts and marked edges of the section and of the file.
+
+        Raises:
+            FileError: the file cannot be read, or a line is malformed.
+            ParameterError: a count is malformed, or two counts for one edge differ.
+        """
+        from stitchmesh.tessellate.edge_file import EdgeSettings, parse_edge_counts, read_edge_settings
+
+        given = parse_edge_counts(self.counts).joined(EdgeSettings(marked=self.marked))
+        return given if self.edges is None else read_edge_settings(self.edges).joined(given)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialSection:
+    """Material of the yarn."""
+
+    name: str = DEFAULT_MATERIAL
+    """Name of the material."""
+    stiffness: tuple[str, ...] = ()
+    """New values of the material, ``NAME=VALUE``."""
+
+    def values(self) -> dict[str, float]:
+        """Return the changed values of the material, by name.
+
+        Raises:
+            ParameterError: a value is malformed, or its name is unknown.
+        """
+        return parse_stiffnesses(self.stiffness)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestLengthsSection:
+    """Rest lengths of the yarns."""
+
+    factor: float = RestLengths.factor
+    """Factor of all yarns."""
+    loop_length: float | None = RestLengths.loop_length
+    """Yarn length of every plain stitch before the factors apply [cm]."""
+    factors: tuple[str, ...] = ()
+    """Factors of stitches, rows, yarns and parts, ``KEY=FACTOR``."""
+
+    def rest_lengths(self, loop_length: float | None = None) -> RestLengths:
+        """Return the changes of the rest lengths.
+
+        Args:
+            loop_length: yarn length of every plain stitch if the section has none [cm].
+
+        Raises:
+            ParameterError: a factor is malformed or out of bounds.
+        """
+        length = loop_length if self.loop_length is None else self.loop_length
+        return parse_rest_lengths(self.factors, factor=self.factor, loop_length=length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhysicsSection:
+    """Additional energies; each energy acts only if its key is given."""
+
+    gravity: tuple[float, float, float] | None = None
+    """Acceleration of gravity [cm/s^2]."""
+    friction: float | tuple[float, float] | None = None
+    """Coefficient of friction, or two: along the yarn and across the yarn."""
+    twist: float | tuple[float, float] | None = None
+    """Torsional stiffness [erg cm], and optionally the twist of each yarn from end to end [rad]."""
+    body: str | None = None
+    """Path of a polygon mesh of a solid body that the yarns do not enter."""
+    body_unit: str = DEFAULT_UNIT
+    """Unit of the file of the body."""
+
+    def terms(self) -> list[TermChoice]:
+        """Return the energies whose keys are given; the modules of the other energies are not imported."""
+        terms: list[TermChoice] = []
+        if self.gravity is not None:
+            from stitchmesh.yarnrelax.energies.gravity import Gravity
+
+            terms.append(Gravity(self.gravity))
+        if self.friction is not None:
+            from stitchmesh.yarnrelax.energies.friction import Friction
+
+            terms.append(Friction(self.friction))
+        if self.twist is not None:
+            from stitchmesh.yarnrelax.energies.twist import Twist
+
+            terms.append(Twist(*self.twist) if isinstance(self.twist, tuple) else Twist(self.twist))
+        if self.body is not None:
+            from stitchmesh.io import read_mesh
+            from stitchmesh.yarnrelax.energies.body import Body
+
+            terms.append(Body(read_mesh(self.body, unit=self.body_unit)))
+        return terms
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolverSection:
+    """Method and limits of the relaxation of yarns."""
+
+    method: Solver | None = None
+    """``quasistatic`` or ``dynamics``; None for that of the quality."""
+    max_iterations: int | None = None
+    """Largest number of iterations; None for that of the quality."""
+
+    def quality(self, preset: str) -> str | Quality:
+        """Return the preset, changed by this section.
+
+        Raises:
+            ParameterError: the preset is unknown, or a number is out of bounds.
+        """
+        quality_named(preset)
+        return quality_with(preset, solver=self.method, max_iterations=self.max_iterations)

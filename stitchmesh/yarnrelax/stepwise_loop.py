@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A relaxation loop that can pause within an assessment interval, for a user who makes single steps.
+
+A launch does several iterations, and old candidate lists are renewed after a launch (``RelaxationLoop.iterate``). Parts
+of an interval therefore count the iterations that a launch would still do, and renew lists after the same iterations as
+a whole interval. The state at the end of an interval has the same bits for any division into parts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.lattice import Lattice
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.relaxation_loop import LONG_LIFE, RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
+
+INTERVAL = int(ASSESSMENT_INTERVAL)
+"""Iterations between two assessments."""
+
+
+class StepwiseLoop(RelaxationLoop):
+    """The relaxation of one cell of a lattice in parts of assessment intervals."""
+
+    def __init__(self, simulation: YarnSimulation, tolerance: float) -> None:
+        """Arguments as for ``RelaxationLoop``."""
+        super().__init__(simulation, tolerance)
+        self.done = 0
+        """Iterations of the present interval; ``iteration`` counts those of whole intervals."""
+        self.left_of_launch = 0
+        """Iterations that the present launch of a whole interval would still do; 0 if the next one starts."""
+
+    @property
+    def is_between_intervals(self) -> bool:
+        """Whether an assessment interval has ended and the next one has not begun."""
+        return self.done == 0
+
+    def current_yarns(self) -> YarnSet:
+        """The yarns in the current state, which is not assessed yet within an interval."""
+        model, state = self.simulation.model, self.simulation.state
+        yarns, unit = model.cells[0].yarns, model.cells[0].unit
+        points = model.from_device(state.points)[: len(yarns.points)]
+        periods = model.constants.images.periods.numpy().astype(np.float64).reshape(2, 3)
+        lattice = yarns.lattice if self.simulation.strain is None else Lattice(periods * unit)
+        return replace(yarns, points=points, lattice=lattice)
+
+    def advance_partly(self, most: int) -> int:
+        """Iterate for a part of an assessment interval; at its end, accept the new state or step back.
+
+        Args:
+            most: number of iterations; there are fewer if the interval ends before. A solver that cannot stop within a
+                launch (``Dynamics`` on a GPU) completes the launch.
+
+        Returns:
+            The number of iterations.
+
+        Raises:
+            SolverError: the cell cannot continue.
+        """
+        before = self.done
+        if before + most >= INTERVAL:
+            self.advance()
+            return INTERVAL - before
+        self.iterate(before + most)
+        return self.done - before
+
+    def advance(self, cells: NDArray[np.bool_] | None = None) -> None:
+        """Complete the present interval; accept the new state, or step back.
+
+        Raises:
+            SolverError: the cell cannot continue.
+        """
+        super().advance(cells)
+        self.done = self.left_of_launch = 0
+
+    def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
+        """Iterate until ``count`` iterations of the present interval are done."""
+        simulation, solver, stop = self.simulation, self.simulation.solver, 0
+        while self.done < count:
+            left = self.left_of_launch
+            wanted = min(count, self.done + left) if left else count
+            if wanted != stop:
+                stop = wanted
+                solver.begin(np.array([stop]), self.done)
+            launched = simulation.iterate()
+            self._note_launch(left or launched, solver.progress(simulation.inputs, launched))
+
+    def _note_launch(self, left: int, progress: Progress) -> None:
+        """Count what was done, and renew candidate lists where a whole interval would renew them.
+
+        Args:
+            left: iterations that the launch of a whole interval would still have done.
+            progress: progress after the launch.
+        """
+        made, waits = int(progress.done[0]) - self.done, bool(progress.waiting[0])
+        self.done += made
+        self.lists_age += made
+        self.left_of_launch = 0 if waits else max(left - made, 0)
+        is_old = self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin
+        if waits or (is_old and (self.left_of_launch == 0 or self.done >= INTERVAL)):
+            self.search_contacts(self._fitting_margin())

@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command `label`: its steps, its files, its pictures, and what it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.cli import main as cli
+from stitchmesh.errors import DisplayError
+from stitchmesh.io import read_mesh, read_stitches, write_mesh
+from stitchmesh.labeling import label
+from stitchmesh.labeling.labeling_file import read_labeling
+from stitchmesh.mesh.orientation import turn_inside_out
+from stitchmesh.render import labeling_picture
+from tests.gallery import ROOT, odd_corner, torus, tube
+from tests.labeling.test_partial_labeling import bits, triangulated
+
+HAT = ROOT / "assets" / "meshes" / "hat.obj"
+
+
+@pytest.fixture
+def tube_obj(tmp_path) -> Path:
+    write_mesh(tmp_path / "tube.obj", tube(8, 5))
+    return tmp_path / "tube.obj"
+
+
+def run(*words: object) -> None:
+    """Run a command that must succeed."""
+    assert cli.main([str(word) for word in words]) == 0
+
+
+def refused(capsys, *words: object) -> str:
+    """Run a command that must fail, and return its error message of one line."""
+    assert cli.main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
+    return printed.err
+
+
+def test_steps_through_files_end_in_the_rows_of_one_call(tmp_path, capsys):
+    part, rows = tmp_path / "part.h5", tmp_path / "rows.h5"
+    run("label", HAT, "--rows", 2, "-o", part)
+    assert "2 rows; 24 of 108 faces labeled" in capsys.readouterr().out
+    run("label", part, "--rows", 3, "-o", part)
+    assert read_labeling(part).row_count == 5
+    run("label", part, "-o", rows)
+    assert bits(read_stitches(rows)) == bits(label(read_mesh(HAT)))
+    assert capsys.readouterr().out.endswith("9 rows of 108 faces\n")
+
+
+def test_each_step_has_an_option(tmp_path, tube_obj):
+    part = tmp_path / "part.h5"
+    run("label", tube_obj, "--start-border", "41,40", "--rows", 0, "-o", part)
+    assert np.flatnonzero(read_labeling(part).labeled).tolist() == list(range(32, 40))
+    run("label", part, "--row-at", "32,33", "--rows", 0, "-o", part)
+    assert read_labeling(part).row_count == 2
+    run("label", part, "--set-edge", "32,33=wale", "--rows", 0, "-o", part)
+    assert len(read_labeling(part).faults) == 2
+    run("label", part, "--set-edge", "32,33=clear", "--rows", 1, "-o", part)
+    run("label", part, "--flip", "33", "--rows", 0, "-o", part)
+    assert read_labeling(part).row_is_reversed.any()
+    run("label", tube_obj, "--start-edge", "16,17", "--rows", 1, "-o", part)
+    assert np.flatnonzero(read_labeling(part).labeled)[0] == 8
+
+
+def test_the_former_name_of_a_start_is_still_accepted(tmp_path, tube_obj):
+    run("label", tube_obj, "--start-edge", "41,40", "-o", tmp_path / "new.h5")
+    run("label", tube_obj, "--seed", "41,40", "-o", tmp_path / "old.h5")
+    assert bits(read_stitches(tmp_path / "new.h5")) == bits(read_stitches(tmp_path / "old.h5"))
+
+
+def test_faults_of_a_partly_labeled_mesh_are_printed_and_the_file_is_written(tmp_path, capsys):
+    write_mesh(tmp_path / "odd.obj", odd_corner())
+    run("label", tmp_path / "odd.obj", "--rows", 5, "-o", tmp_path / "part.h5")
+    assert "cannot be labeled; face" in capsys.readouterr().out
+    assert (tmp_path / "part.h5").exists()
+
+
+def test_a_mesh_that_cannot_be_labeled_gets_a_picture_of_its_faults_and_nothing_else(tmp_path, capsys):
+    write_mesh(tmp_path / "odd.obj", odd_corner())
+    for command, folder in (("label", tmp_path / "new" / "rows.h5"), ("knit", tmp_path / "knit")):
+        message = refused(capsys, command, tmp_path / "odd.obj", "-o", folder)
+        where = folder if command == "knit" else folder.parent
+        assert message.startswith("LabelError: face ") and "would be both wale and course" in message
+        assert message.endswith(f"; {where / 'labeling-faults.png'} shows the faces\n")
+        assert [path.name for path in where.iterdir()] == ["labeling-faults.png"]
+
+
+def test_a_machine_without_a_display_still_gives_the_reason(tmp_path, capsys, monkeypatch):
+    def no_display(*_: object, **__: object) -> None:
+        raise DisplayError("no display")
+
+    monkeypatch.setattr(labeling_picture, "render_labeling", no_display)
+    write_mesh(tmp_path / "odd.obj", odd_corner())
+    message = refused(capsys, "label", tmp_path / "odd.obj", "-o", tmp_path / "rows.h5")
+    assert "would be both wale and course" in message and "labeling-faults" not in message
+    assert [path.name for path in tmp_path.iterdir()] == ["odd.obj"]
+
+
+@pytest.mark.parametrize("command", ["label", "knit"])
+def test_triangles_are_named(tmp_path, capsys, command):
+    write_mesh(tmp_path / "triangles.obj", triangulated(tube(8, 3)))
+    message = refused(capsys, command, tmp_path / "triangles.obj", "-o", tmp_path / "out.h5")
+    assert "these are triangles: 48 of 48 faces" in message
+    assert "seeds" not in message
+
+
+def test_a_mesh_inside_out_is_reported_and_turned(tmp_path, caplog):
+    write_mesh(tmp_path / "inside.obj", turn_inside_out(read_mesh(HAT)))
+    run("label", tmp_path / "inside.obj", "-o", tmp_path / "inside.h5")
+    (warning,) = caplog.messages
+    assert "\n" not in warning and "is inside out" in warning and "--turn-inside-out" in warning
+    caplog.clear()
+    run("label", tmp_path / "inside.obj", "--turn-inside-out", "-o", tmp_path / "turned.h5")
+    assert not caplog.messages
+    assert bits(read_stitches(tmp_path / "turned.h5")) == bits(label(read_mesh(HAT)))
+
+
+def test_the_picture_is_drawn(tmp_path, tube_obj):
+    run("label", tube_obj, "--rows", 2, "--picture", tmp_path / "rows.png", "-o", tmp_path / "part.h5")
+    assert (tmp_path / "rows.png").stat().st_size > 1000
+
+
+BAD_STEPS = {
+    "no edge": (["--start-edge", "0,20"], "edge 0-20: no edge joins these vertices"),
+    "no border": (["--start-border", "8,9"], "edge 8-9: does not lie on a border; edges of its borders are"),
+    "no vertex": (["--start-edge", "0,9999"], "edge 0-9999: no edge joins these vertices"),
+    "not an edge": (["--set-edge", "0,20=wale"], "edge 0-20: no edge joins these vertices"),
+    "no label": (["--set-edge", "0,1=blue"], "--set-edge: got '0,1=blue'; expected V,W=course"),
+    "no pair": (["--set-edge", "0=wale"], "--set-edge: got '0'; expected two whole numbers"),
+    "no row there": (["--row-at", "0,1", "--rows", "0"], "edge 0-1: is not a labeled course edge"),
+    "no row yet": (["--rows", "1", "--flip", "39"], "flip: face 39 has no row yet"),
+    "no face": (["--flip", "4000"], "flip: face 4000 does not exist; the mesh has faces 0 to 39"),
+    "less than none": (["--rows", "-2"], "rows: got -2; expected at least 1"),
+    "wrong picture": (["--picture", "rows.jpg"], "rows.jpg: unknown format"),
+    "hands": (["--set-edge", "0,1=course", "--set-edge", "1,9=course", "--set-edge", "9,8=course"], "needs 2"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_STEPS)
+def test_bad_steps_are_refused_in_one_line_and_nothing_is_written(tmp_path, tube_obj, capsys, name):
+    words, message = BAD_STEPS[name]
+    before = sorted(tmp_path.iterdir())
+    if name in ("no label", "no pair"):
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["label", str(tube_obj), *words, "-o", str(tmp_path / "out.h5")])
+        assert stop.value.code == 2
+        printed = capsys.readouterr().err
+        assert printed.count("\n") == 1 and message in printed
+    else:
+        assert message in refused(capsys, "label", tube_obj, *words, "-o", tmp_path / "out.h5")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_step_with_nothing_left_to_label_leaves_the_file_as_it_was(tmp_path, tube_obj, capsys):
+    part = tmp_path / "part.h5"
+    run("label", tube_obj, "--rows", 9, "-o", part)
+    kept = part.read_bytes()
+    capsys.readouterr()
+    assert "nothing is left to label: all 40 faces have rows" in refused(capsys, "label", part, "--rows", 1, "-o", part)
+    assert part.read_bytes() == kept
+
+
+def test_a_partly_labeled_mesh_is_an_h5_file_and_is_not_turned(tmp_path, tube_obj, capsys):
+    assert "out.smobj: unknown format" in refused(
+        capsys, "label", tube_obj, "--rows", 1, "-o", tmp_path / "out.smobj"
+    )
+    run("label", tube_obj, "--rows", 1, "-o", tmp_path / "part.h5")
+    capsys.readouterr()
+    words = ["label", tmp_path / "part.h5", "--turn-inside-out", "-o", tmp_path / "rows.h5"]
+    assert "the mesh has rows already" in refused(capsys, *words)
+
+
+def test_a_row_of_a_labeled_mesh_is_flipped(tmp_path, tube_obj, capsys):
+    rows, flipped = tmp_path / "rows.h5", tmp_path / "flipped.h5"
+    run("label", tube_obj, "-o", rows)
+    run("label", rows, "--flip", 20, "-o", flipped)
+    assert bits(read_stitches(flipped)) == bits(label(read_mesh(tube_obj), flip=[20]))
+    run("tessellate", rows, "--stitch-width", 1, "-o", tmp_path / "stitches.h5")
+    capsys.readouterr()
+    assert "is a stitch already" in refused(capsys, "label", tmp_path / "stitches.h5", "-o", rows)
+    assert "none.h5: " in refused(capsys, "label", tmp_path / "none.h5", "-o", rows)
+
+
+def test_a_closed_mesh_names_the_remedy(tmp_path, capsys):
+    write_mesh(tmp_path / "torus.obj", torus(6, 8))
+    message = refused(capsys, "label", tmp_path / "torus.obj", "-o", tmp_path / "rows.h5")
+    assert "has no border to start from; name an edge of its first row" in message
+    run("label", tmp_path / "torus.obj", "--start-edge", "0,1", "-o", tmp_path / "rows.h5")

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The lines that a command prints about what it has made."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.cli.summary import files_to_open, knit_summary, print_result, relax_summary, state_of, swatch_summary
+from stitchmesh.yarn.fabric_gauge import fabric_gauge
+from tests.editing.fabrics import flat
+
+GOOD = {"converged": True, "iterations": 140, "max_strain": 0.0123, "min_distance_over_radius": 1.756}
+
+
+@pytest.fixture(scope="module")
+def fabric() -> sm.StitchMesh:
+    return flat(8, 10)
+
+
+@pytest.fixture(scope="module")
+def yarns(fabric) -> sm.YarnSet:
+    return sm.generate_yarns(fabric, quality="draft")
+
+
+def test_a_good_relaxation_is_said_to_be_good():
+    assert state_of(GOOD, []) == (
+        "Good: the yarns are at rest, stretched by at most 1.2 %, axes at least 1.76 radii apart (2 is touching); "
+        "none passed through another."
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "line"),
+    [
+        ({"converged": False}, "the yarns are not at rest after 140 iterations; raise --max-iterations"),
+        ({"max_strain": 0.06}, "some yarn is stretched by 6.0 %, too short for its place"),
+        ({"min_distance_over_radius": 1.4},
+         "yarns are crowded, their axes 1.40 radii apart (2 is touching); use a thinner yarn"),
+    ],
+)  # fmt: skip
+def test_each_fault_is_named(changed, line):
+    assert state_of(GOOD | changed, []) == f"Not good: {line}."
+    assert state_of(GOOD | changed, ["first"]) == f"Not good: first; {line}."
+
+
+def test_stitches_that_are_not_even_are_a_fault(fabric, yarns):
+    report = {"meshrelax": {"converged": False}, "yarnrelax": GOOD}
+    assert knit_summary(fabric, yarns, report, None)[-1].startswith("Not good: the stitches are not even, because the")
+
+
+def test_a_garment_has_its_size_gauge_and_yarn(fabric, yarns):
+    report = {"meshrelax": {"converged": True}, "yarnrelax": GOOD}
+    what, gauge, _ = knit_summary(fabric, yarns, report, None)
+    assert what.startswith("Knitted 80 stitches in 10 rows, ")
+    metres = yarns.lengths.sum() / 100
+    assert gauge.startswith(f"Gauge: {fabric_gauge(fabric)}. Yarn: {metres:.3g} m, about ")
+    assert gauge.endswith(" if it is super-bulky.")  # 10 stitches in 10 cm
+    dk = sm.Yarn.named("dk")
+    named = knit_summary(fabric, yarns, report, dk)[1]
+    assert named.endswith(f"{metres:.3g} m of dk, about {metres * dk.grams_per_metre:.2g} g.")
+
+
+def test_the_gauge_of_a_fabric_is_that_of_its_stitches(fabric):
+    """The fabric has square stitches of 1 cm times 0.72 cm, so 10 stitches and 13.9 rows are in 10 cm."""
+    gauge = fabric_gauge(fabric)
+    assert (gauge.stitches, gauge.rows) == pytest.approx((10.0, 10 / 0.72))
+
+
+def test_a_swatch_has_its_repeat_and_a_weave_its_threads():
+    cell = sm.weave_yarns(sm.read_weave("plain"), yarn_radius=0.1, quality="draft")
+    sizes = {"wales": 2, "courses": 4, "width": 0.9, "height": 1.2, "wale_spacing": 0.45, "course_spacing": 0.3}
+    knit, gauge, _ = swatch_summary(sm.Swatch(cell, GOOD | sizes, flat(), []), "rib", None)
+    assert knit == "Relaxed one repeat of rib: 2 stitches x 4 rows, 0.9 x 1.2 cm."
+    assert gauge.startswith("Gauge: 22.2 stitches and 33.3 rows in 10 cm. Yarn: ") and gauge.endswith(" if it is dk.")
+    woven, threads, _ = swatch_summary(sm.Swatch(cell, GOOD | sizes, None, []), "plain", None)
+    assert woven == "Relaxed one repeat of plain: 2 warps x 4 wefts, 0.9 x 1.2 cm."
+    assert threads.startswith("22.2 warps and 33.3 wefts in 10 cm. Yarn: ") and " g" not in threads
+
+
+def test_one_yarn_is_counted_as_one():
+    curve = sm.YarnSet.from_curves([[[x, 0.0, 0.0] for x in range(5)]], closed=[False], radius=0.1)
+    assert relax_summary(curve, GOOD)[0] == "Relaxed 1 yarn, 0.02 m, 4.0 x 0.0 x 0.0 cm."
+
+
+def test_the_picture_is_named_if_there_is_one():
+    folder = Path("out") / "hat"
+    assert files_to_open(folder, True) == "Open out/hat/preview.png; out/hat/report.json holds all numbers."
+    assert files_to_open(folder, False) == "No picture was drawn; out/hat/report.json holds all numbers."
+
+
+def test_the_report_is_printed_instead_of_the_lines(capsys):
+    print_result(GOOD, ["one", "two"], as_json=False)
+    assert capsys.readouterr().out == "one\ntwo\n"
+    print_result(GOOD, ["one", "two"], as_json=True)
+    assert json.loads(capsys.readouterr().out) == GOOD

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An assessment interval that is divided into parts has the bits of a whole interval, with each solver."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import quality_named
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.stepwise_loop import StepwiseLoop
+
+ITERATIONS = 160
+"""Long enough for several candidate lists with margins of different widths."""
+
+
+def loop_of(
+    pattern: str, solver: str, cell: RelaxCell | None, kind: type[RelaxationLoop] = StepwiseLoop
+) -> RelaxationLoop:
+    """Return the relaxation of a swatch before its first iteration."""
+    quality = replace(quality_named("draft"), solver=solver)
+    _fabric, yarns = draw_swatch(resolve_pattern(pattern), SwatchOptions(), quality)
+    simulation = YarnSimulation.start(yarns, YarnMaterial.named(), quality, device_named("cpu"), cell=cell)
+    loop = kind(simulation, quality.tolerance)
+    loop.start()
+    return loop
+
+
+@pytest.mark.parametrize(
+    ("pattern", "solver", "cell"),
+    [
+        ("rib2x2", "quasistatic", RelaxCell()),  # all iterations of an interval in one launch
+        ("lice", "quasistatic", RelaxCell()),  # too large for that
+        ("rib2x2", "dynamics", None),
+    ],
+)
+@pytest.mark.parametrize("parts", [(1,), (7,), (3, 19, 2)], ids=str)
+def test_parts_of_intervals_have_the_bits_of_whole_intervals(pattern, solver, cell, parts):
+    whole, divided = loop_of(pattern, solver, cell, RelaxationLoop), loop_of(pattern, solver, cell)
+    whole.run(ITERATIONS)
+    assert whole.iteration == ITERATIONS  # not at rest before
+    for most in itertools.cycle(parts):
+        made = divided.advance_partly(most)
+        # a part ends where the interval ends
+        assert made == most or divided.is_between_intervals
+        if divided.iteration == ITERATIONS:  # iterations of whole intervals
+            break
+    assert np.array_equal(whole.simulation.good_yarns().points, divided.simulation.good_yarns().points)
+    assert np.array_equal(divided.current_yarns().points, divided.simulation.good_yarns().points)
+    assert whole.last == divided.last
+    assert whole.simulation.candidates.margin == divided.simulation.candidates.margin
+
+
+def test_the_current_yarns_move_within_an_interval_and_the_accepted_ones_do_not():
+    loop = loop_of("rib2x2", "quasistatic", RelaxCell())
+    first = loop.simulation.good_yarns()
+    assert loop.advance_partly(3) == 3 and not loop.is_between_intervals
+    assert np.array_equal(loop.simulation.good_yarns().points, first.points)
+    moved = loop.current_yarns()
+    assert np.abs(moved.points - first.points).max() > 0.0
+    assert not np.array_equal(moved.lattice.periods, first.lattice.periods)
+    assert loop.advance_partly(100) == 17 and loop.is_between_intervals
