@@ -262,7 +262,7 @@ def test_relax_edited_checks_that_its_files_belong_together(folder, tmp_path, ca
 
 def test_relax_edited_relaxes_anew_where_no_stitch_is_as_before(folder, tmp_path, capsys, caplog, edited):
     words = ["relax-edited", folder / "rested.h5", "--before", folder / "tube.h5", "--after", folder / "flat.h5",
-             *DRAFT, "--device", "cpu", "--max-iterations", "20", "-o", tmp_path / "again.h5"]  # fmt: skip
+             *DRAFT, "--device", "cpu", "--max-iterations", "20", "--json", "-o", tmp_path / "again.h5"]  # fmt: skip
     capsys.readouterr()
     assert cli.main([str(word) for word in words]) == 0
     report = json.loads(capsys.readouterr().out)
@@ -274,11 +274,12 @@ def test_relax_edited_relaxes_anew_where_no_stitch_is_as_before(folder, tmp_path
 
 def test_relax_edited_evens_out_crowded_stitches_and_writes_their_fabric(folder, tmp_path, capsys, caplog, edited):
     """A bobble in a stitch that is a quarter as high as it was has yarns that are too close to each other."""
+    caplog.set_level("INFO")
     log(tmp_path / "rows.jsonl", *[("insert_row", {"face": FACE})] * 2, ("bobble", {"face": FACE}))
     assert cli.main(["edit", str(folder / "tube.h5"), "--replay", str(tmp_path / "rows.jsonl"), "-o",
                      str(tmp_path / "rows.h5")]) == 0  # fmt: skip
     words = ["relax-edited", folder / "rested.h5", "--before", folder / "tube.h5", "--after", tmp_path / "rows.h5",
-             *DRAFT, "--device", "cpu", "--max-iterations", "20", "-o", tmp_path / "again.h5"]  # fmt: skip
+             *DRAFT, "--device", "cpu", "--max-iterations", "20", "--json", "-o", tmp_path / "again.h5"]  # fmt: skip
     capsys.readouterr()
     assert cli.main([str(word) for word in words]) == 0
     report = json.loads(capsys.readouterr().out)
