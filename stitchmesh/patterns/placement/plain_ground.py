@@ -21,6 +21,7 @@ from stitchmesh.mesh.courses import Course
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.placement.placement import is_plain, is_worked
 from stitchmesh.patterns.placement.rebuilt_runs import (
+    MOST_LOOPS,
     Keeps,
     Line,
     Rebuilt,
@@ -38,8 +39,6 @@ LONGEST_EXCESS = 4
 on more lines they are the shaping of the garment."""
 WIDEST_MOTIF = 12
 """Largest number of stitches from an increase to a decrease that makes up for it in a pattern."""
-MOST_LOOPS = 3
-"""Largest number of loops below or above one stitch."""
 
 
 def plain_ground(fabric: StitchMesh, inside: NDArray[np.bool_]) -> Rebuilt | None:

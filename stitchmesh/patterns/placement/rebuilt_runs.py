@@ -210,6 +210,9 @@ class _Sides:
         return np.where(old == BORDER, UNKNOWN_STRETCH, stretch_at(self.fabric, np.maximum(old, 0)))
 
 
+MOST_LOOPS = 3
+"""Largest number of loops below or above one stitch."""
+
 Keeps = Literal["left", "middle", "right"]
 """The loop of a shaping stitch that continues the wale; the others begin or end there."""
 

@@ -17,11 +17,8 @@ import numpy as np
 from stitchmesh.mesh import IntArray
 from stitchmesh.patterns.pattern import Pattern, crossings
 from stitchmesh.patterns.placement.columns import OUTSIDE, TILE, is_tile
-from stitchmesh.patterns.placement.rebuilt_runs import Keeps, shaping_stitch, spread_loops
+from stitchmesh.patterns.placement.rebuilt_runs import MOST_LOOPS, Keeps, shaping_stitch, spread_loops
 from stitchmesh.patterns.placement.units import Units
-
-MOST_LOOPS = 3
-"""Largest number of loops below or above one stitch."""
 
 
 def column_weights(pattern: Pattern, units: Units) -> IntArray:
