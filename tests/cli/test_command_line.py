@@ -315,7 +315,7 @@ def test_a_bad_option_gives_a_message_of_one_line(tube_obj, tmp_path, capsys, wo
     assert not (tmp_path / "out").exists(), "nothing half-written"
 
 
-@pytest.mark.parametrize("words", [["--seed", "zero"], ["--stitch-width", "wide"], ["--colour", "red"]])
+@pytest.mark.parametrize("words", [["--seed", "zero"], ["--stitch-width", "wide"], ["--shade", "red"]])
 def test_words_that_are_not_options_give_a_message_of_one_line(tube_obj, tmp_path, capsys, words):
     with pytest.raises(SystemExit) as stop:
         cli.main(["knit", str(tube_obj), "-o", str(tmp_path), *words])
