@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
+from .after_edit import RelaxedAgain as RelaxedAgain
+from .after_edit import relax_edited as relax_edited
 from .editing.edit import Edit as Edit
 from .editing.edit import apply_edit as apply_edit
 from .editing.history import History as History
@@ -27,6 +29,7 @@ from .mesh.orientation import is_inside_out as is_inside_out
 from .mesh.orientation import turn_inside_out as turn_inside_out
 from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
+from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
 from .patterns import LaidPattern as LaidPattern
 from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern

@@ -7,6 +7,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -30,17 +31,20 @@ from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import LaidPattern
+from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
+from stitchmesh.tessellate.reached_size import reached_sizes
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
-from stitchmesh.yarngen.generate import checked_radius
+from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.crowded_start import relax_from_crowded_start
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
@@ -192,8 +196,12 @@ def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
     progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
+    crowded_start: bool = True,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
+
+    If the yarns start so close together that the contact samples of the quality cannot separate them, as in a bobble at
+    quality ``draft``, the relaxation starts again (``crowded_start``).
 
     Args:
         yarns: the yarns.
@@ -205,6 +213,7 @@ def relax_with_options(
         start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
+        crowded_start: whether a relaxation that cannot start is started again.
         seconds_after: estimated time of work after the relaxation [s], which the progress counts.
 
     Raises:
@@ -214,7 +223,8 @@ def relax_with_options(
     report_progress = relaxing_progress(
         "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
     )
-    return relax_yarns(
+    relax = partial(relax_from_crowded_start, relax_yarns) if crowded_start else relax_yarns
+    return relax(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
         start=start,
         material=options.yarn_material(float(yarns.radius.mean())),
@@ -274,8 +284,9 @@ def _stitches(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked,
     )  # fmt: skip
-    checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
-    report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric)}
+    # The checks come before the stages that take long.
+    checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
+    report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
     fabric = _worked(fabric, options, report, progress)
     clock.lap()
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
@@ -316,7 +327,8 @@ def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object
     left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
                 for part in laid.left_out]  # fmt: skip
     on = None if region.on is None else str(region.on)
-    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "left_out": left_out}
+    words = left_out_lines(laid.left_out)
+    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "summary": words, "left_out": left_out}
 
 
 def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:

@@ -28,7 +28,7 @@ LAYERS = [
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
     {"periodic"},
     {"pipeline"},
-    {"recipe"},
+    {"recipe", "after_edit"},
     {"render"},
     {"cli"},
     {"__main__"},

@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from stitchmesh.cli.output_folder import output_folder, plot_history
 from stitchmesh.cli.summary import print_result, relax_summary
@@ -15,9 +16,11 @@ from stitchmesh.io.history import write_history
 from stitchmesh.quality import Quality
 
 if TYPE_CHECKING:
-    from stitchmesh.mesh import StitchMesh
-    from stitchmesh.pipeline import RelaxOptions
+    from stitchmesh.after_edit import RelaxedAgain
     from stitchmesh.yarn import YarnSet
+    from stitchmesh.yarnrelax import Relaxation
+
+T = TypeVar("T", "Relaxation", "RelaxedAgain")
 
 
 def checkpoint_folder(output: str) -> Path:
@@ -26,43 +29,39 @@ def checkpoint_folder(output: str) -> Path:
 
 
 def relax_to_file(
-    output: str, report: str | None, given: YarnSet, options: RelaxOptions, *, quality: str | Quality,
-    device: str | None, fabric: StitchMesh | None, keep_shape: bool, start: YarnSet | None = None,
+    output: str, report: str | None, given: YarnSet | None, relax: Callable[..., T], *, quality: str | Quality,
     as_json: bool = False,
-) -> None:  # fmt: skip
+) -> T:  # fmt: skip
     """Relax yarns and write them; after an interrupt, the last good state is written to the output file.
 
     Args:
         output: file for the relaxed yarns.
         report: folder for the report and the convergence; None writes neither.
-        given: the yarns.
-        options: options of the relaxation.
+        given: the yarns, which are written after an interrupt if there is no later state; None if nothing is to be
+            written then.
+        relax: function that relaxes the yarns; it takes the keyword arguments ``progress`` and ``on_state``.
         quality: name of a preset, or a ``Quality``.
-        device: Warp's name of the device; None for the preferred device.
-        fabric: the fabric from which the yarns were made, if it is known.
-        keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
-        start: the same yarns at the positions from which the relaxation starts; ``given`` if None.
         as_json: whether the report is printed instead of a summary.
+
+    Returns:
+        The result of ``relax``.
 
     Raises:
         StitchMeshError: the relaxation cannot continue, or a file cannot be written.
     """
     from stitchmesh.cli.progress import show_progress
     from stitchmesh.io import write_yarns
-    from stitchmesh.pipeline import relax_with_options
 
-    last = [start or given]
+    last = [] if given is None else [given]
     with ExitStack() as stack:
         stack.enter_context(output_folder(str(Path(output).parent)))
         folder = None if report is None else stack.enter_context(output_folder(report))
         progress = stack.enter_context(show_progress())
         try:
-            relaxed = relax_with_options(
-                given, options, quality=quality, device=device, fabric=fabric, keep_shape=keep_shape,
-                start=start, progress=progress, on_state=lambda state: last.__setitem__(0, state),
-            )  # fmt: skip
+            relaxed: T = relax(progress=progress, on_state=lambda state: last.__setitem__(slice(None), [state]))
         except KeyboardInterrupt:
-            write_yarns(output, last[0])
+            for state in last:
+                write_yarns(output, state)
             if folder is not None:
                 write_json(folder / "report.json", {"unfinished": True})
             raise
@@ -74,3 +73,4 @@ def relax_to_file(
     numbers = "--report DIR writes all numbers" if folder is None else f"{folder / 'report.json'} holds all numbers"
     lines = [*relax_summary(relaxed.yarns, relaxed.report), f"Wrote {output}; {numbers}."]
     print_result(relaxed.report, lines, as_json=as_json)
+    return relaxed

@@ -49,7 +49,14 @@ def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], 
         f"Knitted {fabric.face_count:,} stitches in {int(fabric.row.max()) + 1:,} rows, {extent(yarns.points)}.",
         f"Gauge: {gauge}. Yarn: {_length(yarns)}{_weight(yarns, yarn, gauge)}.",
         state_of(report["yarnrelax"], _mesh_faults(report["meshrelax"])),
+        *_pattern_lines(report),
     ]
+
+
+def _pattern_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return one line for each reason why a pattern leaves out stitches."""
+    laid = report.get("patterns", {}).get("laid", [])
+    return [f"{entry['name']}, {line}" for entry in laid for line in entry["summary"]]
 
 
 def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:

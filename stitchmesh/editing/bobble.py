@@ -22,11 +22,13 @@ from stitchmesh.mesh.stitch import Stitch
 
 LOOPS = 3
 """Number of loops in the short rows of a bobble."""
-LOWER_LINE = ((-0.64, -0.15, 1.48), (0.44, -0.08, 1.19), (1.7, -0.25, 0.33))
+ASPECT = 0.72
+"""Height over width of the face for which both lines below were drawn. Their size does not follow a larger height."""
+LOWER_LINE = ((-0.8, 0.22, 1.47), (0.09, 0.01, 1.17), (1.71, -0.52, 0.62))
 """Vertices below the purls: fractions of the face's width and height, and the height above the fabric in widths."""
-UPPER_LINE = ((-0.71, 0.78, 0.31), (0.82, 1.18, 1.04), (1.28, 1.19, 1.99))
-"""Vertices above the purls, in the same units as ``LOWER_LINE``. Both lines were adjusted in small steps until the
-generated yarns were 0.4 yarn radii apart."""
+UPPER_LINE = ((-0.71, 1.06, 0.24), (0.59, 1.15, 0.9), (1.27, 1.43, 2.36))
+"""Vertices above the purls, in the same units as ``LOWER_LINE``. Both lines were adjusted in small random
+steps until the generated yarns were 0.39 yarn radii apart at the qualities ``draft`` and ``standard``."""
 
 
 def bobble(fabric: StitchMesh, face: int) -> list[Change]:
@@ -71,8 +73,11 @@ def _lines(sketch: Sketch, low: list[int], high: list[int]) -> tuple[list[int], 
     """Add the vertices below and above the purls; return both lines, from the upper left to the lower right corner."""
     corners = np.array([sketch.position(vertex) for vertex in (*low, *high)])
     area = np.cross(corners[3] - corners[0], corners[2] - corners[1])
-    outward = np.linalg.norm(corners[1] - corners[0]) * area / np.linalg.norm(area)
-    lower, upper = ([sketch.vertex(_point_at(corners, outward, *point)) for point in line]
+    width = np.linalg.norm(corners[1] - corners[0])
+    outward = width * area / np.linalg.norm(area)
+    tall = min(1.0, float(ASPECT * width / np.linalg.norm(corners[2] - corners[0])))
+    lower, upper = ([sketch.vertex(_point_at(corners, outward, u, 0.5 + (v - 0.5) * tall, height))
+                     for u, v, height in line]
                     for line in (LOWER_LINE, UPPER_LINE))  # fmt: skip
     return [high[0], *lower], [*upper, low[1]]
 

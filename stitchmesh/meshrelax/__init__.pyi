@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
+from .around_edit import relax_mesh_around_edit as relax_mesh_around_edit
 from .options import MeshRelaxOptions as MeshRelaxOptions
 from .relax import MeshRelaxReport as MeshRelaxReport
 from .relax import relax_mesh as relax_mesh

@@ -14,6 +14,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
+from stitchmesh.tessellate.reached_size import check_reached_size, unit_hint
 
 EdgeName = int | tuple[int, int]
 
@@ -43,7 +44,8 @@ def edge_counts(
     Raises:
         ParameterError: the stitch size is not positive or larger than the garment, a given count is below 1, or its
             edge does not exist.
-        TessellationError: two given counts of one row differ, or the stitches would not fit in memory.
+        TessellationError: two given counts of one row differ, the stitches would not fit in memory, or the faces of
+            the mesh are so small that stitches of this size are far from possible.
     """
     _check_size(labeled, stitch_width, stitch_height)
     first = labeled.edge_side
@@ -53,7 +55,9 @@ def edge_counts(
     wale = labeled.is_wale[first]
     counts[wale] = rows[labeled.row[labeled.side_face[first[wale]]]]
     _refuse_too_many(labeled, counts, stitch_width)
-    return _with_given(labeled, counts.astype(np.int64), given)
+    whole = counts.astype(np.int64)
+    check_reached_size(labeled, whole, stitch_width, stitch_height)
+    return _with_given(labeled, whole, given)
 
 
 def whole_count(quotient: FloatArray) -> FloatArray:
@@ -91,7 +95,7 @@ def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> N
         raise TessellationError(
             f"stitch width {width:g} cm: needs about {total:.2g} stitches and {total * BYTES_PER_STITCH / 1e9:.3g} GB "
             f"of memory; at most {MOST_STITCHES:,} stitches are allowed, so use a width of at least "
-            f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm"
+            f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm{unit_hint(labeled)}"
         )
 
 

@@ -45,7 +45,8 @@ def tessellate(
         ParameterError: a size or count is out of range, an edge does not exist, a marked edge is a course edge, or the
             mesh has a lattice.
         TessellationError: the mesh already consists of stitches, counts of one row differ, a face has too few courses
-            for its change of width, or the stitches would not fit in memory.
+            for its change of width, the stitches would not fit in memory, or the faces of the mesh are far too
+            small for such stitches.
 
     Source: Yuksel et al. 2012, section 5.2.
     """

@@ -23,6 +23,7 @@ from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_wi
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.floats_and_tails import Rows, carried_strands, lay_floats, separate_corners
 from stitchmesh.yarngen.row_ends import finish_row_ends
+from stitchmesh.yarngen.shaped_stitches import rest_length_ratios
 from stitchmesh.yarngen.splines import control_points_through
 from stitchmesh.yarngen.templates.edge_templates import CHAIN_HEIGHT
 from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
@@ -265,17 +266,18 @@ def _yarns_in_pieces(routes: YarnRoutes) -> tuple[list[list[_Piece]], IntArray]:
         The pieces of each yarn, and the lattice image in which each closed yarn ends, shape (Y, 2).
     """
     crossings = end_crossings(routes.parts).tolist()
+    ratio = rest_length_ratios(routes.whole, routes.parts)
     images = routes.whole.side_image.tolist()
     yarns, steps = [], []
     for entries, closed in routes.yarns:
-        pieces, step = _pieces_of(routes, crossings, images, entries, closed)
+        pieces, step = _pieces_of(routes, crossings, images, ratio, entries, closed)
         yarns.append(pieces)
         steps.append(step)
     return yarns, np.array(steps)
 
 
 def _pieces_of(
-    routes: YarnRoutes, crossings: list[int], images: list[Image], entries: list[int], closed: bool
+    routes: YarnRoutes, crossings: list[int], images: list[Image], ratio: FloatArray, entries: list[int], closed: bool
 ) -> tuple[list[_Piece], Image]:
     """The pieces of one yarn, and the lattice image in which a closed yarn ends.
 
@@ -283,17 +285,19 @@ def _pieces_of(
         routes: the routes of all yarns.
         crossings: the crossing at each part end.
         images: lattice image of the face across each side.
+        ratio: rest length of each part divided by its drawn length, shape (P,).
         entries: the part ends at which the yarn enters its parts.
         closed: whether the last part meets the first.
     """
     parts, bridges = routes.parts, routes.bridges
-    pieces, image = [], SAME_IMAGE
+    pieces: list[_Piece] = []
+    image = SAME_IMAGE
     if not closed:
         pieces.append(_Piece(bridges.tails[crossings[entries[0]]][::-1], entries[0] // 2, 1.0, image))
     for entry, following in zip(entries, [*entries[1:], entries[0]], strict=True):
         part, crossing = entry // 2, crossings[entry ^ 1]
         points = parts.points[parts.start[part] : parts.start[part + 1]]
-        pieces.append(_Piece(points if entry % 2 == 0 else points[::-1], part, 1.0, image))
+        pieces.append(_Piece(points if entry % 2 == 0 else points[::-1], part, float(ratio[part]), image))
         if crossing in bridges.tails:
             pieces.append(_Piece(bridges.tails[crossing], part, 1.0, image))
         elif crossing in bridges.paths:

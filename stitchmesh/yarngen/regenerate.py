@@ -17,7 +17,9 @@ stay interlocked, and it continues the displacement of the unchanged points with
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,17 +27,32 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width
+from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarngen.generate import generate_yarns, mean_stitch_width, trace_yarn_routes, yarns_along_routes
 
 SAME_POINT_DISTANCE = 0.02
 """Largest distance between a new control point and the old control point that it continues, over the yarn radius."""
 NEIGHBOURS = 64
 """Number of unchanged control points from which the displacement of a changed one is computed."""
+FADE_WIDTHS = 3.0
+"""Distance from changed stitches, in stitch widths, at which yarns start with their whole displacement."""
 RIDGE = 1e-3
 """Weight of a constant displacement field, over the weight of the neighbours. It determines the fit where the
 neighbours lie in a plane."""
+
+
+@dataclass(frozen=True, eq=False)
+class WarmStart:
+    """Yarns of an edited fabric, and the positions from which their relaxation starts."""
+
+    generated: YarnSet
+    """The yarns as generated, with the rest lengths and natural curvatures of the relaxed yarns before the edit."""
+    start: YarnSet | None
+    """The same yarns with all unchanged stitches at their relaxed positions; None if hardly any stitch is unchanged."""
+    warm: float
+    """Part of the control points that start from relaxed positions, 0 to 1; 0 if there is no start."""
 
 
 def regenerate_yarns(
@@ -43,7 +60,8 @@ def regenerate_yarns(
 ) -> tuple[YarnSet, YarnSet]:
     """Yarns of an edited fabric: as generated, and at the positions at which a new relaxation starts.
 
-    Pass both results to ``relax_yarns(generated, start=blended, keep_shape=after)``.
+    Pass both results to ``relax_yarns(generated, start=blended, keep_shape=after)``. ``relax_edited`` does so, and also
+    relaxes fabrics of which hardly any stitch is unchanged.
 
     Args:
         relaxed: relaxed yarns of the fabric before the edit.
@@ -57,38 +75,87 @@ def regenerate_yarns(
         stitches; and the same yarns with all unchanged stitches at their relaxed positions.
 
     Raises:
-        ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
+        ParameterError: the relaxed yarns were not generated from ``before`` with this quality, or hardly any stitch is
+            unchanged.
         YarnError: as for ``generate_yarns``.
 
     Source: Leaf et al. 2018 (the limitation). Moving least squares is described by Levin 1998.
     """
-    check_kind("regenerate_yarns", relaxed, YarnSet)
-    check_kind("regenerate_yarns, before", before, StitchMesh)
-    check_kind("regenerate_yarns, after", after, StitchMesh)
+    made = warm_start(relaxed, before, after, quality=quality, **options)
+    if made.start is None:
+        raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
+    return made.generated, made.start
+
+
+def warm_start(
+    relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, evened: StitchMesh | None = None,
+    quality: str | Quality = DEFAULT_QUALITY, **options: Any,
+) -> WarmStart:  # fmt: skip
+    """Generate the yarns of an edited fabric, and place them by the relaxed yarns before the edit if that is possible.
+
+    Args:
+        relaxed: relaxed yarns of the fabric before the edit.
+        before: the stitch mesh before the edit.
+        after: the edited stitch mesh.
+        evened: the edited stitch mesh with other positions of its vertices, whose yarns are generated instead of those
+            of ``after``. Yarns start as generated in the stitches that the edit has changed. Elsewhere they start with
+            the displacement from generated to relaxed positions before the edit, which fades towards the changes.
+        quality: the quality with which the relaxed yarns were generated.
+        **options: the other arguments of ``generate_yarns`` with which the relaxed yarns were generated.
+
+    Raises:
+        ParameterError: the relaxed yarns were not generated from ``before`` with this quality.
+        YarnError: as for ``generate_yarns``.
+    """
+    check_kind("relaxed yarns", relaxed, YarnSet)
+    check_kind("fabric before the edit", before, StitchMesh)
+    check_kind("fabric after the edit", after, StitchMesh)
     # the mean of equal radii could differ by rounding
-    options = {"yarn_radius": float(relaxed.radius[0]), "drawn_radius": float(relaxed.drawn_radius[0]), **options}
-    old = generate_yarns(before, quality=quality, **options)
+    generate: Callable[[StitchMesh], YarnSet] = partial(
+        generate_yarns, quality=quality, yarn_radius=float(relaxed.radius[0]),
+        drawn_radius=float(relaxed.drawn_radius[0]), **options,
+    )  # fmt: skip
+    old = generate(before)
     if not np.array_equal(old.start, relaxed.start):
         raise ParameterError(
             f"relaxed yarns: got {len(relaxed.points)} control points; this fabric and quality give {len(old.points)}; "
             "give the fabric and the quality with which the yarns were generated"
         )
-    new = generate_yarns(after, quality=quality, **options)
-    old_number = unchanged_points(old, new, SAME_POINT_DISTANCE * options["yarn_radius"])
-    known = np.flatnonzero(old_number >= 0)
-    if len(known) < NEIGHBOURS:
-        raise ParameterError("edit: leaves next to no stitch as it was; relax the edited fabric anew")
-    points = np.empty_like(new.points)
-    points[known] = relaxed.points[old_number[known]]
-    new_points = np.flatnonzero(old_number < 0)
-    shift = relaxed.points[old_number[known]] - new.points[known]
-    points[new_points] = new.points[new_points] + _interpolated(
-        new.points[known], shift, new.points[new_points], mean_stitch_width(after)
-    )
+    new = generate(after if evened is None else evened)
+    within = SAME_POINT_DISTANCE * float(relaxed.radius[0])
+    old_number = unchanged_points(old, _as_edited(new, after, evened, quality, options), within)
     # generated yarn is straight without load
     natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
     new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)
-    return new, replace(new, points=points)
+    known, moved = np.flatnonzero(old_number >= 0), np.flatnonzero(old_number < 0)
+    if len(known) < NEIGHBOURS:
+        return WarmStart(new, None, 0.0)
+    points, width = new.points.copy(), mean_stitch_width(after)
+    if evened is None:
+        points[known] = relaxed.points[old_number[known]]
+        shift = points[known] - new.points[known]
+        points[moved] += _interpolated(new.points[known], shift, new.points[moved], width)
+    else:
+        shift = (relaxed.points - old.points)[old_number[known]]
+        points[known] += _faded(new.points[known], shift, new.points[moved], FADE_WIDTHS * width)
+    return WarmStart(new, replace(new, points=points), len(known) / len(new.points))
+
+
+def _as_edited(
+    new: YarnSet, after: StitchMesh, evened: StitchMesh | None, quality: str | Quality, options: dict[str, Any]
+) -> YarnSet:
+    """Return the yarns of the edited fabric before its stitches were evened out, whose points coincide with old ones.
+
+    These yarns may be too close together for a relaxation. If evening out has changed the number of their points, for
+    example of a float, the new yarns are returned.
+    """
+    if evened is None:
+        return new
+    radius = float(new.radius[0])
+    finish = YarnFinish(**options)
+    routes = trace_yarn_routes(after, radius, quality_named(quality).control_points_per_stitch, finish)
+    edited = yarns_along_routes(routes, radius)
+    return edited if np.array_equal(edited.start, new.start) else new
 
 
 def unchanged_points(old: YarnSet, new: YarnSet, within: float) -> IntArray:
@@ -117,14 +184,32 @@ def _interpolated(known: FloatArray, shift: FloatArray, points: FloatArray, widt
     nearest = cKDTree(known).query(points, k=NEIGHBOURS)[1]
     offset = (known[nearest] - points[:, None, :]) / width
     squares = np.sum(offset**2, axis=2)
-    squares -= squares.min(axis=1, keepdims=True)  # the weights do not vanish where all neighbours are far away
+    nearest_square = squares.min(axis=1)
+    squares -= nearest_square[:, None]  # the weights do not vanish where all neighbours are far away
     weight = np.exp(-squares) / (squares + 1e-2)
     weight /= weight.sum(axis=1, keepdims=True)
     basis = np.concatenate([np.ones((*squares.shape, 1)), offset], axis=2)
     normal = np.einsum("pk,pki,pkj->pij", weight, basis, basis)
-    normal[:, [1, 2, 3], [1, 2, 3]] += RIDGE
+    # Far from the known points the fit is a constant: a slope would be extrapolated over many widths.
+    normal[:, [1, 2, 3], [1, 2, 3]] += (RIDGE + nearest_square**2)[:, None]
     right = np.einsum("pk,pki,pkd->pid", weight, basis, shift[nearest])
     return np.linalg.solve(normal, right)[:, 0]
+
+
+def _faded(points: FloatArray, shift: FloatArray, changed: FloatArray, width: float) -> FloatArray:
+    """Displacements that fade to zero towards changed points [cm], shape (m, 3).
+
+    Args:
+        points: positions of the unchanged points [cm], shape (m, 3).
+        shift: their displacements [cm], shape (m, 3).
+        changed: positions of the changed points [cm], shape (n, 3).
+        width: distance from the changed points at which displacements are whole [cm].
+    """
+    if len(changed) == 0:
+        return shift
+    part = np.minimum(cKDTree(changed).query(points)[0] / width, 1.0)
+    faded: FloatArray = shift * (part**2 * (3.0 - 2.0 * part))[:, None]
+    return faded
 
 
 def _rest_lengths(relaxed: YarnSet, old: YarnSet, new: YarnSet, old_number: IntArray) -> FloatArray:

@@ -17,6 +17,7 @@ from stitchmesh.mesh.mean_value import mean_value_weights
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
+from stitchmesh.tessellate.reached_size import reached_sizes
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, pentagon_row, shared, tube
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken
@@ -215,3 +216,34 @@ def test_a_stitch_as_wide_as_the_whole_row_is_accepted_however_shaken() -> None:
     for seed in range(10):
         shake = replace(labeled, vertices=shaken(labeled.vertices @ rotation(3), seed))
         assert tessellate(shake, stitch_width=around).face_count > 0
+
+
+def test_the_reached_size_is_the_median_with_percentiles():
+    """4 x 3 unit faces at a width of 0.24: rint(1 / 0.24) = 4 stitches along a side, rint(1 / 0.1848) = 5 courses."""
+    sizes = reached_sizes(tessellate(label(grid(4, 3)), stitch_width=0.24))
+    assert sizes["width_cm"] == {"median": 0.25, "p5": 0.25, "p95": 0.25}
+    assert sizes["height_cm"] == {"median": 0.2, "p5": 0.2, "p95": 0.2}
+
+
+def test_a_size_that_is_not_met_is_said(caplog):
+    tessellate(label(grid(30, 30)), stitch_width=0.5)
+    assert not caplog.records
+    tessellate(label(grid(30, 30)), stitch_width=2.0)
+    (line,) = [record.message for record in caplog.records]
+    assert "stitch width: asked for 2 cm, reached 1 cm (median)" in line and "faces have a width of 1 cm" in line
+
+
+def test_a_size_that_the_faces_are_far_too_small_for_is_refused():
+    """A stitch 5 cm wide would be five faces wide; 1 / (1 - 0.2) = 1.25 cm is 20 % more than a face."""
+    message = "got 5 cm, but each face holds at least one stitch, .* at most 1.2 cm is possible"
+    with pytest.raises(TessellationError, match=message):
+        tessellate(label(grid(30, 30)), stitch_width=5.0)
+    message = "stitch height: got 4.5 cm, but .* have a height of 1 cm"
+    with pytest.raises(TessellationError, match=message):
+        tessellate(label(grid(30, 30)), stitch_width=1.0, stitch_height=4.5)
+
+
+@pytest.mark.parametrize(("columns", "words"), [(5, "smaller than a doll's"), (1200, "larger than a house")])
+def test_a_garment_of_an_unlikely_size_raises_doubt_about_the_unit(columns, words, caplog):
+    tessellate(label(grid(columns, 2)), stitch_width=1.0)
+    assert words in caplog.text and "check the unit of the mesh" in caplog.text

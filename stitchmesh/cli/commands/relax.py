@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Annotated
 
 import tyro
@@ -65,6 +66,7 @@ class Relax:
         """Relax the yarns, write them and print a summary."""
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
+        from stitchmesh.pipeline import relax_with_options
 
         quality = self.solver.quality(self.quality)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
@@ -73,8 +75,8 @@ class Relax:
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric
-        relax_to_file(
-            self.output, self.report, given, options, quality=quality, device=self.device,
+        relax = partial(
+            relax_with_options, given, options, quality=quality, device=self.device,
             fabric=None if shape is None else read_stitches(shape), keep_shape=self.keep_shape is not None,
-            as_json=self.json,
         )  # fmt: skip
+        relax_to_file(self.output, self.report, given, relax, quality=quality, as_json=self.json)

@@ -4,7 +4,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+import logging
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import Positional
@@ -26,6 +29,8 @@ from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen.finish import YarnFinish
 
+logger = logging.getLogger(__name__)
+
 
 @dataclass(frozen=True)
 class RelaxEdited:
@@ -36,6 +41,8 @@ class RelaxEdited:
     before: Annotated[str, help_entry("FABRIC", help=f"{READ_STITCHES}, before the edit")]
     after: Annotated[str, help_entry("FABRIC", help=f"{READ_STITCHES}, after the edit; the yarns keep its shape")]
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_YARNS)]
+    surface: Annotated[str | None, help_entry("LABELED", "the fabric before the edit")] = None
+    """labeled mesh, on whose surface stitches around the edit are evened out if they are too crowded"""
     report: ReportFolder = None
     json: AsJson = False
     quality: QualityName = DEFAULT_QUALITY
@@ -47,19 +54,21 @@ class RelaxEdited:
 
     def run(self) -> None:
         """Generate the yarns of the edited fabric, relax them, and write them."""
-        from stitchmesh.io import read_stitches, read_yarns
+        from stitchmesh.after_edit import relax_edited
+        from stitchmesh.io import read_stitches, read_yarns, write_stitches
         from stitchmesh.io.yarns import check_writable
-        from stitchmesh.yarngen import regenerate_yarns
 
         quality = self.solver.quality(self.quality)
-        options = self.solver.relax_options(
-            self.physics, RestLengths(), self.material, checkpoint_folder(self.output)
-        )
+        options = self.solver.relax_options(self.physics, RestLengths(), self.material, checkpoint_folder(self.output))
         relaxed = read_yarns(self.yarns)
         check_writable(self.output, relaxed)
         before, after = read_stitches(self.before), read_stitches(self.after)
-        generated, start = regenerate_yarns(relaxed, before, after, quality=quality, **asdict(self.finish))
-        relax_to_file(
-            self.output, self.report, generated, options, quality=quality, device=self.device, fabric=after,
-            keep_shape=True, start=start, as_json=self.json,
+        relax = partial(
+            relax_edited, relaxed, before, after, quality=quality, device=self.device, options=options,
+            finish=self.finish, surface=None if self.surface is None else read_stitches(self.surface),
         )  # fmt: skip
+        made = relax_to_file(self.output, self.report, None, relax, quality=quality, as_json=self.json)
+        if made.fabric is not after:
+            evened = Path(self.output).with_suffix(".stitches.h5")
+            write_stitches(evened, made.fabric)
+            logger.info(f"{evened}: the fabric of these yarns, evened out around the edit, for the next edit")

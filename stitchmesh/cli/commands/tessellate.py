@@ -29,6 +29,7 @@ class Tessellate:
         """Divide the panels into stitch faces, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.mesh.stitch_counts import stitch_counts
+        from stitchmesh.tessellate.reached_size import reached_sizes
 
         size = self.yarn.size(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
         labeled = read_stitches(self.labeled)
@@ -39,3 +40,6 @@ class Tessellate:
         )
         write_stitches(self.output, fabric)
         print(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))
+        for name, reached in reached_sizes(fabric).items():
+            spread = f"{reached['p5']:.3g} to {reached['p95']:.3g} cm from the 5th to the 95th percentile"
+            print(f"stitch {name.removesuffix('_cm')}: {reached['median']:.3g} cm (median), {spread}")

@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Mesh relaxation of the stitches around an edit, while all others stay exactly where they are.
+
+Stitches that stay in place keep their relaxed yarns, so that the yarns of an edited fabric can be relaxed from them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.meshrelax.relax import MeshRelaxReport, relax_mesh_with_report
+
+RINGS = 6
+"""Rings of stitches around the changed ones that move with them. An inserted row then takes its height from 14 rows."""
+SAME_PLACE = 1e-9
+"""Distance of coinciding points, divided by the size of the fabric."""
+
+
+def relax_mesh_around_edit(
+    before: StitchMesh, after: StitchMesh, *, surface: Mesh | None = None, device: str | None = "cpu"
+) -> tuple[StitchMesh, MeshRelaxReport]:
+    """Relax the stitches that an edit has changed, and those around them.
+
+    Args:
+        before: relaxed stitch mesh before the edit.
+        after: the stitch mesh after it.
+        surface: the mesh of the garment; the surface of ``before`` if it is not given.
+        device: Warp's name of the device that finds closest points; None for the preferred device.
+
+    Returns:
+        The stitch mesh after the edit with other vertices near the edit, and the report of the relaxation.
+
+    Raises:
+        MeshError: as for ``relax_mesh``.
+        SolverError: as for ``relax_mesh``.
+    """
+    moving = vertices_around(after, changed_faces(before, after), RINGS)
+    return relax_mesh_with_report(after, surface=before if surface is None else surface, moving=moving, device=device)
+
+
+def changed_faces(before: StitchMesh, after: StitchMesh) -> IntArray:
+    """Return the faces after an edit that are at no place of a face before it or have other borders, ascending."""
+    tree = cKDTree(_centres(before))
+    within = SAME_PLACE * float(np.ptp(before.vertices, axis=0).max())
+    distance, same = tree.query(_centres(after), distance_upper_bound=within)
+    found = np.isfinite(distance)
+    sides = np.diff(after.face_start)
+    found[found] &= np.diff(before.face_start)[same[found]] == sides[found]
+    found[found] &= _border_sides(before)[same[found]] == _border_sides(after)[found]
+    return np.flatnonzero(~found)
+
+
+def vertices_around(fabric: StitchMesh, faces: IntArray, rings: int) -> NDArray[np.bool_]:
+    """Return whether each vertex belongs to some faces or to one of some rings of faces around them, shape (V,)."""
+    chosen = np.zeros(len(fabric.vertices), dtype=bool)
+    chosen[fabric.face_vertex[fabric.sides_of(faces)]] = True
+    for _ in range(rings):
+        touched = np.zeros(fabric.face_count, dtype=bool)
+        touched[fabric.side_face[chosen[fabric.face_vertex]]] = True
+        chosen[fabric.face_vertex[touched[fabric.side_face]]] = True
+    return chosen
+
+
+def _centres(fabric: StitchMesh) -> FloatArray:
+    """Mean of the corners of each face [cm], shape (F, 3)."""
+    total = np.add.reduceat(fabric.corner_position, fabric.face_start[:-1], axis=0)
+    centres: FloatArray = total / np.diff(fabric.face_start)[:, None]
+    return centres
+
+
+def _border_sides(fabric: StitchMesh) -> IntArray:
+    """Number of sides of each face that lie on a border, shape (F,)."""
+    return np.bincount(fabric.side_face[fabric.twin == BORDER], minlength=fabric.face_count)

@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Options for counts of edges, the height of courses, mesh relaxation and single stiffnesses of a material."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.cli import main as cli
+from stitchmesh.io import read_stitches, write_mesh, write_stitches
+from stitchmesh.labeling import label
+from tests.gallery import grid
+
+
+@pytest.fixture
+def labeled(tmp_path):
+    write_stitches(tmp_path / "rows.h5", label(grid(12, 3)))
+    return tmp_path / "rows.h5"
+
+
+def test_counts_marks_and_a_file_set_the_stitches_of_edges(labeled, tmp_path, capsys):
+    (tmp_path / "edges.txt").write_text("1,2=3  # one edge of the hem\n")
+    words = ["tessellate", labeled, "-o", tmp_path / "out.h5", "--stitch-width", "0.5", "--course-height", "0.25",
+             "--count", "0,1=5", "--mark", "0,13", "--edges", tmp_path / "edges.txt"]  # fmt: skip
+    assert cli.main([str(word) for word in words]) == 0
+    made = read_stitches(tmp_path / "out.h5")
+    # 3 rows of 1 cm in courses of 0.25 cm; 12 edges of 1 cm have 2 stitches each, but two of them have 5 and 3.
+    assert made.row.max() + 1 == 12
+    assert np.count_nonzero(made.row == 0) >= 24 and made.n_bottom[made.row == 0].sum() == 10 * 2 + 5 + 3
+    assert "stitch width: 0.5 cm (median)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["tessellate", "rows.h5", "-o", "o.h5", "--count", "0=5"], "count '0=5': expected V,W=COUNT"),
+        (["tessellate", "rows.h5", "-o", "o.h5", "--count", "0,99=5"], "edge (0, 99): no edge joins these vertices"),
+        (["tessellate", "rows.h5", "-o", "o.h5", "--mark", "0,1"], "is a course edge"),
+        (["tessellate", "rows.h5", "-o", "o.h5", "--edges", "none.txt"], "there is no such file"),
+        (["tessellate", "rows.h5", "-o", "o.h5", "--course-height", "-1"], "got -1"),
+        (["relax-mesh", "rows.h5", "--surface", "rows.h5", "-o", "o.h5", "--alpha", "1.5"], "alpha: got 1.5"),
+        (["relax-mesh", "rows.h5", "--surface", "rows.h5", "-o", "o.h5", "--aspect", "0"], "aspect: got 0.0"),
+        (["swatch", "stockinette", "-o", "o", "--stiffness", "k_bent=2"], "is no value of a material; expected k_bend"),
+        (["knit", "grid.obj", "-o", "o", "--stiffness", "k_bend=-2"], "k_bend is -2.0; expected a finite number"),
+    ],
+)  # fmt: skip
+def test_a_bad_value_gives_one_line_and_writes_nothing(labeled, tmp_path, capsys, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    write_mesh("grid.obj", grid(12, 3))
+    before = sorted(tmp_path.rglob("*"))
+    assert cli.main(words) == 2
+    printed = capsys.readouterr().err
+    assert message in printed and printed.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Materials: their names, and single values that are changed."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.model.material import parse_stiffnesses
+
+
+def test_a_changed_value_scales_as_the_value_of_the_material_does():
+    """L section 6.2, eq 4: the ratio of the two values does not depend on the scale."""
+    plain, soft = YarnMaterial.named("leaf"), YarnMaterial.named("leaf", {"k_bend": 2.5})
+    for field in fields(YarnMaterial):
+        ratio = 0.5 if field.name == "k_bend" else 1.0
+        assert getattr(soft, field.name) == ratio * getattr(plain, field.name)
+        before, after = (getattr(material.scaled(0.5), field.name) for material in (plain, soft))
+        assert after == ratio * before  # The factors 0.5 are exact.
+
+
+def test_values_are_parsed_as_a_user_writes_them():
+    assert parse_stiffnesses(["k_bend=2.5", " k_len = 1e3 "]) == {"k_bend": 2.5, "k_len": 1000.0}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["k_bent=2"], "stiffness 'k_bent': is no value of a material; expected k_bend"),
+        (["colour=2"], "expected one of k_len, k_length, k_bend, k_contact"),
+        (["k_bend"], "got 'k_bend'; expected NAME=VALUE"),
+        (["k_bend=soft"], "stiffness k_bend: got 'soft'; expected a number"),
+        (["k_bend=1", "k_bend=2"], "stiffness k_bend: is given twice"),
+    ],
+)
+def test_a_malformed_value_is_refused(words, message):
+    with pytest.raises(ParameterError, match=message):
+        parse_stiffnesses(words)
+
+
+def test_unknown_names_and_bad_values_are_refused():
+    with pytest.raises(ParameterError, match="got 'leaff'; expected leaf"):
+        YarnMaterial.named("leaff")
+    with pytest.raises(ParameterError, match="stiffness 'bend': is no value of a material; expected k_bend"):
+        YarnMaterial.named("leaf", {"bend": 1.0})
+    with pytest.raises(ParameterError, match=r"k_bend is -1\.0; expected a finite number of at least 0"):
+        YarnMaterial.named("leaf", {"k_bend": -1.0})
