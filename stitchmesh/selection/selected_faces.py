@@ -10,7 +10,7 @@ from os import fspath
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.errors import FileError, ParameterError, check_kind
 from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.stitch import CODES, Stitch
@@ -58,6 +58,7 @@ def select(fabric: StitchMesh, selection: str | Selection) -> IntArray:
             no face belongs to the selection.
         FileError: a file of face numbers cannot be read, or holds something else.
     """
+    check_kind("select", fabric, StitchMesh)
     chosen = parse_selection(selection) if isinstance(selection, str) else selection
     faces = np.flatnonzero(_mask(Parts(fabric), chosen))
     if not len(faces):
