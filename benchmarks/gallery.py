@@ -21,11 +21,11 @@ from corpus import LEAF
 
 import stitchmesh as sm
 from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.palette import colours_of
 from stitchmesh.mesh.tube_mesh import tubes_around
 from stitchmesh.patterns import Pattern, pattern_names
 from stitchmesh.periodic.weave.library import read_weave, weave_names
 from stitchmesh.quality import quality_named
-from stitchmesh.yarn.colours import yarn_colours
 from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 
@@ -36,8 +36,6 @@ STITCH_WIDTH, STITCH_HEIGHT, RADIUS = 0.8, 0.62, 0.1
 LOOPS = 28
 """Approximate numbers of loops and of rows of a swatch."""
 MOST_ITERATIONS = 6000
-WOOL = (196, 184, 160)
-"""Colour of a fabric of one yarn, sRGB."""
 SIZE, JPEG_QUALITY = 420, 84
 """Pixels of a picture."""
 SEEN = 0.74
@@ -79,21 +77,22 @@ def draw(folder: Path, name: str) -> None:
     from PIL import Image  # here, so that swatches can be relaxed where nothing can be drawn
 
     from stitchmesh.render.camera import camera_at
-    from stitchmesh.render.stage import add_tubes, look, picture, shade_hollows
+    from stitchmesh.render.options import PictureOptions
+    from stitchmesh.render.stage import add_tubes, dim_colours, look, picture, shade_hollows
 
     yarns = sm.read_yarns(folder / f"{name}.h5")
-    one = bool((yarns.colour == yarns.colour[0]).all())
-    colours = np.tile(WOOL, (len(yarns.points), 1)) if one else yarn_colours(yarns.row, yarns.colour[yarns.point_yarn])
+    colours = dim_colours(colours_of(yarns.colour, yarns.palette))[yarns.point_yarn]
+    options = PictureOptions(size=(SIZE, SIZE))
     curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), 3)
-    tubes = tubes_around(curves.points, curves.closed, yarns.radius[curves.yarn], sides=12)
+    tubes = tubes_around(curves.points, curves.closed, yarns.drawn_radius[curves.yarn], sides=12)
     low, high = yarns.points.min(axis=0), yarns.points.max(axis=0)
     focus = 0.5 * (low + high)
     path = PICTURES / f"{name}.png"
-    with picture(path, (SIZE, SIZE)) as plotter:
-        add_tubes(plotter, tubes, colours.astype(np.uint8)[curves.control_point][tubes.ring])
+    with picture(path, options) as plotter:
+        add_tubes(plotter, tubes, colours[curves.control_point][tubes.ring])
         height = SEEN * float(np.min((high - low)[:2]))
         look(plotter, camera_at(focus, np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), height))
-        shade_hollows(plotter, 3 * RADIUS)
+        shade_hollows(plotter, 3 * RADIUS, options)
     Image.open(path).convert("RGB").save(path.with_suffix(".jpg"), quality=JPEG_QUALITY, optimize=True)
     path.unlink()
 

@@ -24,6 +24,7 @@ from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.mesh.tube_mesh import tubes_around
 from stitchmesh.render.camera import camera_at
 from stitchmesh.render.lettering import INK
+from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.stage import add_tubes, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
@@ -90,10 +91,11 @@ def take_picture(stitch: Stitch) -> None:
     colours = colours_of(fabric, centre, yarns)[curves.control_point][tubes.ring]
     widest = max(VOCABULARY[stitch].n_bottom, VOCABULARY[stitch].n_top, 1)
     focus, height = np.array([widest / 2, STITCH_HEIGHT / 2, 0.0]), max(widest, NARROWEST) + BESIDE
-    with picture(path, (SIZE, SIZE)) as plotter:
+    options = PictureOptions(size=(SIZE, SIZE))
+    with picture(path, options) as plotter:
         add_tubes(plotter, tubes, colours)
         look(plotter, camera_at(focus, np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), height))
-        shade_hollows(plotter, 3 * RADIUS_OVER_WIDTH)
+        shade_hollows(plotter, 3 * RADIUS_OVER_WIDTH, options)
     Image.open(path).convert("RGB").save(path.with_suffix(".jpg"), quality=JPEG_QUALITY, optimize=True)
     path.unlink()
 

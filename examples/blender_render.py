@@ -133,7 +133,8 @@ def on_spline(control: np.ndarray, closed: bool) -> np.ndarray:
     count = len(control) if closed else len(control) - 3
     corners = control[(np.arange(count)[:, None] + np.arange(4)) % len(control)]
     points = np.einsum("kj,sjd->skd", weights, corners).reshape(-1, 3)
-    return np.concatenate([points, points[:1]]) if closed else points
+    end = points[:1] if closed else np.array([[0.0, 1.0, 4.0, 1.0]]) @ corners[-1] / 6.0
+    return np.concatenate([points, end])
 
 
 def add_plies(yarns: list[Yarn]) -> bpy.types.Object:

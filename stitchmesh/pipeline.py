@@ -31,6 +31,7 @@ from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import LaidPattern
+from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
@@ -40,7 +41,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
-from stitchmesh.yarngen.generate import checked_radius
+from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.crowded_start import relax_from_crowded_start
@@ -283,7 +284,8 @@ def _stitches(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked,
     )  # fmt: skip
-    checked_radius(fabric, options.yarn_radius)  # The check comes before the stages that take long.
+    # The checks come before the stages that take long.
+    checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
     fabric = _worked(fabric, options, report, progress)
     clock.lap()
@@ -325,7 +327,8 @@ def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object
     left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
                 for part in laid.left_out]  # fmt: skip
     on = None if region.on is None else str(region.on)
-    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "left_out": left_out}
+    words = left_out_lines(laid.left_out)
+    return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "summary": words, "left_out": left_out}
 
 
 def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:

@@ -5,16 +5,21 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
 from stitchmesh.recipe.knit_recipe import knit_recipe
 from stitchmesh.recipe.recipe_file import read_recipe
+from stitchmesh.yarn import YarnSet
 from tests.gallery import ROOT
 
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+IN_BLENDER = ROOT / "examples" / "blender_render.py"
+"""The example that Blender's own Python runs."""
+EXAMPLES = sorted(set((ROOT / "examples").glob("*.py")) - {IN_BLENDER})
 RECIPES = sorted((ROOT / "examples").glob("*.toml"))
 
 
@@ -27,6 +32,35 @@ def test_example_runs(path, tmp_path):
     assert np.isfinite(yarns.points).all()
     assert np.abs(yarns.strain).max() < 0.05  # The largest strain of a garment's yarn that the README allows.
     assert any(tmp_path.iterdir())
+
+
+@pytest.fixture
+def blender_example(monkeypatch):
+    """The example for Blender, loaded without Blender: its modules are empty."""
+    monkeypatch.setitem(sys.modules, "bpy", MagicMock())
+    monkeypatch.setitem(sys.modules, "mathutils", MagicMock())
+    spec = importlib.util.spec_from_file_location("blender_render", IN_BLENDER)
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "blender_render", module)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_blender_draws_the_curves_of_the_yarns(blender_example, closed):
+    """The points that the example draws are those of ``YarnSet.sampled``."""
+    control = np.random.default_rng(3).normal(size=(9, 3))
+    yarn = YarnSet.from_curves([control], closed=[closed], radius=0.1)
+    (curve,) = yarn.sampled(blender_example.POINTS_OF_SEGMENT)
+    expected = np.concatenate([curve, curve[:1]]) if closed else curve
+    np.testing.assert_allclose(blender_example.on_spline(control, closed), expected, atol=1e-12)  # double precision
+
+
+def test_blender_gets_colours_in_linear_light(blender_example):
+    """The ends of the scale, and the value of middle grey by the definition of sRGB (IEC 61966-2-1)."""
+    assert blender_example.linear("#000000") == (0.0, 0.0, 0.0)
+    assert blender_example.linear("#ffffff") == pytest.approx((1.0, 1.0, 1.0))
+    assert blender_example.linear("808080") == pytest.approx((0.2158605,) * 3, abs=1e-6)
 
 
 @pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
 """Option of a command that prints a summary."""
 LARGEST_STRAIN = 0.05
-"""Strain above which some yarn is too short for its place."""
+"""Strain above which some yarn is too long or too short for its place."""
 SMALLEST_DISTANCE = 1.5
 """Distance between the axes of two yarns, over the radius, below which yarns are crowded; 2 is touching."""
 
@@ -49,7 +49,14 @@ def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], 
         f"Knitted {fabric.face_count:,} stitches in {int(fabric.row.max()) + 1:,} rows, {extent(yarns.points)}.",
         f"Gauge: {gauge}. Yarn: {_length(yarns)}{_weight(yarns, yarn, gauge)}.",
         state_of(report["yarnrelax"], _mesh_faults(report["meshrelax"])),
+        *_pattern_lines(report),
     ]
+
+
+def _pattern_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return one line for each reason why a pattern leaves out stitches."""
+    laid = report.get("patterns", {}).get("laid", [])
+    return [f"{entry['name']}, {line}" for entry in laid for line in entry["summary"]]
 
 
 def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
@@ -97,8 +104,8 @@ def _length(yarns: YarnSet) -> str:
 def _weight(yarns: YarnSet, yarn: Yarn | None, gauge: Gauge) -> str:
     """Return the weight of all yarn; without a named yarn, that of the yarn that is usual at the gauge."""
     known = yarn or yarn_for_gauge(gauge)
-    grams = float(yarns.lengths.sum()) / 100.0 * known.grams_per_metre
-    return f" of {known.name}, about {grams:.2g} g" if yarn else f", about {grams:.2g} g if it is {known.name}"
+    grams = float(f"{yarns.lengths.sum() / 100.0 * known.grams_per_metre:.2g}")  # Two digits, for the yarn is typical.
+    return f" of {known.name}, about {grams:,g} g" if yarn else f", about {grams:,g} g if it is {known.name}"
 
 
 def state_of(report: Mapping[str, Any], faults: Sequence[str]) -> str:
@@ -113,13 +120,13 @@ def state_of(report: Mapping[str, Any], faults: Sequence[str]) -> str:
     if not report["converged"]:
         found.append(f"the yarns are not at rest after {report['iterations']:,} iterations; raise --max-iterations")
     if strain > LARGEST_STRAIN:
-        found.append(f"some yarn is stretched by {_percent(strain)}, too short for its place")
+        found.append(f"some yarn is strained by {_percent(strain)}, too long or too short for its place")
     if distance < SMALLEST_DISTANCE:
         found.append(f"yarns are crowded, their axes {distance:.2f} radii apart (2 is touching); use a thinner yarn")
     if found:
         return f"Not good: {'; '.join(found)}."
     touching = f"axes at least {distance:.2f} radii apart (2 is touching); none passed through another"
-    return f"Good: the yarns are at rest, stretched by at most {_percent(strain)}, {touching}."
+    return f"Good: the yarns are at rest, strained by at most {_percent(strain)}, {touching}."
 
 
 def _percent(part: float) -> str:

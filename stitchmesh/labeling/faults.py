@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import first_few
-from stitchmesh.labeling.growth import UNKNOWN, WALE, Labels
+from stitchmesh.labeling.growth import COURSE, UNKNOWN, WALE, Labels
 from stitchmesh.labeling.seeds import parts_of
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 
@@ -32,7 +32,8 @@ def find_faults(mesh: Mesh, labels: Labels) -> tuple[LabelingFault, ...]:
     rest = np.flatnonzero(labels.row < 0)
     if len(rest) == 0:
         return ()
-    faults = [_contradiction(mesh, int(labels.fault_side[face])) for face in rest if labels.fault_side[face] >= 0]
+    sides = labels.fault_side[rest]
+    faults = [_contradiction(mesh, labels, int(side)) for side in sides[sides >= 0]]
     faults += _wrong_wale_counts(mesh, labels, rest[labels.fault_side[rest] < 0])
     return (*faults, *_parts_without_start(mesh, labels))
 
@@ -52,17 +53,42 @@ def error_message(mesh: Mesh, labels: Labels, faults: tuple[LabelingFault, ...])
     return f"{faults[0].reason}{others}"
 
 
-def _contradiction(mesh: Mesh, side: int) -> LabelingFault:
+def _contradiction(mesh: Mesh, labels: Labels, side: int) -> LabelingFault:
     """The fault of a face that needs another label of this side than the side has."""
     face, twin = int(mesh.side_face[side]), mesh.twin[side]
     faces = (face,) if twin == BORDER else (face, int(mesh.side_face[twin]))
-    ends = f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
+    edge = mesh.side_edge[side]
+    if labels.by_hand[edge]:
+        name = "wale" if labels.edge_label[edge] == WALE else "course"
+        return LabelingFault(
+            (face,),
+            f"face {face}: edge {_ends(mesh, side)} was set to {name} by hand, which does not fit the rows around the "
+            "face; set its other edges by hand too, or clear this one",
+        )
+    wale = _corner_of_row(mesh, labels, face)
+    by_hand = "set edges by hand" if wale is None else f"set edge {_ends(mesh, wale)} to wale so that a row turns here"
     return LabelingFault(
         (face,),
-        f"face {' and '.join(map(str, faces))}: edge {ends} would be both wale and course, but a face needs exactly 2 "
-        "wale edges and rows must not cross; remodel the faces around this edge, start at another edge, or set edges "
-        "by hand",
+        f"face {' and '.join(map(str, faces))}: edge {_ends(mesh, side)} would be both wale and course, but a face "
+        "needs exactly 2 wale edges and rows must not cross; remodel the faces around this edge, start at another "
+        f"edge, or {by_hand}",
     )
+
+
+def _corner_of_row(mesh: Mesh, labels: Labels, face: int) -> int | None:
+    """A side of a face all of whose edges except two are course edges, and which is one of these two; else None.
+
+    The two edges can be wale edges, although the rule of growth would choose others. The user decides whether a row
+    should turn there.
+    """
+    sides = np.arange(mesh.face_start[face], mesh.face_start[face + 1])
+    wales = sides[labels.edge_label[mesh.side_edge[sides]] != COURSE]
+    return int(wales[0]) if len(wales) == 2 else None
+
+
+def _ends(mesh: Mesh, side: int) -> str:
+    """The two vertices of a side."""
+    return f"{mesh.face_vertex[side]}-{mesh.face_vertex[mesh.side_next[side]]}"
 
 
 def _wrong_wale_counts(mesh: Mesh, labels: Labels, faces: IntArray) -> list[LabelingFault]:

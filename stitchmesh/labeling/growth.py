@@ -184,11 +184,11 @@ class RowGrowth:
         if not by_hand:
             return left, right
         wales = [s for s in self._around(last) if self._is_by_hand(s, WALE)]
-        if len(wales) == 1 and wales[0] not in (left, right):
+        if len(wales) == 1:
             free = [s for s in self._around(last) if self._label[self._edge[s]] != COURSE and s != wales[0]]
-            wales += free if len(free) == 1 else []
-            wales.sort(key=self._around(last).index)
-            if len(wales) < 2:
+            if len(free) == 1:
+                wales = sorted([*wales, *free], key=self._around(last).index)
+            elif wales[0] not in (left, right):
                 self._fault[face] = wales[0]
                 return None
         return (wales[1], wales[0]) if len(wales) == 2 else (left, right)

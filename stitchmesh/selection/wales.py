@@ -118,7 +118,7 @@ def _middle_of_row(parts: Parts, panel: Panel) -> list[int]:
     faces = np.array(course.faces)
     if panel.width > len(faces):
         return faces.tolist()
-    if not course.closed:
+    if not parts.runs_around[0]:
         start = (len(faces) - panel.width) // 2
         return faces[start : start + panel.width].tolist()
     position = face_centres(fabric, faces)
@@ -130,6 +130,8 @@ def _middle_of_row(parts: Parts, panel: Panel) -> list[int]:
     aside = np.abs(_window_sums(_from_middle(position @ across), panel.width))
     outside = _window_sums(_from_middle(position @ towards), panel.width) > 0.0
     aside = np.where(outside, aside, np.inf)
+    if not course.closed:
+        aside[len(faces) - panel.width + 1 :] = np.inf  # These windows would cross the ends of the row.
     best = int(np.flatnonzero(aside <= aside.min() + parts.rounding * panel.width)[0])
     return np.roll(faces, -best)[: panel.width].tolist()
 

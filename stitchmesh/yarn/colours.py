@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of yarns in pictures.
+"""Colours of rows in pictures.
 
-A fabric of several yarns shows one colour per yarn. A fabric of one yarn shows its rows: they alternate between two
-tones, and the hue changes gradually along the garment.
+Rows alternate between two tones, and the hue changes gradually along the garment. The colours of yarns are those of
+their palette (``mesh.palette``).
 """
 
 from __future__ import annotations
@@ -17,8 +17,6 @@ UNDYED = np.array([236, 226, 206]) / 255
 """Colour of undyed wool, which is mixed into every second row, sRGB."""
 SHARE_UNDYED = 0.42
 """Share of undyed wool in every second row."""
-WOOLS = np.array([UNDYED, *DYES[[4, 0, 1, 2, 3, 5]]])
-"""Colours of yarns by their number: undyed wool, then the colours in an order of strong contrast, sRGB, (7, 3)."""
 
 
 def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
@@ -30,16 +28,3 @@ def row_colours(row: ArrayLike) -> NDArray[np.uint8]:
     pale = (1 - SHARE_UNDYED) * dye + SHARE_UNDYED * UNDYED**2.2
     striped = np.where((np.arange(len(rows)) % 2 == 0)[:, None], dye, pale)
     return np.round(255 * striped ** (1 / 2.2)).astype(np.uint8)[rank]
-
-
-def yarn_colours(row: ArrayLike, colour: ArrayLike) -> NDArray[np.uint8]:
-    """Return the colour (sRGB) of each element by its colour number, or by its row, shape (n,) to (n, 3).
-
-    Args:
-        row: row of each element, shape (n,).
-        colour: colour number of each element, shape (n,); if all numbers are equal, rows determine the colours.
-    """
-    numbers = np.asarray(colour, dtype=np.int64)
-    if numbers.size == 0 or (numbers == numbers[0]).all():
-        return row_colours(row)
-    return np.round(255 * WOOLS).astype(np.uint8)[numbers % len(WOOLS)]

@@ -111,7 +111,7 @@ def test_knit_says_in_four_lines_what_it_made(tube_obj, tmp_path, capsys):
     fabric, yarns = read_stitches(tmp_path / "lines" / "stitches.h5"), read_yarns(tmp_path / "lines" / "yarns.h5")
     assert what == f"Knitted {fabric.face_count} stitches in {fabric.row.max() + 1} rows, {extent(yarns.points)}."
     assert gauge.startswith(f"Gauge: {fabric_gauge(fabric)}. Yarn: {yarns.lengths.sum() / 100:.3g} m, about ")
-    assert state.startswith("Good: the yarns are at rest, stretched by at most ")
+    assert state.startswith("Good: the yarns are at rest, strained by at most ")
     assert where == f"No picture was drawn; {tmp_path / 'lines' / 'report.json'} holds all numbers."
     assert cli.main([*words, "--json", "-o", str(tmp_path / "json")]) == 0
     report = json.loads(capsys.readouterr().out)
@@ -165,6 +165,29 @@ def test_info_check_and_convert(knitted, tmp_path, capsys):
     wrote = [f"Wrote {tmp_path / name}: {kind}." for name in ("stitches.smobj", "mesh.ply")]
     assert capsys.readouterr().out.splitlines() == wrote
     assert cli.main(["info", str(tmp_path / "yarns.obj")]) == 0
+
+
+def test_a_chart_and_the_options_colour_the_yarns_of_a_garment(tube_obj, tmp_path):
+    """A chart in red and green stays red and green in the fabric, in the yarns and in the files for renderers."""
+    from PIL import Image
+    from pxr import Usd, UsdGeom
+
+    Image.fromarray(np.array([[[255, 0, 0], [0, 128, 0]]] * 2, dtype=np.uint8)).save(tmp_path / "chart.png")
+    words = ["--pattern", str(tmp_path / "chart.png"), "--drawn-radius", "0.25", "--no-picture", "--device", "cpu"]
+    words += ["--stitch-width", "1", "--quality", "draft"]
+    assert cli.main(["knit", str(tube_obj), *words, "-o", str(tmp_path / "a")]) == 0
+    yarns = read_yarns(tmp_path / "a" / "yarns.h5")
+    assert yarns.palette.tolist() == [[255, 0, 0], [0, 128, 0]] and set(yarns.colour.tolist()) == {0, 1}
+    assert (yarns.drawn_radius == 0.25).all() and (yarns.radius < 0.25).all()
+    assert cli.main(["convert", str(tmp_path / "a" / "yarns.h5"), str(tmp_path / "y.usda")]) == 0
+    stage = Usd.Stage.Open(str(tmp_path / "y.usda"))
+    prims = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.BasisCurves)]
+    shown = np.concatenate([UsdGeom.BasisCurves(prim).GetDisplayColorPrimvar().Get() for prim in prims])
+    green = ((128 / 255 + 0.055) / 1.055) ** 2.4  # IEC 61966-2-1
+    np.testing.assert_allclose(np.unique(shown, axis=0), [[0, green, 0], [1, 0, 0]], atol=1e-6)
+    assert cli.main(["knit", str(tube_obj), *words, "--colour", "0=cream", "-o", str(tmp_path / "b")]) == 0
+    kept = read_yarns(tmp_path / "b" / "yarns.h5").palette.tolist()
+    assert kept == [[236, 226, 206], [255, 0, 0], [0, 128, 0]]  # the cast-on is cream, the chart as it was drawn
 
 
 def test_render_draws_each_kind(knitted, tube_obj, tmp_path):
@@ -308,6 +331,9 @@ def test_a_moebius_strip_gives_a_message_of_one_line(tmp_path, capsys):
         (["--max-iterations", "-3"], "max iterations: got -3"),
         (["--rest-length", "zz=1.1"], "rest length zz: unknown stitch"),
         (["--body", "nothing.obj"], "nothing.obj: there is no such file"),
+        (["--colour", "red"], "colour: got 'red'; expected the number of a yarn and its colour, such as 0=navy"),
+        (["--colour", "0=navvy"], "colour: got 'navvy'"),
+        (["--drawn-radius", "90"], "drawn radius: got 90 cm"),
     ],
 )  # fmt: skip
 def test_a_bad_option_gives_a_message_of_one_line(tube_obj, tmp_path, capsys, words, message):
@@ -315,7 +341,7 @@ def test_a_bad_option_gives_a_message_of_one_line(tube_obj, tmp_path, capsys, wo
     assert not (tmp_path / "out").exists(), "nothing half-written"
 
 
-@pytest.mark.parametrize("words", [["--seed", "zero"], ["--stitch-width", "wide"], ["--colour", "red"]])
+@pytest.mark.parametrize("words", [["--seed", "zero"], ["--stitch-width", "wide"], ["--flavour", "red"]])
 def test_words_that_are_not_options_give_a_message_of_one_line(tube_obj, tmp_path, capsys, words):
     with pytest.raises(SystemExit) as stop:
         cli.main(["knit", str(tube_obj), "-o", str(tmp_path), *words])

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -29,7 +30,7 @@ def yarns(fabric) -> sm.YarnSet:
 
 def test_a_good_relaxation_is_said_to_be_good():
     assert state_of(GOOD, []) == (
-        "Good: the yarns are at rest, stretched by at most 1.2 %, axes at least 1.76 radii apart (2 is touching); "
+        "Good: the yarns are at rest, strained by at most 1.2 %, axes at least 1.76 radii apart (2 is touching); "
         "none passed through another."
     )
 
@@ -38,7 +39,7 @@ def test_a_good_relaxation_is_said_to_be_good():
     ("changed", "line"),
     [
         ({"converged": False}, "the yarns are not at rest after 140 iterations; raise --max-iterations"),
-        ({"max_strain": 0.06}, "some yarn is stretched by 6.0 %, too short for its place"),
+        ({"max_strain": 0.06}, "some yarn is strained by 6.0 %, too long or too short for its place"),
         ({"min_distance_over_radius": 1.4},
          "yarns are crowded, their axes 1.40 radii apart (2 is touching); use a thinner yarn"),
     ],
@@ -62,7 +63,13 @@ def test_a_garment_has_its_size_gauge_and_yarn(fabric, yarns):
     assert gauge.endswith(" if it is super-bulky.")  # 10 stitches in 10 cm
     dk = sm.Yarn.named("dk")
     named = knit_summary(fabric, yarns, report, dk)[1]
-    assert named.endswith(f"{metres:.3g} m of dk, about {metres * dk.grams_per_metre:.2g} g.")
+    assert named.endswith(f"{metres:.3g} m of dk, about {float(f'{metres * dk.grams_per_metre:.2g}'):g} g.")
+
+
+def test_a_weight_has_two_digits_and_no_exponent(fabric, yarns):
+    report = {"meshrelax": {"converged": True}, "yarnrelax": GOOD}
+    heavy = dataclasses.replace(sm.Yarn.named("dk"), grams_per_metre=461.0 / (yarns.lengths.sum() / 100))
+    assert knit_summary(fabric, yarns, report, heavy)[1].endswith(" of dk, about 460 g.")
 
 
 def test_the_gauge_of_a_fabric_is_that_of_its_stitches(fabric):

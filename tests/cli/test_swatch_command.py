@@ -134,12 +134,12 @@ def test_options_reach_the_yarns(tmp_path):
     assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)# A sum
 
 
-def test_digits_in_a_text_file_are_a_chart_of_colours_unless_it_states_a_weave(files, tmp_path, capsys):
+def test_digits_in_a_text_file_are_a_chart_of_colours_unless_it_states_a_weave(files, tmp_path, caplog):
     chart = swatch(tmp_path / "chart", files / "matrix.txt", "--colour", "1=#aa2233")
     assert set(chart.colour.tolist()) == {0, 1} and (chart.face >= 0).all()
     np.testing.assert_array_equal(chart.palette, [STOCK[0], [0xAA, 0x22, 0x33]])
-    notes = [line for line in capsys.readouterr().err.splitlines() if "read as a chart of yarn colours" in line]
-    assert len(notes) == 1 and "name a matrix of a weave .weave" in notes[0]
+    assert caplog.text.count("read as a chart of yarn colours") == 1
+    assert "name a matrix of a weave .weave" in caplog.text
     cell = swatch(tmp_path / "weave", files / "stated.txt")
     assert cell.yarn_count == 4 and set(map(tuple, cell.lattice_step.tolist())) == {(1, 0), (0, 1)}
 

@@ -12,7 +12,6 @@ import pytest
 from stitchmesh.errors import YarnError
 from stitchmesh.io.yarns import read_yarns, write_yarns
 from stitchmesh.mesh.palette import make_palette
-from stitchmesh.yarn.colours import WOOLS, row_colours, yarn_colours
 from tests.io.yarn_sets import awkward_yarns
 
 COLOURS = [2, 0, 1, 2]
@@ -86,11 +85,3 @@ def test_usd_has_the_colours_that_renderers_show(tmp_path):
     surface, _, _ = material.ComputeSurfaceSource()
     reader = surface.GetInput("diffuseColor").GetConnectedSources()[0][0].source
     assert UsdShade.Shader(reader).GetInput("varname").Get() == "displayColor"
-
-
-def test_several_colours_are_displayed_and_otherwise_rows():
-    row = np.arange(4)
-    np.testing.assert_array_equal(yarn_colours(row, [3, 3, 3, 3]), row_colours(row))
-    dyed = yarn_colours(row, [0, 1, 1, len(WOOLS)])
-    assert (dyed[1] == dyed[2]).all() and (dyed[0] != dyed[1]).any() and (dyed[0] == dyed[3]).all()
-    assert dyed.dtype == np.uint8 and dyed.shape == (4, 3)

@@ -4,13 +4,17 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import PartialLabeling, growth, start_labeling
 from stitchmesh.mesh import Mesh
+from stitchmesh.tessellate import tessellate
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, grid, odd_corner, tube
+from tests.labeling.test_label import assert_rows
 from tests.labeling.test_partial_labeling import bits
 
 pytestmark = pytest.mark.decides
@@ -58,3 +62,16 @@ def test_a_long_row_that_crosses_another_one_ends_at_the_fault():
     labeling = start_labeling(wide_odd_corner()).label_all()
     assert labeling.labeled.any() and labeling.faults
     assert all("both wale and course" in fault.reason for fault in labeling.faults)
+
+
+def test_faces_where_rows_meet_become_corners_if_the_user_says_so():
+    """Each fault on the diagonal names an edge; setting it to wale makes a row turn there, and the mesh is labeled."""
+    labeling = start_labeling(wide_odd_corner(6)).label_all()
+    for fault in labeling.faults:
+        first, second = re.search(r"or set edge (\d+)-(\d+) to wale so that a row turns here", fault.reason).groups()
+        labeling = labeling.set_edge((int(first), int(second)), "wale")
+    fabric = labeling.label_all().finish()
+    assert_rows(fabric)
+    corners = (fabric.n_bottom == 2) | (fabric.n_top == 2)
+    assert np.count_nonzero(corners) == 6
+    tessellate(fabric, stitch_width=0.05)

@@ -137,6 +137,21 @@ def test_labels_by_hand_that_leave_no_two_wale_edges_are_refused():
         courses.set_edge((1, 3), "course")
 
 
+def test_an_edge_by_hand_that_leaves_a_choice_is_named():
+    """The edge opposite to the border needs a second wale edge, and either side is possible."""
+    labeling = start_labeling(grid(1, 1)).set_edge((2, 3), "wale").start_at_edge((0, 1))
+    (fault,) = labeling.faults
+    assert fault.faces == (0,)
+    assert "edge 3-2 was set to wale by hand, which does not fit the rows" in fault.reason
+    assert labeling.set_edge((1, 3), "wale").label_all().labeled.all()
+
+
+def test_a_row_from_the_side_leaves_no_choice():
+    """The row of the face beside it enters through one wale edge; the other one was set by hand."""
+    labeling = start_labeling(grid(3, 3)).set_edge((5, 6), "wale").start_at_edge((1, 2)).label_all()
+    assert labeling.labeled[1] and labeling.row[1] == labeling.row[2] and labeling.row[1] == labeling.row[4]
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_random_labels_keep_every_value_consistent(seed):
     """Whatever edges are set and cleared, the value passes its own check, and its rows are faces joined by wales."""

@@ -149,3 +149,10 @@ def test_the_panel_of_a_sweater_lies_in_the_middle_of_its_front():
     middle = np.add.reduceat(position[:, 0], fabric.face_start[:-1])[panel] / 4
     assert abs(middle.mean()) < 1.2 and np.isin(panel, select(fabric, "front")).all()
     assert np.bincount(fabric.row[panel]).tolist() == [10] * 21
+
+
+def test_the_panel_of_a_spiral_lies_where_that_of_the_rings_lies():
+    rings = garment("sweater")
+    turns = make_spiral(rings)
+    one, other = select(rings, "front panel 6 and rows 2-20"), select(turns, "front panel 6 and rows 2-20")
+    assert len(other) == pytest.approx(len(one), rel=0.1) and np.isin(other, select(turns, "front")).all()
