@@ -50,7 +50,10 @@ class LoopLinking:
     threadings: csr_array
     """How often each link threads each loop, shape (links, loops)."""
     turns: NDArray[Any]
-    """How often the link that passes a leg of a slipped loop winds around that leg, shape (legs,)."""
+    """How often the link that passes a leg of a slipped loop winds around that leg, shape (legs,).
+
+    NaN where the link has no test curve, because it threads no loop.
+    """
 
 
 def expected_linking(arcs: Arcs) -> LoopLinking:
@@ -82,10 +85,12 @@ def loop_linking(arcs: Arcs, yarns: YarnSet, *, links: ArcMask = None, loops: Ar
     threadings = coo_array((values, (link_numbers[pairs[:, 0]], loop_numbers[pairs[:, 1]])), shape=shape).tocsr()
     if len(legs.link) == 0:
         return LoopLinking(threadings, np.zeros(0))
-    leg_numbers = np.arange(len(legs.link))
-    leg_polygons = as_polygons(points, test_curves.legs)
-    link_of_leg = as_polygons(points, [curves[k] for k in legs.link])
-    turns = linking_numbers(leg_polygons, link_of_leg, np.stack([leg_numbers, leg_numbers], axis=1))
+    checked_legs = np.flatnonzero(is_checked[legs.link])
+    leg_polygons = as_polygons(points, [test_curves.legs[k] for k in checked_legs])
+    link_of_leg = as_polygons(points, [curves[k] for k in legs.link[checked_legs]])
+    numbers = np.arange(len(checked_legs))
+    turns = np.full(len(legs.link), np.nan)
+    turns[checked_legs] = linking_numbers(leg_polygons, link_of_leg, np.stack([numbers, numbers], axis=1))
     return LoopLinking(threadings, turns)
 
 

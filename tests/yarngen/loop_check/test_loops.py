@@ -21,6 +21,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.loop_check.loop_linking import LoopLinking, check_loops, expected_linking, loop_linking
 from stitchmesh.yarngen.loop_check.loops import Arc, Arcs, find_arcs
 from stitchmesh.yarngen.loop_check.polygon_linking import Polygons, linking_numbers
+from stitchmesh.yarngen.loop_check.threadings import slipped_legs
 from stitchmesh.yarngen.loop_check.yarn_polylines import SAMPLES_PER_POINT
 from stitchmesh.yarngen.templates.template import Part, Template
 from stitchmesh.yarnrelax import relax_yarns
@@ -207,6 +208,19 @@ def assert_same(found: LoopLinking, expected: LoopLinking) -> None:
 
 
 EVERYTHING = ("p", "y", "d12k", "k", "b", "f", "kp", "d21p", "sk", "d213k", "x", "ky", "sy")
+
+
+def test_a_leg_has_no_turns_where_the_link_beside_it_threads_no_loop() -> None:
+    fabric = swatch("b", "k", "b")
+    yarns = generate_yarns(fabric)
+    arcs = find_arcs(fabric, yarns)
+    legs = slipped_legs(arcs).link
+    off_needle = replace(arcs.links[legs[0]], on_needle=(False,) * len(arcs.links[legs[0]].on_needle))
+    links = [off_needle if number == legs[0] else link for number, link in enumerate(arcs.links)]
+    found = loop_linking(replace(arcs, links=links), yarns).turns
+    expected = np.where(legs == legs[0], np.nan, measured(arcs, yarns).turns)
+    assert 0 < np.isnan(expected).sum() < len(legs)
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("quality", ["draft", "standard", "reference"])
