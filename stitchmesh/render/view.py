@@ -45,7 +45,7 @@ def view_directions(points: FloatArray, view: View = FRONT) -> tuple[FloatArray,
         view: the view.
 
     Raises:
-        ParameterError: the view is unknown, or the elevation is not between -90 and 90 degrees.
+        ParameterError: the view is unknown, the azimuth is not finite, or the elevation is not between -90 and 90 degrees.
     """
     towards, up, flat = _front(points)
     azimuth, elevation = np.radians(view_angles(view, flat=flat))
@@ -63,13 +63,15 @@ def view_angles(view: View, *, flat: bool = False) -> tuple[float, float]:
         flat: whether the object is flat.
 
     Raises:
-        ParameterError: the view is unknown, or the elevation is not between -90 and 90 degrees.
+        ParameterError: the view is unknown, the azimuth is not finite, or the elevation is not between -90 and 90 degrees.
     """
     named = VIEWS | STRAIGHT if flat else VIEWS
     if isinstance(view, str) and view.strip().lower() in named:
         return named[view.strip().lower()]
     azimuth, elevation = _numbers(view)
-    if not (np.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
+    if not np.isfinite(azimuth):
+        raise ParameterError(f"view: got an azimuth of {azimuth:g} degrees; expected a finite number")
+    if not -90.0 <= elevation <= 90.0:
         raise ParameterError(f"view: got an elevation of {elevation:g} degrees; expected -90 to 90")
     return azimuth, elevation
 

@@ -87,7 +87,8 @@ class _Parser:
         while at < len(text):
             found = TOKEN.match(text, at)
             if found is None:
-                raise self._error(f"cannot be read from {text[at:].strip()[:20]!r}")
+                remedy = "; put the name of the file in quotation marks" if words[-1:] == ["file"] else ""
+                raise self._error(f"cannot be read from {text[at:].strip()[:20]!r}{remedy}")
             words.append(f'"{found[1]}' if found[1] is not None else next(part for part in found.groups()[1:] if part))
             at = found.end()
         return words

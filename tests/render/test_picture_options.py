@@ -156,6 +156,7 @@ def test_strain_is_shown_around_zero():
     ("options", "message"),
     [
         ({"view": "frnt"}, "view: got 'frnt'; expected front, back, left, right, top, bottom, or azimuth,elevation"),
+        ({"view": "nan,3"}, "view: got an azimuth of nan degrees; expected a finite number"),
         ({"view": "10,95"}, "view: got an elevation of 95 degrees; expected -90 to 90"),
         ({"view": (1, 2, 3)}, "view: got"),
         ({"close_up": "face 5000"}, "close-up: there is no face 5000; the object has faces 0 to 8"),

@@ -83,6 +83,7 @@ def test_parsed_selections_are_values():
         ("rectangle 5 20", "expected 'x'"),
         ("front panel", "the width of the panel"),
         ("last 3", "expected 'rows'"),
+        ("file /faces.txt", "cannot be read from '/faces.txt'; put the name of the file in quotation marks"),
         ("hem $", "cannot be read from '\\$'"),
         ("rows 99999999999", "expected a number"),
     ],
