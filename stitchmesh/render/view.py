@@ -45,7 +45,8 @@ def view_directions(points: FloatArray, view: View = FRONT) -> tuple[FloatArray,
         view: the view.
 
     Raises:
-        ParameterError: the view is unknown, the azimuth is not finite, or the elevation is not between -90 and 90 degrees.
+        ParameterError: the view is unknown, the azimuth is not finite, or the elevation is not between -90 and 90
+            degrees.
     """
     towards, up, flat = _front(points)
     azimuth, elevation = np.radians(view_angles(view, flat=flat))
@@ -63,7 +64,8 @@ def view_angles(view: View, *, flat: bool = False) -> tuple[float, float]:
         flat: whether the object is flat.
 
     Raises:
-        ParameterError: the view is unknown, the azimuth is not finite, or the elevation is not between -90 and 90 degrees.
+        ParameterError: the view is unknown, the azimuth is not finite, or the elevation is not between -90 and 90
+            degrees.
     """
     named = VIEWS | STRAIGHT if flat else VIEWS
     if isinstance(view, str) and view.strip().lower() in named:

@@ -82,7 +82,8 @@ class _Parser:
 
     def _tokens(self) -> list[str]:
         """Split the text into words; a word in quotation marks begins with one."""
-        words, at = [], 0
+        words: list[str] = []
+        at = 0
         text = self._text.rstrip()
         while at < len(text):
             found = TOKEN.match(text, at)
