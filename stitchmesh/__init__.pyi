@@ -68,6 +68,7 @@ from .yarn import YarnSet as YarnSet
 from .yarn.radius_estimate import estimate_radius as estimate_radius
 from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths
+from .yarn.strand_distance import strand_distance as strand_distance
 from .yarn.tiling import tile_yarns as tile_yarns
 from .yarn.yarn_presets import Gauge as Gauge
 from .yarn.yarn_presets import Yarn as Yarn
@@ -82,8 +83,10 @@ from .yarnrelax import linking_certificate as linking_certificate
 from .yarnrelax import relax_yarns as relax_yarns
 from .yarnrelax import yarn_energies as yarn_energies
 from .yarnrelax import yarn_forces as yarn_forces
+from .yarnrelax.body_distance import body_distance as body_distance
 from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
+from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
 from .yarnrelax.energies.friction import Friction as Friction
 from .yarnrelax.energies.gravity import Gravity as Gravity
