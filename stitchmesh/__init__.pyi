@@ -22,6 +22,11 @@ from .labeling import label as label
 from .labeling import read_labeling as read_labeling
 from .labeling import start_labeling as start_labeling
 from .labeling import write_labeling as write_labeling
+from .labeling.steps import LabelStep as LabelStep
+from .labeling.steps import apply_label_step as apply_label_step
+from .labeling.steps import read_label_steps as read_label_steps
+from .labeling.steps import replay_label_steps as replay_label_steps
+from .labeling.steps import write_label_steps as write_label_steps
 from .lattice import Lattice as Lattice
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
