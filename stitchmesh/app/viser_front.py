@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -49,10 +51,11 @@ class ViserFront:
         self.left_controls = ViserControls(
             server, self.bridge, self.queue, container=lambda: left, on_change=self._show_left_panel
         )
-        server.scene.on_click()(self._click)
-        server.scene.on_click(modifier="shift")(self._click)
-        server.scene.on_click(modifier="cmd/ctrl")(self._click)
-        server.scene.on_rect_select(modifier="shift")(self._box)
+        scene: Any = server.scene  # Its annotations leave out asynchronous functions, whose order viser keeps.
+        scene.on_click()(self._click)
+        scene.on_click(modifier="shift")(self._click)
+        scene.on_click(modifier="cmd/ctrl")(self._click)
+        scene.on_rect_select(modifier="shift")(self._box)
         server.on_client_connect(self._watch_camera)
 
     def listen(self, listener: Listener) -> None:

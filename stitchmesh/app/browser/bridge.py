@@ -113,4 +113,4 @@ def _linear_palette(palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _text_of(array: NDArray[np.uint8]) -> str:
-    return base64.b64encode(np.ascontiguousarray(array, dtype=np.uint8)).decode("ascii")
+    return base64.b64encode(array.astype(np.uint8).tobytes()).decode("ascii")

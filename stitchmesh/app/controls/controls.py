@@ -46,7 +46,7 @@ class Controls(Protocol):
         self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
         least: float, most: float, step: float,
     ) -> Control:  # fmt: skip
-        """Add a number; it is whole if the value and the step are. Values outside the bounds are refused by a notice."""
+        """Add a number, whole if the value and the step are. Values beyond the bounds are refused by a notice."""
 
     def slider(
         self, label: str, hint: str, value: float, changed: Callable[[float], object], *,

@@ -164,6 +164,7 @@ class ViserControls:
         least: float, most: float, step: float,
     ) -> ViserControl:  # fmt: skip
         """Add a number."""
+        handle: Any
         with self._place():
             handle = self._server.gui.add_number(label, value, min=least, max=most, step=step, hint=hint)
         last = [value]
@@ -328,6 +329,8 @@ class ViserControls:
 
 def styled(figure: go.Figure) -> go.Figure:
     """Return a figure with small margins and letters, and a background that suits light and dark panels."""
+    figure.update_xaxes(automargin=False)
+    figure.update_yaxes(automargin=False)
     return figure.update_layout(
         margin={"l": 52, "r": 12, "t": 30, "b": 42}, font={"size": 11}, title_font_size=13, template="plotly_white",
         modebar={"orientation": "v", "remove": ["lasso", "select", "zoom", "pan", "zoomIn", "zoomOut", "autoScale"]},

@@ -6,5 +6,6 @@ from __future__ import annotations
 
 from stitchmesh.app.pages.page import Page
 
-PAGES: dict[str, type[Page]] = {page.name: page for page in ()}
+_CLASSES: tuple[type[Page], ...] = ()
+PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""

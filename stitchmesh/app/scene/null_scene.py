@@ -45,4 +45,4 @@ class NullScene:
 
     def screenshot(self, width: int, height: int) -> bytes:
         """Raise DisplayError: there is no browser."""
-        raise DisplayError(f"screenshot: no browser is connected to draw {width} x {height} pixels; open the page first")
+        raise DisplayError(f"screenshot: no browser draws {width} x {height} pixels; open the page first")

@@ -190,10 +190,10 @@ class ViserScene:
 
     def _add_surface(self, name: str, surface: Surface) -> Any:
         faces = np.arange(3 * len(surface.triangles)).reshape(-1, 3) if surface.flat else surface.triangles
-        coloured = isinstance(surface.colours, Colours)
+        colour = (255, 255, 255) if isinstance(surface.colours, Colours) else surface.colours
         node = self._server.scene.add_mesh_simple(
             name, _vertices(surface), np.asarray(faces, dtype=np.uint32),
-            color=(255, 255, 255) if coloured else surface.colours, flat_shading=surface.flat, side="double",
+            color=colour, flat_shading=surface.flat, side="double",
             opacity=None if surface.opacity >= 1.0 else surface.opacity, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
         if surface.takes_strokes:
@@ -233,7 +233,7 @@ def modifier_of(modifier: str | None) -> Modifier:
 
 
 def _vertices(surface: Surface) -> NDArray[np.float32]:
-    """Return the positions as viser gets them: three for each triangle of a flat surface, so that it has own colours."""
+    """Return the positions as viser gets them: three for each triangle of a flat surface."""
     points = np.asarray(surface.points, dtype=np.float32)
     return points[surface.triangles].reshape(-1, 3) if surface.flat else points
 
