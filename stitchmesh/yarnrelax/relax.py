@@ -144,21 +144,6 @@ def relax_yarns(
     return Relaxation(relaxed, _report(loop, quality, relaxed, observer.seconds(), stopped), observer.history)
 
 
-@alone()
-def relax_partly(
-    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
-    cell: RelaxCell | None = None,
-) -> YarnSet:  # fmt: skip
-    """Yarns after some iterations towards rest, for changes in small steps; arguments as for ``relax_yarns``.
-
-    Raises:
-        SolverError: the relaxation cannot go on.
-    """
-    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
-    RelaxationLoop(simulation, quality.tolerance).run(iterations)
-    return simulation.good_yarns()
-
-
 def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
     """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
     loop.run(quality.max_iterations, note)
