@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 
-
 HIDDEN = 0.995
 """Radius of the outermost ring of a repeating tube over the radius of the tube: the next copy hides this ring."""
 

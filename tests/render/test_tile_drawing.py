@@ -69,7 +69,7 @@ def test_parts_divide_the_triangles_of_the_tubes():
 def test_yarns_that_have_only_moved_keep_the_arrays_of_their_triangles():
     yarns = repeat("peerie")
     before = draw_tiles(yarns, (2, 2))
-    moved = replace(yarns, points=yarns.points + [0.0, 0.0, 0.1])
+    moved = replace(yarns, points=yarns.points + np.array([0.0, 0.0, 0.1]))
     after = draw_tiles(moved, (2, 2), before=before)
     assert all(part.triangles is old.triangles for part, old in zip(after.parts, before.parts, strict=True))
     np.testing.assert_array_equal(triangle_points(after), triangle_points(draw_tiles(moved, (2, 2))))
