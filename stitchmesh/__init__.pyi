@@ -22,6 +22,11 @@ from .labeling import label as label
 from .labeling import read_labeling as read_labeling
 from .labeling import start_labeling as start_labeling
 from .labeling import write_labeling as write_labeling
+from .labeling.steps import LabelStep as LabelStep
+from .labeling.steps import apply_label_step as apply_label_step
+from .labeling.steps import read_label_steps as read_label_steps
+from .labeling.steps import replay_label_steps as replay_label_steps
+from .labeling.steps import write_label_steps as write_label_steps
 from .lattice import Lattice as Lattice
 from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
@@ -72,6 +77,7 @@ from .yarn import YarnSet as YarnSet
 from .yarn.radius_estimate import estimate_radius as estimate_radius
 from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths
+from .yarn.strand_distance import strand_distance as strand_distance
 from .yarn.tiling import tile_yarns as tile_yarns
 from .yarn.yarn_presets import Gauge as Gauge
 from .yarn.yarn_presets import Yarn as Yarn
@@ -86,8 +92,10 @@ from .yarnrelax import linking_certificate as linking_certificate
 from .yarnrelax import relax_yarns as relax_yarns
 from .yarnrelax import yarn_energies as yarn_energies
 from .yarnrelax import yarn_forces as yarn_forces
+from .yarnrelax.body_distance import body_distance as body_distance
 from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
+from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
 from .yarnrelax.energies.friction import Friction as Friction
 from .yarnrelax.energies.gravity import Gravity as Gravity

@@ -30,6 +30,7 @@ LAYERS = [
     {"pipeline"},
     {"recipe", "after_edit"},
     {"render"},
+    {"app"},
     {"cli"},
     {"__main__"},
 ]
@@ -49,6 +50,8 @@ HEAVY = {
     "pxr": {"io"},
     "trimesh": {"io"},
     "matplotlib": {"render"},
+    "viser": {"app"},
+    "plotly": {"app"},
 }
 """Where each heavy package may be imported."""
 VAGUE = {"utils", "util", "helpers", "common", "core", "misc", "tools", "types"}
