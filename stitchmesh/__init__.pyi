@@ -45,12 +45,16 @@ from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
 from .patterns import pattern_names as pattern_names
 from .patterns import read_pattern as read_pattern
+from .periodic.gauge import FabricMeasures as FabricMeasures
+from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.session.session import SwatchSession as SwatchSession
 from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import stretch_test as stretch_test
 from .periodic.swatch import Swatch as Swatch
 from .periodic.swatch import swatch as swatch
+from .periodic.swatch_design import SwatchDesign as SwatchDesign
+from .periodic.swatch_design import SwatchDials as SwatchDials
 from .periodic.textures.textures import texture_maps as texture_maps
 from .periodic.torus import torus_mesh as torus_mesh
 from .periodic.weave.library import read_weave as read_weave
