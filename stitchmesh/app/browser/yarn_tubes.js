@@ -367,8 +367,8 @@
     const data = parse(props);
     if (!data.points || !data.blocks || !data.index || data.index.length * 3 !== data.points.length) return;
     if (data.runs[data.runs.length - 1] !== data.index.length || data.low.length !== 3 * (data.blocks.length - 1)) return;
-    if (set && (set.group !== group || set.data.blocks !== data.blocks || set.data.copies !== data.copies ||
-                set.data.levels !== data.levels)) {
+    if (set && (set.group !== group || set.data.blocks !== data.blocks || set.data.levels !== data.levels ||
+                set.data.copies.length !== data.copies.length)) {
       discard(set);
       set = undefined;
     }
@@ -385,6 +385,15 @@
       sets.set(name, set);
     }
     const old = set.data;
+    if (old && old.copies !== data.copies) {
+      set.parts.forEach((part, i) => {
+        const copy = Math.floor(i / (data.blocks.length - 1));
+        part.copy = Array.from(data.copies.slice(3 * copy, 3 * copy + 3));
+        if (part.object) part.object.position.set(...part.copy);
+      });
+      old.copies = data.copies;
+      window.__viserMutable.requestRender();
+    }
     if (!old || old.points !== data.points || old.index !== data.index || old.palette !== data.palette) {
       data.table = old && old.palette === data.palette ? old.table : linearTable(data.palette);
       set.data = data;
