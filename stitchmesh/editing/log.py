@@ -4,19 +4,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from os import fspath
-from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from stitchmesh.editing.edit import Edit, apply_edit, checked_arguments
-from stitchmesh.errors import FileError, ParameterError, StitchMeshError, check_kind
-from stitchmesh.io.atomic import write_text
-from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.errors import StitchMeshError, check_kind
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.step_log import read_step_log, write_step_log
 from stitchmesh.mesh import StitchMesh
 
 
@@ -26,8 +21,7 @@ def write_log(path: FilePath, edits: Iterable[Edit]) -> None:
     Raises:
         FileError: the file cannot be written.
     """
-    lines = [json.dumps({"edit": edit.name, "arguments": dict(edit.arguments)}, default=list) for edit in edits]
-    write_text(path, "".join(line + "\n" for line in lines))
+    write_step_log(path, "edit", [(edit.name, edit.arguments) for edit in edits])
 
 
 def read_log(path: FilePath) -> list[Edit]:
@@ -36,12 +30,7 @@ def read_log(path: FilePath) -> list[Edit]:
     Raises:
         FileError: the file cannot be read, or a line is not a valid edit; the message names the line.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise FileError(f"{fspath(path)}: cannot be read ({reason}); expected a log of edits") from error
-    return [_edit(line, f"{fspath(path)} line {number}") for number, line in enumerate(text.splitlines(), start=1)]
+    return read_step_log(path, "edit", _edit)
 
 
 def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
@@ -67,26 +56,7 @@ def replay_edits(fabric: StitchMesh, path: FilePath) -> StitchMesh:
     return fabric
 
 
-class _Line(msgspec.Struct, forbid_unknown_fields=True):
-    """The content of one line."""
-
-    edit: str
-    arguments: dict[str, Any]
-
-
-def _edit(line: str, where: str) -> Edit:
-    """Return the edit of a line; ``where`` is the file and the line number, for the error message."""
-    try:
-        content = parse_json(line)
-    except ParameterError as error:
-        raise FileError(f"{where}: {error}; expected one edit a line") from error
-    try:
-        found = check_value(content, _Line)
-    except ParameterError as error:
-        raise FileError(f'{where}: is no edit; expected {{"edit": NAME, "arguments": {{...}}}}: {error}') from error
-    edit = Edit(found.edit, found.arguments)
-    try:
-        checked_arguments(edit)
-    except ParameterError as error:
-        raise FileError(f"{where}: {error}") from error
+def _edit(name: str, arguments: dict[str, Any]) -> Edit:
+    edit = Edit(name, arguments)
+    checked_arguments(edit)
     return edit
