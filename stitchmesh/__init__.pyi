@@ -35,6 +35,7 @@ from .mesh.orientation import turn_inside_out as turn_inside_out
 from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
+from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .patterns import LaidPattern as LaidPattern
 from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern
@@ -44,12 +45,16 @@ from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
 from .patterns import pattern_names as pattern_names
 from .patterns import read_pattern as read_pattern
+from .periodic.gauge import FabricMeasures as FabricMeasures
+from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.session.session import SwatchSession as SwatchSession
 from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import stretch_test as stretch_test
 from .periodic.swatch import Swatch as Swatch
 from .periodic.swatch import swatch as swatch
+from .periodic.swatch_design import SwatchDesign as SwatchDesign
+from .periodic.swatch_design import SwatchDials as SwatchDials
 from .periodic.textures.textures import texture_maps as texture_maps
 from .periodic.torus import torus_mesh as torus_mesh
 from .periodic.weave.library import read_weave as read_weave
@@ -63,6 +68,10 @@ from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
 from .render import PictureOptions as PictureOptions
 from .render import render as render
+from .reporting.verdict import Verdict as Verdict
+from .reporting.verdict import relaxation_verdict as relaxation_verdict
+from .run_control import RunControl as RunControl
+from .run_control import Snapshot as Snapshot
 from .selection import Border as Border
 from .selection import Selection as Selection
 from .selection import borders as borders
