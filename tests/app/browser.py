@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, Request, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, Request, TimeoutError, sync_playwright
 
 from stitchmesh.app.application import App
 from stitchmesh.app.project.project import Project
@@ -37,8 +37,8 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 """Names of the programs that can be the browser."""
 ARGUMENTS = [
     "--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist", "--disable-quic",
-    "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
-    "--disable-dev-shm-usage", "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
+    "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--hide-scrollbars", "--disable-dev-shm-usage", "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
 ]  # fmt: skip
 """Mesa draws in software where there is no graphics card; no request leaves the machine."""
 SIZE = (1000, 700)
@@ -103,8 +103,12 @@ class BrowserWindow:
         self.wait_until_ready()
 
     def wait_until_ready(self) -> None:
-        """Wait until the page has drawn what it was sent when it was loaded."""
+        """Wait until the page has drawn what it was sent when it was loaded, and close viser's notice of slowness."""
         self.browser_page.wait_for_function(READY)
+        slow = self.browser_page.locator(".mantine-Notification-root", has_text="Software WebGL")
+        with contextlib.suppress(TimeoutError):
+            slow.locator("button").first.click(timeout=2000)
+            slow.wait_for(state="detached")
 
     def wait_for(self, condition: Callable[[], Any], what: str = "") -> None:
         """Wait until a condition of this process holds, while the page goes on."""
@@ -308,7 +312,8 @@ def rig_on(
             yield rig
             rig.settle()
             rig.close()
-            assert rig.faults == [] and errors.lines == []
+            if faults := rig.faults + errors.lines:
+                raise AssertionError("; ".join(faults))
     finally:
         logging.getLogger("stitchmesh").removeHandler(errors)
 
