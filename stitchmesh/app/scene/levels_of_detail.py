@@ -34,6 +34,7 @@ class Level:
 
 
 LEVELS = (
+    Level(14.0, 10, 3, 1),
     Level(5.0, 8, 2, 1),
     Level(2.0, 6, 1, 1),
     Level(0.9, 4, 1, 1),
