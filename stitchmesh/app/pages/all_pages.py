@@ -5,7 +5,10 @@
 from __future__ import annotations
 
 from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.project_page import ProjectPage
 
-_CLASSES: tuple[type[Page], ...] = ()
+_CLASSES: tuple[type[Page], ...] = (
+    ProjectPage,
+)
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""
