@@ -35,6 +35,7 @@ from .mesh.orientation import turn_inside_out as turn_inside_out
 from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
+from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .patterns import LaidPattern as LaidPattern
 from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern
@@ -44,12 +45,16 @@ from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
 from .patterns import pattern_names as pattern_names
 from .patterns import read_pattern as read_pattern
+from .periodic.gauge import FabricMeasures as FabricMeasures
+from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.session.session import SwatchSession as SwatchSession
 from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import stretch_test as stretch_test
 from .periodic.swatch import Swatch as Swatch
 from .periodic.swatch import swatch as swatch
+from .periodic.swatch_design import SwatchDesign as SwatchDesign
+from .periodic.swatch_design import SwatchDials as SwatchDials
 from .periodic.textures.textures import texture_maps as texture_maps
 from .periodic.torus import torus_mesh as torus_mesh
 from .periodic.weave.library import read_weave as read_weave
@@ -65,6 +70,10 @@ from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
 from .render import PictureOptions as PictureOptions
 from .render import render as render
+from .reporting.verdict import Verdict as Verdict
+from .reporting.verdict import relaxation_verdict as relaxation_verdict
+from .run_control import RunControl as RunControl
+from .run_control import Snapshot as Snapshot
 from .selection import Border as Border
 from .selection import Selection as Selection
 from .selection import borders as borders
@@ -75,6 +84,7 @@ from .yarn import YarnSet as YarnSet
 from .yarn.radius_estimate import estimate_radius as estimate_radius
 from .yarn.rest_length import RestLengths as RestLengths
 from .yarn.rest_length import apply_rest_lengths as apply_rest_lengths
+from .yarn.strand_distance import strand_distance as strand_distance
 from .yarn.tiling import tile_yarns as tile_yarns
 from .yarn.yarn_presets import Gauge as Gauge
 from .yarn.yarn_presets import Yarn as Yarn
@@ -89,8 +99,10 @@ from .yarnrelax import linking_certificate as linking_certificate
 from .yarnrelax import relax_yarns as relax_yarns
 from .yarnrelax import yarn_energies as yarn_energies
 from .yarnrelax import yarn_forces as yarn_forces
+from .yarnrelax.body_distance import body_distance as body_distance
 from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
+from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
 from .yarnrelax.energies.friction import Friction as Friction
 from .yarnrelax.energies.gravity import Gravity as Gravity

@@ -17,7 +17,7 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"compute", "lattice", "progress", "quality"},
+    {"compute", "lattice", "progress", "quality", "reporting", "run_control"},
     {"mesh"},
     {"yarn"},
     {"hand_knitting"},
@@ -30,6 +30,7 @@ LAYERS = [
     {"pipeline"},
     {"recipe", "after_edit"},
     {"render"},
+    {"app"},
     {"cli"},
     {"__main__"},
 ]
@@ -45,10 +46,12 @@ HEAVY = {
     "rich": {"cli"},
     "tyro": {"cli"},
     "msgspec": {"editing", "io"},
-    "PIL": {"mesh", "render", "patterns", "periodic"},
+    "PIL": {"app", "mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},
     "matplotlib": {"render"},
+    "viser": {"app"},
+    "plotly": {"app"},
 }
 """Where each heavy package may be imported."""
 VAGUE = {"utils", "util", "helpers", "common", "core", "misc", "tools", "types"}

@@ -7,18 +7,22 @@ the reference frame rotated about t by an angle. The smallest rotation from a ta
 u to ``u - (t + t') (t' . u) / (1 + t . t')``. The angle of this vector in the next reference frame is the turn of the
 step. The angles of the frames are the cumulative sums of the turns, so that all curves are treated at once by array
 operations. On a closed curve the frame does not return to its start; the remaining angle is distributed uniformly over
-the points of the curve.
+the points of the curve. A curve that continues in a shifted copy of itself is treated in the same way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
+
+HIDDEN = 0.995
+"""Radius of the outermost ring of a repeating tube over the radius of the tube: the next copy hides this ring."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class _Rings:
     """Point at which each step starts, shape (S,); a closed curve also has a step from its last point to its first."""
     step_to: IntArray
     """Point at which each step ends, shape (S,)."""
+    step: FloatArray
+    """Vector of each step [cm], shape (S, 3)."""
     starts: IntArray
     """First point of each curve, and the end of the last curve, shape (curves + 1,)."""
     closed: NDArray[np.bool_]
@@ -73,6 +79,55 @@ def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayL
     return TubeMesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), _triangles(rings, sides), ring)
 
 
+def repeating_tubes(curves: Sequence[FloatArray], shift: FloatArray, radius: ArrayLike, *, sides: int) -> TubeMesh:
+    """Make tubes around curves that continue in shifted copies of themselves, so that copies of the tubes join.
+
+    The rings at both ends of a tube are equal up to the shift. Beyond each of them the tube has one more ring, which is
+    hidden inside the next copy. Normals that a viewer computes from the triangles are therefore equal on both sides of
+    a joint. Flat caps close the tube.
+
+    Args:
+        curves: points of each curve up to the point before the first one of its next copy [cm], shape (n, 3) each, with
+            n at least 2.
+        shift: translation from each curve to its next copy [cm], shape (curves, 3); 0 for a closed curve.
+        radius: radius of each tube [cm], or one radius for all tubes.
+        sides: number of vertices around a ring, at least 3.
+
+    Returns:
+        The tubes; ``ring`` numbers the points of all curves in turn.
+    """
+    rings = _rings(curves, np.ones(len(curves), dtype=np.bool_), shift)
+    across, upward = _frames(rings)
+    copied = [_with_joints(first, last) for first, last in pairwise(rings.starts.tolist())]
+    point = np.concatenate([own for own, _, _ in copied])
+    image, shrunk = (np.concatenate([each[place] for each in copied]) for place in (1, 2))
+    centre = rings.points[point] + image[:, None] * shift[rings.curve[point]]
+    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(curves))[rings.curve[point]] * shrunk
+    turn = 2 * np.pi * np.arange(sides) / sides
+    normals = np.cos(turn)[:, None] * across[point, None] + np.sin(turn)[:, None] * upward[point, None]
+    vertices = centre[:, None] + radii[:, None, None] * normals
+    counts = [len(own) for own, _, _ in copied]
+    extended = _rings(np.split(centre, np.cumsum(counts)[:-1]), np.zeros(len(curves), dtype=np.bool_))
+    triangles = _triangles(extended, sides)
+    return TubeMesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), triangles, np.repeat(point, sides))
+
+
+def _with_joints(first: int, last: int) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the points of the rings of one repeating tube, the copy of each, and its part of the radius.
+
+    Args:
+        first: number of the first point of the curve.
+        last: number of its last point, plus 1.
+    """
+    own = np.arange(first, last)
+    point = np.concatenate([own[-1:], own, own[:2]])
+    image = np.zeros(len(point))
+    image[0], image[-2:] = -1.0, 1.0
+    shrunk = np.ones(len(point))
+    shrunk[[0, -1]] = HIDDEN
+    return point, image, shrunk
+
+
 def twist_free_frames(curves: Sequence[FloatArray], closed: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return the two unit normals of the twist-free frame of each point of all curves, shape (P, 3) each.
 
@@ -83,8 +138,14 @@ def twist_free_frames(curves: Sequence[FloatArray], closed: ArrayLike) -> tuple[
     return _frames(_rings(curves, np.broadcast_to(np.asarray(closed, dtype=np.bool_), len(curves))))
 
 
-def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:
-    """Concatenate the points of all curves and find the steps between consecutive points."""
+def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_], shift: FloatArray | None = None) -> _Rings:
+    """Concatenate the points of all curves and find the steps between consecutive points.
+
+    Args:
+        curves: points of each curve [cm], shape (n, 3) each.
+        closed: whether each curve is closed, shape (curves,).
+        shift: translation from each closed curve to the copy in which it continues [cm], shape (curves, 3).
+    """
     counts = np.array([len(curve) for curve in curves])
     starts = np.concatenate([[0], np.cumsum(counts)])
     following = np.arange(1, starts[-1] + 1)
@@ -93,7 +154,12 @@ def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_]) -> _Rings:
     has_step[starts[1:][~closed] - 1] = False
     step_from = np.flatnonzero(has_step)
     curve = np.repeat(np.arange(len(curves)), counts)
-    return _Rings(np.concatenate(curves), curve, step_from, following[step_from], starts, closed)
+    points, step_to = np.concatenate(curves), following[step_from]
+    step = points[step_to] - points[step_from]
+    if shift is not None:
+        returns = step_to <= step_from
+        step[returns] += shift[curve[step_from[returns]]]
+    return _Rings(points, curve, step_from, step_to, step, starts, closed)
 
 
 def _frames(rings: _Rings) -> tuple[FloatArray, FloatArray]:
@@ -107,7 +173,7 @@ def _frames(rings: _Rings) -> tuple[FloatArray, FloatArray]:
 
 def _tangents(rings: _Rings) -> FloatArray:
     """Unit tangents, shape (P, 3): the mean of the steps before and after each point; at a cusp, the step after it."""
-    step = rings.points[rings.step_to] - rings.points[rings.step_from]
+    step = rings.step
     after = np.zeros_like(rings.points)
     before = np.zeros_like(rings.points)
     after[rings.step_from] = step

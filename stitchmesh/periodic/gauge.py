@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,62 @@ SAMPLES = 8
 """Points of each segment at which the thickness is measured."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class FabricMeasures:
+    """What a ruler and scales measure on a piece of fabric."""
+
+    width: float
+    """Width of the repeat [cm]."""
+    height: float
+    """Height of the repeat, at right angles to its width [cm]."""
+    shear: float
+    """Displacement of the wales along the courses over the height."""
+    wales: int
+    """Number of wales; of a weave, of warps."""
+    courses: int
+    """Number of courses; of a weave, of wefts."""
+    stitches: int
+    """Number of stitches; of a weave, of crossings."""
+    control_points: int
+    """Number of control points of the yarns."""
+    wale_spacing: float
+    """Distance of adjacent wales or warps [cm]."""
+    course_spacing: float
+    """Distance of adjacent courses or wefts [cm]."""
+    gauge: Gauge
+    """Stitches and rows in 10 cm; of a weave, warps and wefts."""
+    loop_length: float
+    """Actual length of the yarn in one stitch, or at one crossing of a weave [cm]."""
+    thickness: float
+    """Distance of the two planes between which the fabric lies, measured at the contact radius [cm]."""
+    areal_density: float
+    """Mass over area [g/cm^2]."""
+
+
+def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: float) -> FabricMeasures:
+    """Measure one repeat; no kernel is launched, so that a frame of a live swatch can be measured while it relaxes.
+
+    Args:
+        yarns: the yarns, on their lattice.
+        fabric: the stitch mesh from which the yarns were generated; None for a weave.
+        mass_per_length: mass of a length of yarn [g/cm].
+    """
+    assert yarns.lattice is not None
+    width, height = size_of(yarns.lattice)
+    along, _across, normal = lattice_frame(yarns.lattice.periods)
+    wales, courses, stitches = counts_of(yarns, fabric)
+    length = float(yarns.lengths.sum())
+    return FabricMeasures(
+        width=width, height=height, shear=float(yarns.lattice.periods[1] @ along) / height,
+        wales=wales, courses=courses, stitches=stitches, control_points=len(yarns.points),
+        wale_spacing=width / wales, course_spacing=height / courses,
+        gauge=Gauge.of_stitch(width / wales, height / courses),
+        loop_length=length / stitches,
+        thickness=_thickness(yarns, normal),
+        areal_density=mass_per_length * length / (width * height),
+    )  # fmt: skip
+
+
 def swatch_report(
     yarns: YarnSet, fabric: StitchMesh | None, material: YarnMaterial, quality: Quality, energy: float,
     device: str | None = None,
@@ -37,50 +93,34 @@ def swatch_report(
         device: device of the kernels, for example ``cpu`` or ``cuda:0``.
 
     Returns:
-        - width, height [cm] and shear [1] of the repeat;
-        - wales, courses and stitches (of a weave: warps, wefts and crossings), and control_points;
-        - wale_spacing and course_spacing [cm], of a weave the spacings of the warps and of the wefts;
-        - gauge: stitches and rows in 10 cm, of a weave the warps and wefts in 10 cm;
-        - loop_length [cm], the actual length of the yarn in one stitch or at one crossing;
-        - thickness [cm] and areal_density [g/cm^2];
+        - the fields of ``FabricMeasures``;
         - course_tension, wale_tension and shear_stress [dyn/cm] that keep the repeat at its size;
         - course_moment and wale_moment [dyn], positive if they curl the courses and the wales towards the right side;
         - energy_per_stitch [erg];
         - warp_crimp and weft_crimp [1] of a weave.
     """
-    assert yarns.lattice is not None
-    width, height = size_of(yarns.lattice)
-    along, _across, normal = lattice_frame(yarns.lattice.periods)
-    wales, courses, stitches = counts_of(yarns, fabric)
-    out = np.concatenate(yarns.sampled(SAMPLES)) @ normal
-    radius = np.repeat(yarns.radius, [len(curve) for curve in yarns.sampled(SAMPLES)])
+    measures = measure_fabric(yarns, fabric, material.mass_per_length)
     stress = cell_stress(
         yarns, material, quadrature_points=quality.quadrature_points, contact_samples=quality.contact_samples,
         device=device,
     )  # fmt: skip
-    length = float(yarns.lengths.sum())
-    report = {
-        "width": width,
-        "height": height,
-        "shear": float(yarns.lattice.periods[1] @ along) / height,
-        "wales": wales,
-        "courses": courses,
-        "stitches": stitches,
-        "control_points": len(yarns.points),
-        "wale_spacing": width / wales,
-        "course_spacing": height / courses,
-        "gauge": asdict(Gauge.of_stitch(width / wales, height / courses)),
-        "loop_length": length / stitches,
-        "thickness": float((out + radius).max() - (out - radius).min()),
-        "areal_density": material.mass_per_length * length / (width * height),
+    report = asdict(measures) | {
         "course_tension": stress.course,
         "wale_tension": stress.wale,
         "shear_stress": stress.shear,
         "course_moment": stress.course_moment,
         "wale_moment": stress.wale_moment,
-        "energy_per_stitch": energy / stitches,
+        "energy_per_stitch": energy / measures.stitches,
     }
     return report if fabric is not None else report | _crimp(yarns)
+
+
+def _thickness(yarns: YarnSet, normal: FloatArray) -> float:
+    """Return the extent of the yarns along the normal of the fabric [cm]."""
+    curves = yarns.sampled(SAMPLES)
+    out = np.concatenate(curves) @ normal
+    radius = np.repeat(yarns.radius, [len(curve) for curve in curves])
+    return float((out + radius).max() - (out - radius).min())
 
 
 def counts_of(yarns: YarnSet, fabric: StitchMesh | None) -> tuple[int, int, int]:

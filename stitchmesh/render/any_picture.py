@@ -29,6 +29,7 @@ FABRIC_PICTURES: dict[str, Callable[..., None]] = {
     "row": render_rows,
     "stitch": render_stitches,
     "strain": render_stretch,
+    "stretch": render_stretch,
 }
 """The pictures of a stitch mesh, by what decides their colours."""
 
@@ -105,6 +106,8 @@ def _render_mesh(mesh: Mesh, path: FilePath, options: PictureOptions) -> None:
         return
     if colour is None:
         colour = "row" if (mesh.stitch == Stitch.PANEL).all() else "stitch"
+    if colour in COLOUR_BY and colour not in FABRIC_PICTURES:
+        raise ParameterError(f"colour: got {colour!r} for a stitch mesh; only yarns have it")
     if colour not in FABRIC_PICTURES:
         one_colour(colour)
     FABRIC_PICTURES.get(colour, render_faces)(mesh, path, options)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of yarns in a picture: by yarn, row, stitch or strain, or one colour.
+"""Colours of yarns: by yarn, row, stitch, strain, stretch, contact force or distance, or one colour.
 
 The colours of rows and of stitches can be blended with those of the yarns (Leaf et al. 2018, section 7.2).
 """
@@ -8,28 +8,38 @@ The colours of rows and of stitches can be blended with those of the yarns (Leaf
 from __future__ import annotations
 
 import difflib
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.palette import colours_of, linear_colour, parse_colour, srgb_colour
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.render.colour_scale import ColourScale, diverging_scale, sequential_scale
 from stitchmesh.render.lettering import Colour
 from stitchmesh.render.palette import stitch_colour
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.colours import row_colours
+from stitchmesh.yarn.control_point_means import control_point_means
+from stitchmesh.yarn.strand_distance import strand_distance
 
-COLOUR_BY = ("yarn", "row", "stitch", "strain")
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax import YarnMaterial
+
+COLOUR_BY = ("yarn", "row", "stitch", "strain", "stretch", "contact", "distance", "body-distance")
 """What can decide the colours, besides one colour."""
-STRAIN_SCALE = np.array([[49, 92, 146], [146, 176, 202], [236, 232, 222], [222, 150, 120], [164, 48, 42]])
-"""Colours of strains from the most negative to the most positive one, evenly spaced, sRGB."""
-STRAIN_QUANTILE = 0.99
-"""Quantile of the absolute strain that has the last colour of the scale."""
 LEAST_STRAIN = 0.005
 """Smallest strain of the last colour; with a smaller one, rounding would look like strain."""
+CONTACT_SAMPLES = 5
+"""Contact samples for each segment where contact forces are shown; the solver's presets have 3 to 11."""
+LEAST_LOAD = 1.0
+"""Smallest contact force of the last colour [dyn/cm]."""
+LEAST_GAP = 0.05
+"""Smallest range of the colours of distances, in radii."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +52,24 @@ class Coloured:
     """Names and colours of the legend; empty where the colours need none."""
 
 
-def colour_yarns(yarns: YarnSet, colour: str, *, fabric: StitchMesh | None = None, blend: float = 1.0) -> Coloured:
+def colour_yarns(
+    yarns: YarnSet, colour: str, *, fabric: StitchMesh | None = None, body: Mesh | None = None, blend: float = 1.0,
+    material: YarnMaterial | None = None,
+) -> Coloured:  # fmt: skip
     """Return the colours of the control points of yarns.
 
     Args:
         yarns: the yarns.
-        colour: a word of ``COLOUR_BY``, or one colour for all yarns (``parse_colour``).
-        fabric: the stitch mesh of the yarns, for ``stitch``.
+        colour: a word of ``COLOUR_BY``, or one colour for all yarns (``parse_colour``). ``strain`` is that of the yarn,
+            ``stretch`` that of the stitches, ``contact`` the contact force per length (``contact_load``), ``distance``
+            the gap to the nearest other strand (``strand_distance``), and ``body-distance`` the gap to the body.
+        fabric: the stitch mesh of the yarns, for ``stitch`` and ``stretch``.
+        body: the body, for ``body-distance``.
         blend: weight of the colours of rows or stitches, from 0 (the colours of the yarns) to 1.
+        material: material of the yarns, for ``contact``; by default the default material, scaled to their radius.
 
     Raises:
-        ParameterError: the colour is unknown, ``stitch`` is asked for without the stitch mesh of the yarns, or the
+        ParameterError: the colour is unknown, it is asked for without the fabric or the body that it needs, or the
             weight is not from 0 to 1.
     """
     if not 0.0 <= blend <= 1.0:
@@ -65,8 +82,8 @@ def colour_yarns(yarns: YarnSet, colour: str, *, fabric: StitchMesh | None = Non
     if colour == "stitch":
         codes = _stitches(yarns, fabric)
         return Coloured(blend_colours(own, _code_colours(codes), blend), stitch_key(codes))
-    if colour == "strain":
-        return _by_strain(yarns)
+    if colour in COLOUR_BY:
+        return _by_number(yarns, colour, fabric, body, material)
     return Coloured(np.tile(one_colour(colour), (len(yarns.points), 1)))
 
 
@@ -97,40 +114,68 @@ def stitch_key(codes: NDArray[np.int64]) -> tuple[tuple[str, Colour], ...]:
     )
 
 
+def _by_number(
+    yarns: YarnSet, colour: str, fabric: StitchMesh | None, body: Mesh | None, material: YarnMaterial | None
+) -> Coloured:
+    """Colour each control point by a number on a scale."""
+    if colour == "strain":
+        values = control_point_means(yarns, yarns.strain)
+        return _scaled(diverging_scale(values, LEAST_STRAIN), values, lambda mark: f"{100 * mark:+.1f} % strain")
+    if colour == "stretch":
+        values = _face_stretch(yarns, fabric)
+        return _scaled(diverging_scale(values, LEAST_STRAIN), values, lambda mark: f"{100 * mark:+.1f} % stretch")
+    if colour == "contact":
+        values = control_point_means(yarns, contact_of_yarns(yarns, material))
+        return _scaled(sequential_scale(values, LEAST_LOAD, 0.0), values, lambda mark: f"{mark:.3g} dyn/cm contact")
+    values = control_point_means(yarns, strand_distance(yarns) if colour == "distance" else _from_body(yarns, body))
+    least = LEAST_GAP * float(yarns.radius.mean())
+    return _scaled(sequential_scale(values, least), values, lambda mark: f"{10 * mark:+.2f} mm distance")
+
+
+def contact_of_yarns(yarns: YarnSet, material: YarnMaterial | None = None) -> FloatArray:
+    """Return the contact force per length on each segment [dyn/cm], shape (S,); ``contact_load`` with defaults."""
+    from stitchmesh.yarnrelax.contact_load import contact_load
+    from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+
+    given = material or YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    return contact_load(yarns, given, contact_samples=CONTACT_SAMPLES)
+
+
+def _from_body(yarns: YarnSet, body: Mesh | None) -> FloatArray:
+    from stitchmesh.yarnrelax.body_distance import body_distance
+
+    if body is None:
+        raise ParameterError("colour: got 'body-distance' without a body; give the mesh of the body too")
+    return body_distance(yarns, body)
+
+
+def _scaled(scale: ColourScale, values: FloatArray, text: Callable[[float], str]) -> Coloured:
+    return Coloured(scale.of(values), scale.key(text))
+
+
+def _face_stretch(yarns: YarnSet, fabric: StitchMesh | None) -> FloatArray:
+    """Return length over rest length - 1 of the stitch of each control point, 0 where no stitch made the point."""
+    known = _fabric_of(yarns, fabric, "stretch").face_stretch
+    if known is None:
+        raise ParameterError("colour: got 'stretch' and a stitch mesh that was not relaxed; relax it (relax-mesh)")
+    return np.where(yarns.face >= 0, known[yarns.face] - 1.0, 0.0)
+
+
 def _stitches(yarns: YarnSet, fabric: StitchMesh | None) -> NDArray[np.int64]:
     """Return the stitch type of each control point, -1 where no stitch made the point."""
+    return np.where(yarns.face >= 0, _fabric_of(yarns, fabric, "stitch").stitch[yarns.face], -1)
+
+
+def _fabric_of(yarns: YarnSet, fabric: StitchMesh | None, colour: str) -> StitchMesh:
+    """Return the fabric, if it can be that of the yarns."""
     if fabric is None:
-        raise ParameterError("colour: got 'stitch' for yarns without their stitch mesh; give the stitch mesh too")
+        raise ParameterError(f"colour: got {colour!r} for yarns without their stitch mesh; give the stitch mesh too")
     if yarns.face.max(initial=-1) >= fabric.face_count:
         found = f"yarns of face {yarns.face.max()} and a stitch mesh with {fabric.face_count} faces"
         raise ParameterError(f"colour: got {found}; expected the stitch mesh from which the yarns were generated")
-    return np.where(yarns.face >= 0, fabric.stitch[yarns.face], -1)
+    return fabric
 
 
 def _code_colours(codes: NDArray[np.int64]) -> NDArray[np.uint8]:
-    table = {code: stitch_colour(max(code, 0)) for code in np.unique(codes).tolist()}
-    return np.array([table[code] for code in codes.tolist()], dtype=np.uint8)
-
-
-def _by_strain(yarns: YarnSet) -> Coloured:
-    """Colour each control point by the mean strain of the segments beside it."""
-    total, count = np.zeros(len(yarns.points)), np.zeros(len(yarns.points))
-    for place in (1, 2):
-        np.add.at(total, yarns.segment_points[:, place], yarns.strain)
-        np.add.at(count, yarns.segment_points[:, place], 1.0)
-    strain = total / np.maximum(count, 1.0)
-    most = max(float(np.quantile(np.abs(strain), STRAIN_QUANTILE)), LEAST_STRAIN)
-    marks = np.linspace(most, -most, len(STRAIN_SCALE))
-    key = tuple((f"{100 * mark:+.1f} % strain", _rgb(_scale(mark / most))) for mark in marks)
-    return Coloured(_scale(strain / most), key)
-
-
-def _scale(value: FloatArray | float) -> NDArray[np.uint8]:
-    """Return the colours of values from -1 to 1 on ``STRAIN_SCALE``, shape (n,) to (n, 3)."""
-    places = np.linspace(-1.0, 1.0, len(STRAIN_SCALE))
-    return np.stack([np.interp(value, places, channel) for channel in STRAIN_SCALE.T], axis=-1).round().astype(np.uint8)
-
-
-def _rgb(colour: NDArray[np.uint8]) -> Colour:
-    red, green, blue = colour.tolist()
-    return red, green, blue
+    table = np.array([stitch_colour(code) for code in range(int(codes.max(initial=0)) + 1)], dtype=np.uint8)
+    return table[np.maximum(codes, 0)]

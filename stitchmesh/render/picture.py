@@ -49,7 +49,9 @@ def render_yarns(yarns: YarnSet, path: FilePath, options: PictureOptions = DEFAU
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     place = options.place
-    coloured = colour_yarns(yarns, options.colour or "yarn", fabric=options.fabric, blend=options.blend)
+    coloured = colour_yarns(
+        yarns, options.colour or "yarn", fabric=options.fabric, body=options.body, blend=options.blend
+    )
     if place is not None:
         _render_place(yarns, path, options, coloured, place)
     else:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.tube_mesh import TubeMesh, tubes_around
+from stitchmesh.mesh.tube_mesh import HIDDEN, TubeMesh, repeating_tubes, tubes_around
 
 RADIUS = 0.1
 
@@ -159,3 +159,51 @@ def test_repeated_points_and_cusps_stay_finite():
         tubes = tubes_around([points], [closed], RADIUS, sides=5)
         assert np.isfinite(tubes.vertices).all()
         np.testing.assert_allclose(np.linalg.norm(tubes.normals, axis=1), 1.0, rtol=1e-12)
+
+
+def wave(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """A space curve that continues in a shifted copy of itself, and the shift."""
+    t = 2 * np.pi * np.arange(count) / count
+    points = np.stack([t, np.sin(t) + 0.3 * np.cos(2 * t), 0.5 * np.cos(t + 0.4)], axis=1)
+    return points, np.array([[2 * np.pi, 0.0, 0.0]])
+
+
+def test_a_repeating_tube_ends_in_the_ring_with_which_its_copy_begins():
+    points, shift = wave(40)
+    rings = repeating_tubes([points], shift, RADIUS, sides=7).vertices.reshape(-1, 7, 3)
+    np.testing.assert_allclose(rings[-2], rings[1] + shift, atol=1e-12)  # Rounding error of float64.
+    # The ring beyond each joint is the next ring of the copy, except that it is thinner.
+    middle = rings[2].mean(axis=0) + shift
+    np.testing.assert_allclose(rings[-1] - middle, HIDDEN * (rings[2] - rings[2].mean(axis=0)), atol=1e-12)
+
+
+def test_a_repeating_tube_has_equal_rings_wherever_its_curve_begins():
+    """The frame is turned as a whole; the angle between two consecutive rings does not depend on the first point."""
+    points, shift = wave(40)
+    later = np.concatenate([points[15:], points[:15] + shift])
+    first, second = (repeating_tubes([curve], shift, RADIUS, sides=7) for curve in (points, later))
+    own, other = (tubes.normals.reshape(-1, 7, 3)[1:-2] for tubes in (first, second))
+    angle = np.einsum("rd,rd->r", np.roll(own, -15, axis=0)[:, 0], other[:, 0])
+    np.testing.assert_allclose(angle, angle[0], atol=1e-9)  # Rounding error of sums of 40 angles.
+
+
+def test_a_repeating_tube_without_shift_is_the_closed_tube():
+    ring = repeating_tubes([knot(30)], np.zeros((1, 3)), RADIUS, sides=5)
+    closed = tubes_around([knot(30)], [True], RADIUS, sides=5)
+    np.testing.assert_allclose(ring.vertices.reshape(-1, 5, 3)[1:-2], closed.vertices.reshape(-1, 5, 3), atol=1e-12)
+
+
+def test_copies_of_a_repeating_tube_have_equal_computed_normals_at_their_joint():
+    """A viewer adds the normals of the triangles around each vertex; the ring beyond the joint supplies those across.
+
+    Around this ring it is thinner by half a percent over a length of one and a half radii, a slope below 0.004.
+    """
+    points, shift = wave(40)
+    tubes = repeating_tubes([points], shift, RADIUS, sides=7)
+    a, b, c = (tubes.vertices[tubes.triangles[:, k]] for k in range(3))
+    normals = np.zeros_like(tubes.vertices)
+    for corner in range(3):
+        np.add.at(normals, tubes.triangles[:, corner], np.cross(b - a, c - a))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    rings = normals.reshape(-1, 7, 3)
+    assert np.einsum("sd,sd->s", rings[1], rings[-2]).min() > np.cos(0.01)

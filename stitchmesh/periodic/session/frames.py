@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -14,8 +15,10 @@ import numpy as np
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.gauge import FabricMeasures, measure_fabric
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
+from stitchmesh.yarnrelax import YarnMaterial
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +35,8 @@ class Frame:
     """iteration, counted from the last change; residual and energy [erg], None before the first iteration; gamma, the
     current value; at_rest; running, whether more frames follow without another change; seconds since the change was
     requested."""
+    material: YarnMaterial
+    """Material of the yarns."""
     error: Exception | None = None
     """Why the last change failed; the yarns are then those of the last accepted state. None if nothing failed."""
 
@@ -48,6 +53,11 @@ class Frame:
     def size(self) -> tuple[float, float]:
         """Width and height of the repeat [cm], as ``SwatchOptions.period``."""
         return size_of(self.lattice)
+
+    @cached_property
+    def measures(self) -> FabricMeasures:
+        """Size, gauge, loop length, thickness and areal density of the fabric at this moment."""
+        return measure_fabric(self.yarns, self.fabric, self.material.mass_per_length)
 
     def curves(self, per_segment: int = 4) -> list[FloatArray]:
         """Points along each yarn of the repeat [cm], shape (n, 3) each, up to the start of its next copy.

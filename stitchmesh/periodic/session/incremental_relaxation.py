@@ -247,4 +247,5 @@ class LiveSwatch:
             relaxed, colour=target.colour, palette=target.palette,
             drawn_radius=relaxed.radius * target.drawn_over_contact,
         )  # fmt: skip
-        return Frame(self.number, yarns, self.generated.fabric, report, self.error)
+        material = target.material.scaled(1.0 / target.gamma)
+        return Frame(self.number, yarns, self.generated.fabric, report, material, self.error)

@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 import io
+import json
+import zipfile
 from os import fspath
 from pathlib import Path
 from typing import Any
@@ -35,8 +37,23 @@ def write_textures(folder: FilePath, maps: TextureMaps) -> None:
     """
     for name, image in images(maps).items():
         write_bytes(Path(folder) / f"{name}.png", _png(image))
+    write_json(fspath(Path(folder) / "textures.json"), _description(maps))
+
+
+def texture_archive(maps: TextureMaps) -> bytes:
+    """Return a ZIP archive of the files that ``write_textures`` writes."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, image in images(maps).items():
+            archive.writestr(f"{name}.png", _png(image), zipfile.ZIP_STORED)
+        archive.writestr("textures.json", json.dumps(_description(maps), indent=2) + "\n")
+    return content.getvalue()
+
+
+def _description(maps: TextureMaps) -> dict[str, Any]:
+    """Return the content of ``textures.json``."""
     u, v = maps.lattice.periods
-    content: dict[str, Any] = {
+    return {
         "maps": {name: {"file": f"{name}.png", "is": text} for name, text in DESCRIPTIONS.items()},
         "pixels": [maps.height.shape[1], maps.height.shape[0]],
         "size_cm": [float(np.linalg.norm(u)), float(np.linalg.norm(v))],
@@ -44,7 +61,6 @@ def write_textures(folder: FilePath, maps: TextureMaps) -> None:
         "height_cm": maps.depth,
         "layout": "columns are fractions of u from the left, rows are fractions of v from the bottom",
     }
-    write_json(fspath(Path(folder) / "textures.json"), content)
 
 
 def images(maps: TextureMaps) -> dict[str, NDArray[np.uint8] | NDArray[np.uint16]]:

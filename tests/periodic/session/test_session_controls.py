@@ -13,6 +13,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError, PatternError, SolverError
+from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.quality import PRESETS, Quality
 
@@ -236,3 +237,18 @@ def test_steps_of_several_threads_add_up():
         for thread in threads:
             thread.join(SAFETY)
         assert running.frame.report["iteration"] == 4 * 3 * 4
+
+
+@pytest.mark.parametrize("change", [{}, {"gamma": 1.3}, {"material": sm.YarnMaterial.named("leaf")}], ids=str)
+@pytest.mark.parametrize("pattern", ["rib2x2", "twill-2x1"])
+def test_measures_of_the_frame_at_rest_are_those_of_the_report_of_its_swatch(pattern, change):
+    with session(pattern) as running:
+        running.set(**change)
+        frame = running.wait_until_rest(SAFETY)
+    report = swatch_report(frame.yarns, frame.fabric, frame.material, DRAFT, frame.report["energy"], "cpu")
+    measures = dataclasses.asdict(frame.measures)
+    assert measures == {name: report[name] for name in measures}
+    mass = frame.material.mass_per_length * frame.yarns.lengths.sum()
+    # The rounding error of the scaling by gamma and back.
+    assert frame.measures.areal_density == pytest.approx(mass / frame.lattice.area, rel=1e-12)
+    assert frame.measures.gauge.stitches * frame.size[0] == pytest.approx(10.0 * frame.measures.wales, rel=1e-12)

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +17,7 @@ from PIL import Image
 from stitchmesh.errors import FileError, ParameterError, YarnError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh.palette import STOCK
-from stitchmesh.periodic.textures.files import DESCRIPTIONS, images, write_textures
+from stitchmesh.periodic.textures.files import DESCRIPTIONS, images, texture_archive, write_textures
 from stitchmesh.periodic.textures.plan import Plan
 from stitchmesh.periodic.textures.surface import Surface, surface_at
 from stitchmesh.periodic.textures.textures import TextureMaps, texture_maps
@@ -228,6 +230,10 @@ def test_files_hold_the_maps_and_their_descriptions(tmp_path):
     assert content["size_cm"] == [0.75, 0.75]
     assert content["height_cm"] == maps.depth
     assert sorted(content["maps"]) == sorted(DESCRIPTIONS)
+    with zipfile.ZipFile(io.BytesIO(texture_archive(maps))) as archive:
+        assert archive.testzip() is None
+        files = {name: archive.read(name) for name in archive.namelist()}
+    assert files == {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 def test_impossible_maps_are_refused(tmp_path):

@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How a labeled mesh is divided into stitches, as a value that JSON can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.checked import check_table
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.tessellate import STITCH_WIDTH, tessellate
+from stitchmesh.tessellate.edge_file import VertexPair, parse_edge_counts
+
+
+@dataclass(frozen=True, kw_only=True)
+class Division:
+    """The sizes and counts with which a labeled mesh is divided into stitches."""
+
+    stitch_width: float = STITCH_WIDTH
+    """Wale spacing [cm]."""
+    stitch_height: float | None = None
+    """Course spacing [cm]; None for 0.77 times the stitch width."""
+    counts: Mapping[VertexPair, int] = field(default_factory=dict)
+    """Number of stitches along single edges, each named by its two vertices."""
+    marked: tuple[VertexPair, ...] = ()
+    """Wale edges at which all increases and decreases of their faces stand, each named by its two vertices."""
+
+    def divide(self, labeled: StitchMesh) -> StitchMesh:
+        """Divide a labeled mesh into stitches.
+
+        Raises:
+            StitchMeshError: as for ``tessellate``.
+        """
+        return tessellate(
+            labeled, stitch_width=self.stitch_width, stitch_height=self.stitch_height, counts=dict(self.counts),
+            marked=self.marked,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Table:
+    """A division as JSON holds it."""
+
+    stitch_width: float
+    stitch_height: float | None
+    counts: tuple[str, ...]
+    marked: tuple[tuple[int, int], ...]
+
+
+def division_table(division: Division) -> dict[str, Any]:
+    """Return a division as JSON can hold it; a count is written ``V,W=COUNT``."""
+    return {
+        "stitch_width": division.stitch_width,
+        "stitch_height": division.stitch_height,
+        "counts": [f"{first},{second}={count}" for (first, second), count in division.counts.items()],
+        "marked": [list(edge) for edge in division.marked],
+    }
+
+
+def division_of(table: object) -> Division:
+    """Return the division of a table that ``division_table`` made.
+
+    Raises:
+        ParameterError: the table has another form.
+    """
+    found = check_table(table, _Table)
+    counts: dict[VertexPair, int] = {}
+    for edge, count in parse_edge_counts(found.counts).counts.items():
+        if isinstance(edge, int):
+            raise ParameterError(f"count of side {edge}: expected an edge, named by its two vertices")
+        counts[edge] = count
+    return Division(
+        stitch_width=found.stitch_width, stitch_height=found.stitch_height, counts=counts, marked=found.marked
+    )

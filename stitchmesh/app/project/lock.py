@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A lock on the folder of a project, so that two programs never write into it at once.
+
+The lock belongs to the process: the operating system releases it when the process ends, also when it is killed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+from typing import IO
+
+from stitchmesh.errors import FileError
+
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks; there a second program is not refused.
+    fcntl = None  # type: ignore[assignment]
+
+NAME = ".lock"
+"""Name of the lock's file in the folder of a project."""
+
+
+class FolderLock:
+    """The lock on a folder, from its construction until ``release``."""
+
+    def __init__(self, folder: Path) -> None:
+        """Take the lock; the folder is made if it is missing.
+
+        Raises:
+            FileError: another program holds the lock, or the folder cannot be made or written.
+        """
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file: IO[str] | None = (folder / NAME).open("a+")
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise FileError(f"{folder}: cannot hold a project ({reason}); choose another folder") from error
+        try:
+            if fcntl is not None:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self._file.close()
+            raise FileError(
+                f"{folder}: the project is open in another stitchmesh app; use that one, or close it first"
+            ) from error
+
+    def release(self) -> None:
+        """Release the lock; a second call does nothing."""
+        if self._file is not None:
+            with contextlib.suppress(OSError):
+                os.unlink(self._file.name)
+            self._file.close()
+            self._file = None

@@ -1,0 +1,420 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A project: the values of all stages of a garment, with undo, settings and autosave.
+
+The stages depend on each other in this order: mesh, labeling, labeled mesh, fabric (divided, then edited), evened
+fabric, yarns, relaxed yarns. A change of one stage drops the later ones; undo and redo bring back what the last change
+dropped. All methods run in one thread; another thread writes the newest state to disk.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.app.project.autosave import Autosave
+from stitchmesh.app.project.division import Division
+from stitchmesh.app.project.lock import FolderLock
+from stitchmesh.app.project.project_folder import TABLE_NAME, ProjectFolder
+from stitchmesh.app.project.source import Source, read_source
+from stitchmesh.app.project.stage_values import StageValues
+from stitchmesh.app.project.state import (
+    NO_RESULTS,
+    ProjectState,
+    dropped,
+    with_division,
+    with_edits,
+    with_label_steps,
+    with_results,
+)
+from stitchmesh.editing.edit import Edit
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.labeling import PartialLabeling
+from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.change import Change
+from stitchmesh.yarn import YarnSet
+
+
+class Project:
+    """A garment from its mesh to its relaxed yarns, in a folder.
+
+    A method that changes the project returns the names of what it dropped, such as ``("yarns", "relaxed yarns")``. If a
+    method raises an error, the project stays unchanged.
+
+    Use ``create``, ``open`` or ``open_or_create`` to make one, and ``close`` at the end.
+    """
+
+    def __init__(
+        self, store: ProjectFolder, lock: FolderLock, state: ProjectState, notes: tuple[str, ...] = ()
+    ) -> None:
+        """Make the values of a state that is in the folder already; ``notes`` says what was left out.
+
+        Raises:
+            StitchMeshError: the imported file cannot be read, or a step or an edit is not possible.
+        """
+        self._store, self._lock, self._state = store, lock, state
+        self._values = StageValues.of(state)
+        self.notes = notes
+        """A line for each result that was damaged on disk and was left out."""
+        self.on_trouble: Callable[[str | None], None] = lambda message: None
+        """Called from another thread with a message when autosave fails, and with None when it succeeds again."""
+        self.autosave = Autosave(store.write, self._trouble)
+
+    @classmethod
+    def create(cls, folder: Path, name: str = "") -> Project:
+        """Make an empty project; its name is that of its folder if none is given.
+
+        Raises:
+            FileError: the folder holds a project already, another program uses it, or it cannot be written.
+        """
+        folder = Path(folder).absolute()
+        if (folder / TABLE_NAME).exists():
+            raise FileError(f"{folder}: holds a project already; open it, or choose another folder")
+        lock = FolderLock(folder)
+        project = cls(ProjectFolder(folder), lock, ProjectState(name=name or folder.name))
+        project.save()
+        return project
+
+    @classmethod
+    def open(cls, folder: Path) -> Project:
+        """Open the project of a folder where it was.
+
+        Raises:
+            FileError: the folder holds no project, another program uses it, or the project is damaged.
+        """
+        folder = Path(folder).absolute()
+        if not (folder / TABLE_NAME).exists():
+            raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
+        lock = FolderLock(folder)
+        store = ProjectFolder(folder)
+        try:
+            return cls(store, lock, *store.read())
+        except BaseException:
+            lock.release()
+            raise
+
+    @classmethod
+    def open_or_create(cls, folder: Path) -> Project:
+        """Open the project of a folder, or make an empty one there.
+
+        Raises:
+            FileError: as for ``open`` and ``create``.
+        """
+        return cls.open(folder) if (Path(folder) / TABLE_NAME).exists() else cls.create(folder)
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the project."""
+        return self._store.folder
+
+    @property
+    def checkpoint_folder(self) -> Path:
+        """Folder of the checkpoints of a relaxation; it is not part of what autosave writes."""
+        return self.folder / "checkpoint"
+
+    @property
+    def name(self) -> str:
+        """Name of the project."""
+        return self._state.name
+
+    @property
+    def source(self) -> Source | None:
+        """The imported file; None until one is imported."""
+        return self._state.source
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """The polygon mesh; None if none is imported, or if the imported file holds stitches."""
+        return None if self.labeling is None else self.labeling.mesh
+
+    @property
+    def labeling(self) -> PartialLabeling | None:
+        """The labeling of the mesh; None if there is no mesh."""
+        return self._values.labeling
+
+    @property
+    def label_steps(self) -> tuple[LabelStep, ...]:
+        """The steps that led to the labeling."""
+        return self._state.label_steps
+
+    @property
+    def labeled(self) -> StitchMesh | None:
+        """The labeled mesh; None until every face has a row."""
+        return self._values.labeled
+
+    @property
+    def division(self) -> Division | None:
+        """How the labeled mesh was divided; None until it is divided."""
+        return self._state.division
+
+    @property
+    def fabric(self) -> StitchMesh | None:
+        """The stitches with all edits; None until the mesh is divided."""
+        return self._values.fabric
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        """The edits that led to the fabric."""
+        return self._state.edits
+
+    @property
+    def last_changes(self) -> tuple[Change, ...]:
+        """The changes by which the last edit, undo or redo led to the present fabric, in order."""
+        return self._values.last_changes
+
+    @property
+    def evened(self) -> StitchMesh | None:
+        """The fabric after mesh relaxation; None until it is evened out."""
+        return self._state.results.evened
+
+    @property
+    def yarns(self) -> YarnSet | None:
+        """The generated yarns; None until they are generated."""
+        return self._state.results.yarns
+
+    @property
+    def yarn_settings(self) -> Mapping[str, Any] | None:
+        """Settings with which the yarns were generated; None until they are generated."""
+        return self._state.results.yarn_settings
+
+    @property
+    def relaxed(self) -> YarnSet | None:
+        """The relaxed yarns; None until they are relaxed."""
+        return self._state.results.relaxed
+
+    @property
+    def report(self) -> Mapping[str, Any] | None:
+        """Figures of the relaxation; None until the yarns are relaxed."""
+        return self._state.results.report
+
+    @property
+    def history(self) -> Sequence[HistoryEntry] | None:
+        """Assessments of the relaxation; None until the yarns are relaxed."""
+        return self._state.results.history
+
+    def import_mesh(self, name: str, content: bytes, unit: str = DEFAULT_UNIT) -> tuple[str, ...]:
+        """Start again from a file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
+
+        Args:
+            name: name of the file; its suffix decides the format.
+            content: the bytes of the file.
+            unit: unit of the coordinates in the file.
+
+        Raises:
+            StitchMeshError: the file cannot be read, or it holds yarns.
+        """
+        source = Source(Path(name.replace("\\", "/")).name, content, unit)
+        values = StageValues.start(read_source(source))
+        return self._change(ProjectState(name=self.name, source=source, settings=self._state.settings), values)
+
+    def apply_label_step(self, step: LabelStep) -> tuple[str, ...]:
+        """Take a step of the labeling.
+
+        Raises:
+            StitchMeshError: there is no mesh, or the step is not possible.
+        """
+        return self._label((*self.label_steps, step), (), self._values.with_label_step(step))
+
+    @property
+    def can_undo_label(self) -> bool:
+        """Whether there is a step of the labeling to undo."""
+        return bool(self._state.label_steps)
+
+    @property
+    def can_redo_label(self) -> bool:
+        """Whether there is a step of the labeling to take again."""
+        return bool(self._state.undone_label_steps)
+
+    def undo_label(self) -> tuple[str, ...]:
+        """Undo the last step of the labeling.
+
+        Raises:
+            ParameterError: there is none.
+        """
+        if not self.can_undo_label:
+            raise ParameterError("undo: no step of the labeling is left to undo")
+        undone = (self.label_steps[-1], *self._state.undone_label_steps)
+        return self._label(self.label_steps[:-1], undone, self._values.without_label_step())
+
+    def redo_label(self) -> tuple[str, ...]:
+        """Take again the step of the labeling that was undone last.
+
+        Raises:
+            ParameterError: there is none.
+        """
+        if not self.can_redo_label:
+            raise ParameterError("redo: no step of the labeling is left to redo")
+        step, *rest = self._state.undone_label_steps
+        return self._label((*self.label_steps, step), tuple(rest), self._values.with_label_step(step))
+
+    def divide(self, division: Division) -> tuple[str, ...]:
+        """Divide the labeled mesh into stitches.
+
+        Raises:
+            StitchMeshError: the mesh is not labeled, or it cannot be divided so.
+        """
+        values = self._values.divided(division)
+        return self._change(with_division(self._state, division), values)
+
+    def apply_edit(self, edit: Edit) -> tuple[str, ...]:
+        """Edit the fabric.
+
+        Raises:
+            StitchMeshError: there is no fabric, or the edit is not possible.
+        """
+        values = self._values.edited(edit)
+        return self._change(with_edits(self._state, (*self.edits, edit), ()), values)
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is an edit to undo."""
+        return bool(self._state.edits)
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is an edit to apply again."""
+        return bool(self._state.undone_edits)
+
+    def undo(self) -> tuple[str, ...]:
+        """Undo the last edit.
+
+        Raises:
+            ParameterError: there is none.
+        """
+        if not self.can_undo:
+            raise ParameterError("undo: no edit is left to undo")
+        values = self._values.undone()
+        undone = (self.edits[-1], *self._state.undone_edits)
+        return self._change(with_edits(self._state, self.edits[:-1], undone), values)
+
+    def redo(self) -> tuple[str, ...]:
+        """Apply again the edit that was undone last.
+
+        Raises:
+            ParameterError: there is none.
+        """
+        if not self.can_redo:
+            raise ParameterError("redo: no edit is left to redo")
+        edit, *rest = self._state.undone_edits
+        values = self._values.edited(edit)
+        return self._change(with_edits(self._state, (*self.edits, edit), tuple(rest)), values)
+
+    @property
+    def can_restore(self) -> tuple[str, ...]:
+        """What ``restore`` brings back, in words; empty if the last changes have dropped nothing."""
+        return self._state.kept[0].made if self._state.kept else ()
+
+    def restore(self) -> tuple[str, ...]:
+        """Return to the state before the last change that dropped something; a second call returns to the present.
+
+        Raises:
+            ParameterError: no change has dropped anything.
+        """
+        if not self._state.kept:
+            raise ParameterError("restore: nothing was dropped since the file was imported")
+        last, *others = self._state.kept
+        kept = (replace(self._state, kept=()), *others)
+        state = replace(last, name=self.name, settings=self._state.settings, kept=kept)
+        return self._change(state, StageValues.of(state))
+
+    def set_evened(self, fabric: StitchMesh) -> tuple[str, ...]:
+        """Set the fabric after mesh relaxation."""
+        return self._change(replace(self._state, results=replace(NO_RESULTS, evened=fabric)), self._values)
+
+    def set_yarns(self, yarns: YarnSet, settings: Mapping[str, Any]) -> tuple[str, ...]:
+        """Set the generated yarns, and the settings with which they were generated.
+
+        Raises:
+            ParameterError: JSON cannot hold the settings.
+        """
+        kept = _plain("settings of the yarns", settings)
+        state = with_results(self._state, yarns=yarns, yarn_settings=kept, relaxed=None, report=None, history=None)
+        return self._change(state, self._values)
+
+    def set_relaxed(
+        self, yarns: YarnSet, report: Mapping[str, Any], history: Sequence[HistoryEntry]
+    ) -> tuple[str, ...]:
+        """Set the relaxed yarns, the figures and the assessments of their relaxation.
+
+        Raises:
+            ParameterError: JSON cannot hold the report.
+        """
+        state = with_results(self._state, relaxed=yarns, report=_plain("report", report), history=list(history))
+        return self._change(state, self._values)
+
+    def settings(self, page: str) -> dict[str, Any]:
+        """Return the settings of a page; an empty dictionary if none were set."""
+        return dict(self._state.settings.get(page, {}))
+
+    def set_settings(self, page: str, values: Mapping[str, Any]) -> None:
+        """Set the settings of a page.
+
+        Raises:
+            ParameterError: JSON cannot hold them.
+        """
+        kept = {**self._state.settings, page: _plain(f"settings of page {page}", values)}
+        self._change(replace(self._state, settings=kept), self._values)
+
+    def rename(self, name: str) -> None:
+        """Give the project another name; its folder stays the same.
+
+        Raises:
+            ParameterError: the name is empty or longer than a line.
+        """
+        if not name.strip() or len(name) > 80 or not name.isprintable():
+            raise ParameterError(f"name: got {name[:40]!r}; expected a text of 1 to 80 characters in one line")
+        self._change(replace(self._state, name=name.strip()), self._values)
+
+    def save(self) -> None:
+        """Write the project now.
+
+        Raises:
+            FileError: the disk refuses it; autosave tries again.
+        """
+        self.autosave.changed(self._state)
+        self.autosave.flush()
+
+    def close(self) -> None:
+        """Write the project, and let other programs open it.
+
+        Raises:
+            FileError: the disk refuses it.
+        """
+        try:
+            self.autosave.close()
+        finally:
+            self._lock.release()
+
+    def _trouble(self, message: str | None) -> None:
+        self.on_trouble(message)
+
+    def _label(
+        self, steps: tuple[LabelStep, ...], undone: tuple[LabelStep, ...], values: StageValues
+    ) -> tuple[str, ...]:
+        state = with_label_steps(self._state, steps, undone)
+        return self._change(state, values.divided_as(state))
+
+    def _change(self, state: ProjectState, values: StageValues) -> tuple[str, ...]:
+        lost = dropped(self._state, state)
+        self._state, self._values = state, values
+        self.autosave.changed(state)
+        return lost
+
+
+def _plain(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy of values that JSON can hold.
+
+    Raises:
+        ParameterError: JSON cannot hold them.
+    """
+    try:
+        return check_value(parse_json(json.dumps(values, allow_nan=False)), dict[str, Any])
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{what}: {error}; expected texts, numbers, lists and dictionaries") from error

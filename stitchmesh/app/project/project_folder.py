@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The folder of a project on disk.
+
+``project.json`` holds the table of the project and the names of the files in ``files``. A result is written to a file
+with a new name, and then a new ``project.json`` replaces the old one in one step. A process that is killed at any
+moment therefore leaves the project as it was before or after the write. Files that no table names are removed later.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.app.project.source import Source
+from stitchmesh.app.project.state import NO_RESULTS, ProjectState, Results
+from stitchmesh.app.project.tables import FORMAT, VERSION, ProjectTable, SourceTable, WorkTable, work_fields, work_table
+from stitchmesh.errors import FileError, ParameterError, StitchMeshError
+from stitchmesh.io.atomic import write_bytes, write_text
+from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.stitches import read_stitches, write_stitches
+from stitchmesh.io.yarns import read_yarns, write_yarns
+
+TABLE_NAME = "project.json"
+"""Name of the file with the table."""
+FILES = "files"
+"""Name of the folder with the files that the table names."""
+
+
+@dataclass(frozen=True)
+class ResultFormat:
+    """How one field of ``Results`` is kept in a file."""
+
+    suffix: str
+    write: Callable[[Path, Any], None]
+    read: Callable[[Path], Any]
+
+
+def _write_plain(path: Path, value: object) -> None:
+    write_text(path, json.dumps(value, indent=2) + "\n")
+
+
+def _read_plain(path: Path) -> object:
+    return parse_json(read_bytes(path).decode("utf-8"))
+
+
+def _read_history(path: Path) -> list[HistoryEntry]:
+    return check_value(_read_plain(path), list[HistoryEntry])
+
+
+RESULT_FORMATS: Mapping[str, ResultFormat] = {
+    "evened": ResultFormat(".h5", write_stitches, read_stitches),
+    "yarns": ResultFormat(".h5", write_yarns, read_yarns),
+    "relaxed": ResultFormat(".h5", write_yarns, read_yarns),
+    "report": ResultFormat(".json", _write_plain, _read_plain),
+    "history": ResultFormat(".json", _write_plain, _read_history),
+}
+"""Formats of the results that have files of their own, by field of ``Results``."""
+
+
+class ProjectFolder:
+    """Reads and writes the states of a project; a value that is on disk already is not written again."""
+
+    def __init__(self, folder: Path) -> None:
+        """Use a folder, which need not exist before the first write."""
+        self.folder = folder
+        self._written: dict[str, object] = {}
+        """The value in each file that has been written or read."""
+        self._number = 0
+
+    @property
+    def table_path(self) -> Path:
+        """The file with the table."""
+        return self.folder / TABLE_NAME
+
+    def write(self, state: ProjectState) -> None:
+        """Write a state; the folder holds the state before or this state, whenever the process ends.
+
+        Raises:
+            FileError: a file cannot be written; the folder then holds the state before.
+        """
+        named: dict[str, object] = {}
+        table = ProjectTable(
+            format=FORMAT, version=VERSION, name=state.name, source=self._source_table(state.source, named),
+            work=self._work_table(state, named),
+            kept=[self._work_table(kept, named) for kept in state.kept],
+            settings={page: dict(values) for page, values in state.settings.items()},
+        )  # fmt: skip
+        write_text(self.table_path, json.dumps(asdict(table), indent=1, allow_nan=False) + "\n")
+        self._written = named
+        self._remove_unnamed()
+
+    def read(self) -> tuple[ProjectState, tuple[str, ...]]:
+        """Read the state of the folder, and a line for each result that is damaged and was left out.
+
+        Raises:
+            FileError: there is no project, or its table or its imported file is damaged.
+        """
+        table = self._table()
+        self._written, notes = {}, list[str]()
+        try:
+            state = ProjectState(
+                name=table.name, source=self._read_source(table.source), settings=table.settings,
+                **self._read_work(table.work, notes),
+            )  # fmt: skip
+            kept = [ProjectState(name=table.name, source=state.source, **self._read_work(work, notes))
+                    for work in table.kept]  # fmt: skip
+            state = replace(state, kept=tuple(kept))
+        except ParameterError as error:
+            raise FileError(f"{self.table_path}: {error}") from error
+        self._number = max((_number(name) for name in self._names()), default=0)
+        return state, tuple(notes)
+
+    def _table(self) -> ProjectTable:
+        try:
+            table = check_value(parse_json(read_bytes(self.table_path).decode("utf-8")), ProjectTable)
+        except (ParameterError, UnicodeDecodeError) as error:
+            raise FileError(f"{self.table_path}: {error}; expected the table of a project") from error
+        if table.format != FORMAT or not 1 <= table.version <= VERSION:
+            found = f"{table.format!r}, version {table.version}"
+            raise FileError(f"{self.table_path}: is {found}; expected {FORMAT!r}, version 1 to {VERSION}")
+        return table
+
+    def _source_table(self, source: Source | None, named: dict[str, object]) -> SourceTable | None:
+        if source is None:
+            return None
+        write = lambda path, value: write_bytes(path, value.content)  # noqa: E731
+        file = self._file_of(source, "source", Path(source.name).suffix.lower(), write, named)
+        return SourceTable(name=source.name, unit=source.unit, file=file)
+
+    def _work_table(self, state: ProjectState, named: dict[str, object]) -> WorkTable:
+        files: dict[str, str] = {}
+        for field, form in RESULT_FORMATS.items():
+            value = getattr(state.results, field)
+            if value is not None:
+                files[field] = self._file_of(value, field, form.suffix, form.write, named)
+        return work_table(state, files)
+
+    def _file_of(
+        self, value: object, kind: str, suffix: str, write: Callable[[Path, Any], None], named: dict[str, object]
+    ) -> str:
+        """Return the name of the file that holds a value; write the file if there is none."""
+        found = [name for name, held in self._written.items() if held is value and name.startswith(kind)]
+        if not found:
+            self._number += 1
+            found = [f"{kind}-{self._number}{suffix}"]
+            write(self.folder / FILES / found[0], value)
+            self._written[found[0]] = value  # Where the next file is refused, this one need not be written again.
+        named[found[0]] = value
+        return found[0]
+
+    def _read_source(self, table: SourceTable | None) -> Source | None:
+        if table is None:
+            return None
+        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), table.unit)
+        self._written[table.file] = source
+        return source
+
+    def _read_work(self, table: WorkTable, notes: list[str]) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for field, name in table.files.items():
+            if field not in RESULT_FORMATS:
+                raise ParameterError(f"files has no key {field!r}; the keys are {', '.join(RESULT_FORMATS)}")
+            try:
+                values[field] = self._read_result(name, RESULT_FORMATS[field])
+            except (StitchMeshError, UnicodeDecodeError) as error:
+                notes.append(f"{field} left out: {error}")
+        if table.yarn_settings is not None:
+            values["yarn_settings"] = table.yarn_settings
+        return {**work_fields(table), "results": Results(**values) if values else NO_RESULTS}
+
+    def _read_result(self, name: str, form: ResultFormat) -> object:
+        """Return the value of a file; a file that two tables name is read once."""
+        if name not in self._written:
+            self._written[name] = form.read(self._path(name))
+        return self._written[name]
+
+    def _path(self, name: str) -> Path:
+        """Return the path of a file that the table names.
+
+        Raises:
+            ParameterError: the name is not that of a file in the folder of the files.
+        """
+        if re.fullmatch(r"[a-z]+-\d+(\.[a-z0-9]+)?", name) is None:
+            raise ParameterError(f"file {name!r}: is no file of a project; expected a name such as yarns-3.h5")
+        return self.folder / FILES / name
+
+    def _names(self) -> list[str]:
+        files = self.folder / FILES
+        return [path.name for path in files.iterdir()] if files.is_dir() else []
+
+    def _remove_unnamed(self) -> None:
+        for name in self._names():
+            if name not in self._written:
+                (self.folder / FILES / name).unlink(missing_ok=True)
+
+
+def _number(name: str) -> int:
+    found = re.search(r"-(\d+)", name)
+    return int(found[1]) if found else 0

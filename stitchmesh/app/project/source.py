@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The file that a project starts from: its bytes as they were imported, and what they hold."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.any_file import read_any
+from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
+from stitchmesh.labeling.labeling_file import holds_labeling
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.stitch import Stitch
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The imported file of a project, which is kept without a change."""
+
+    name: str
+    """Name of the file, without folders."""
+    content: bytes
+    """The bytes of the file."""
+    unit: str = DEFAULT_UNIT
+    """Unit of the coordinates in the file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """What a project starts with: a labeling, on which nothing may be labeled yet, or stitches."""
+
+    labeling: PartialLabeling | None
+    """The labeling; None if the file holds stitches."""
+    fabric: StitchMesh | None
+    """The stitches; None if the file holds a mesh that is not divided."""
+
+
+def read_source(source: Source) -> Start:
+    """Read an imported file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
+
+    Raises:
+        StitchMeshError: the file cannot be read, or it holds yarns.
+    """
+    with tempfile.TemporaryDirectory(prefix="stitchmesh-") as folder:
+        path = Path(folder) / source.name
+        write_bytes(path, source.content)
+        try:
+            return _start(path, source)
+        except FileError as error:  # The message names the file of the user and not the temporary folder.
+            raise FileError(str(error).replace(f"{folder}/", "")) from error
+
+
+def _start(path: Path, source: Source) -> Start:
+    if holds_labeling(path):
+        return Start(read_labeling(path), None)
+    found = read_any(path, unit=source.unit)
+    if not isinstance(found, Mesh):
+        raise ParameterError(f"{source.name}: holds yarns; expected a mesh or stitches; look at yarns on the page View")
+    if isinstance(found, StitchMesh):
+        return _start_of_stitches(found, source.name)
+    return Start(start_labeling(found), None)
+
+
+def _start_of_stitches(fabric: StitchMesh, name: str) -> Start:
+    panels = fabric.stitch == Stitch.PANEL
+    if panels.all():
+        return Start(PartialLabeling.of_rows(fabric), None)
+    if panels.any():
+        face = np.flatnonzero(panels)[0]
+        raise ParameterError(f"{name}: face {face} is a panel among stitches; divide the labeled mesh anew")
+    return Start(None, fabric)

@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The values that follow from the state of a project: the labelings, the divided mesh and the edited fabric.
+
+The values are made again when a project is opened. The labelings before each step and the changes of each edit are
+kept, so that undo takes no time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from stitchmesh.app.project.division import Division
+from stitchmesh.app.project.source import Start, read_source
+from stitchmesh.app.project.state import ProjectState
+from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
+from stitchmesh.errors import ParameterError
+from stitchmesh.labeling import PartialLabeling
+from stitchmesh.labeling.steps import LabelStep, apply_label_step
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.change import Change
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StageValues:
+    """The values of the stages up to the edited fabric."""
+
+    labelings: tuple[PartialLabeling, ...] = ()
+    """The labeling before the first step and after each step; empty if there is no mesh."""
+    labeled: StitchMesh | None = None
+    """The labeled mesh; None until every face has a row."""
+    fabric: StitchMesh | None = None
+    """The fabric with all edits; None until the mesh is divided."""
+    inverses: tuple[tuple[Change, ...], ...] = ()
+    """The changes that undo each edit."""
+    last_changes: tuple[Change, ...] = ()
+    """The changes of the last edit, undo or redo."""
+
+    @classmethod
+    def of(cls, state: ProjectState) -> StageValues:
+        """Return the values of a state.
+
+        Raises:
+            StitchMeshError: the imported file cannot be read, or a step or an edit is not possible.
+        """
+        if state.source is None:
+            return cls()
+        values = cls.start(read_source(state.source))
+        for step in state.label_steps:
+            values = values.with_label_step(step)
+        return values.divided_as(state)
+
+    @classmethod
+    def start(cls, start: Start) -> StageValues:
+        """Return the values of an imported file."""
+        if start.labeling is None:
+            return cls(fabric=start.fabric)
+        return cls(labelings=(start.labeling,), labeled=_labeled(start.labeling))
+
+    @property
+    def labeling(self) -> PartialLabeling | None:
+        """The labeling after the last step; None if there is no mesh."""
+        return self.labelings[-1] if self.labelings else None
+
+    def with_label_step(self, step: LabelStep) -> StageValues:
+        """Return the values after a step of the labeling.
+
+        Raises:
+            StitchMeshError: there is no mesh, or the step is not possible.
+        """
+        if self.labeling is None:
+            raise ParameterError(f"step {step.name}: there is no mesh to label; import a polygon mesh first")
+        labeling = apply_label_step(self.labeling, step)
+        return StageValues(labelings=(*self.labelings, labeling), labeled=_labeled(labeling))
+
+    def without_label_step(self) -> StageValues:
+        """Return the values before the last step of the labeling."""
+        return StageValues(labelings=self.labelings[:-1], labeled=_labeled(self.labelings[-2]))
+
+    def divided_as(self, state: ProjectState) -> StageValues:
+        """Return the values with the division and the edits of a state; the labeling must be that of the state.
+
+        Raises:
+            StitchMeshError: the division or an edit is not possible.
+        """
+        values = self if state.division is None else self.divided(state.division)
+        for edit in state.edits:
+            values = values.edited(edit)
+        return values
+
+    def divided(self, division: Division) -> StageValues:
+        """Return the values after a division.
+
+        Raises:
+            StitchMeshError: the mesh is not labeled, or it cannot be divided so.
+        """
+        if self.labeled is None:
+            raise ParameterError("divide: the mesh is not labeled completely; label all its faces first")
+        fabric = division.divide(self.labeled)
+        return replace(self, fabric=fabric, inverses=(), last_changes=())
+
+    def edited(self, edit: Edit) -> StageValues:
+        """Return the values after an edit.
+
+        Raises:
+            StitchMeshError: there is no fabric, or the edit is not possible.
+        """
+        if self.fabric is None:
+            raise ParameterError(f"edit {edit.name}: there are no stitches yet; divide the labeled mesh first")
+        edited = apply_edit(self.fabric, edit)
+        return replace(self._of(edited), inverses=(*self.inverses, edited.inverse))
+
+    def undone(self) -> StageValues:
+        """Return the values before the last edit."""
+        assert self.fabric is not None
+        return replace(self._of(apply_changes(self.fabric, self.inverses[-1])), inverses=self.inverses[:-1])
+
+    def _of(self, edited: Edited) -> StageValues:
+        return replace(self, fabric=edited.fabric, last_changes=edited.changes)
+
+
+def _labeled(labeling: PartialLabeling) -> StitchMesh | None:
+    """Return the labeled mesh; None if a face has no row."""
+    return labeling.finish() if labeling.labeled.all() else None

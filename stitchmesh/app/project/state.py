@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that a project saves, as one value.
+
+A change of a project makes a new state, so that a thread can write one state while the user makes the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from stitchmesh.app.project.division import Division
+from stitchmesh.app.project.source import Source
+from stitchmesh.editing.edit import Edit
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.yarn import YarnSet
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Results:
+    """The results of the stages after the last edit; None until a stage has run."""
+
+    evened: StitchMesh | None = None
+    """The fabric after mesh relaxation."""
+    yarns: YarnSet | None = None
+    """The generated yarns."""
+    yarn_settings: Mapping[str, Any] | None = None
+    """Settings with which the yarns were generated, as JSON can hold them."""
+    relaxed: YarnSet | None = None
+    """The relaxed yarns."""
+    report: Mapping[str, Any] | None = None
+    """Figures of the relaxation."""
+    history: Sequence[HistoryEntry] | None = None
+    """Assessments of the relaxation, in order."""
+
+
+NO_RESULTS = Results()
+MOST_KEPT = 3
+"""Number of earlier states that a project keeps, because each can hold large results."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ProjectState:
+    """A project between two changes."""
+
+    name: str
+    """Name of the project."""
+    source: Source | None = None
+    """The imported file; None until one is imported."""
+    label_steps: tuple[LabelStep, ...] = ()
+    """The steps of the labeling, in order."""
+    undone_label_steps: tuple[LabelStep, ...] = ()
+    """The steps that can be taken again, the next one first."""
+    division: Division | None = None
+    """How the labeled mesh is divided; None until it is divided."""
+    edits: tuple[Edit, ...] = ()
+    """The edits of the stitches, in order."""
+    undone_edits: tuple[Edit, ...] = ()
+    """The edits that can be applied again, the next one first."""
+    results: Results = NO_RESULTS
+    """The results of the later stages."""
+    kept: tuple[ProjectState, ...] = ()
+    """The states before the last changes that dropped something, the last one first; undo and redo take results from
+    them. They keep no states themselves."""
+    settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Settings of each page, as JSON can hold them."""
+
+    @property
+    def made(self) -> tuple[str, ...]:
+        """What the stages after the labeling have made, in words."""
+        results = self.results
+        parts = {
+            "stitches": self.division,
+            "edits": self.edits or self.undone_edits or None,
+            "evened stitches": results.evened,
+            "yarns": results.yarns,
+            "relaxed yarns": results.relaxed,
+        }
+        return tuple(name for name, value in parts.items() if value is not None)
+
+
+def with_label_steps(state: ProjectState, steps: tuple[LabelStep, ...], undone: tuple[LabelStep, ...]) -> ProjectState:
+    """Return the state after a change of the labeling; stitches, edits and results are dropped.
+
+    Where the labeling is again that of a kept state, its stitches, edits and results come back.
+    """
+    changed = replace(
+        state, label_steps=steps, undone_label_steps=undone, division=None, edits=(), undone_edits=(),
+        results=NO_RESULTS, kept=_kept(state, bool(state.made)),
+    )  # fmt: skip
+    for kept in changed.kept:
+        if kept.label_steps == steps and kept.division is not None:
+            return replace(
+                changed, division=kept.division, edits=kept.edits, undone_edits=kept.undone_edits, results=kept.results
+            )
+    return changed
+
+
+def with_division(state: ProjectState, division: Division) -> ProjectState:
+    """Return the state after a division of the labeled mesh; edits and results are dropped."""
+    lost = bool(state.edits) or state.results is not NO_RESULTS
+    return replace(state, division=division, edits=(), undone_edits=(), results=NO_RESULTS, kept=_kept(state, lost))
+
+
+def with_edits(state: ProjectState, edits: tuple[Edit, ...], undone: tuple[Edit, ...]) -> ProjectState:
+    """Return the state after a change of the edits; results are dropped.
+
+    Where the stitches are again those of a kept state, its results come back.
+    """
+    kept = _kept(state, state.results is not NO_RESULTS)
+    changed = replace(state, edits=edits, undone_edits=undone, results=NO_RESULTS, kept=kept)
+    wanted = state.label_steps, state.division, edits
+    same = [one for one in kept if (one.label_steps, one.division, one.edits) == wanted]
+    return replace(changed, results=same[0].results) if same else changed
+
+
+def with_results(state: ProjectState, **values: Any) -> ProjectState:
+    """Return the state with new results."""
+    return replace(state, results=replace(state.results, **values))
+
+
+def dropped(before: ProjectState, after: ProjectState) -> tuple[str, ...]:
+    """Return what a change has dropped, in words."""
+    return tuple(name for name in before.made if name not in after.made)
+
+
+def _kept(state: ProjectState, lost: bool) -> tuple[ProjectState, ...]:
+    """Return the states to keep at a change: the present one too if something is lost with it."""
+    return (replace(state, kept=()), *state.kept)[:MOST_KEPT] if lost else state.kept

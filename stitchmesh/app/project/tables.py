@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The states of a project as tables that JSON can hold.
+
+Meshes, stitches and yarns are not in the tables: a table holds the names of their files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from stitchmesh.app.project.division import division_of, division_table
+from stitchmesh.app.project.state import ProjectState
+from stitchmesh.editing.edit import Edit
+from stitchmesh.labeling.steps import LabelStep
+
+FORMAT = "stitchmesh project"
+"""Value of the key ``format`` of every project."""
+VERSION = 1
+"""Newest version of the table that this program reads and writes."""
+Step = tuple[str, dict[str, Any]]
+"""Name and arguments of a labeling step or of an edit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkTable:
+    """What the user has made, without the imported file."""
+
+    label_steps: list[Step] = field(default_factory=list)
+    undone_label_steps: list[Step] = field(default_factory=list)
+    division: dict[str, Any] | None = None
+    edits: list[Step] = field(default_factory=list)
+    undone_edits: list[Step] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)
+    """Name of the file of each result, by the names of the fields of ``Results``."""
+    yarn_settings: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SourceTable:
+    """The imported file."""
+
+    name: str
+    unit: str
+    file: str
+    """Name of the file in the project, which holds the same bytes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProjectTable:
+    """A project."""
+
+    format: str
+    version: int
+    name: str
+    source: SourceTable | None = None
+    work: WorkTable = field(default_factory=WorkTable)
+    kept: list[WorkTable] = field(default_factory=list)
+    settings: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+def work_table(state: ProjectState, files: Mapping[str, str]) -> WorkTable:
+    """Return the table of what the user has made; ``files`` holds the name of the file of each result."""
+    settings = state.results.yarn_settings
+    return WorkTable(
+        label_steps=_steps(state.label_steps),
+        undone_label_steps=_steps(state.undone_label_steps),
+        division=None if state.division is None else division_table(state.division),
+        edits=_steps(state.edits),
+        undone_edits=_steps(state.undone_edits),
+        files=dict(files),
+        yarn_settings=None if settings is None else dict(settings),
+    )
+
+
+def work_fields(table: WorkTable) -> dict[str, Any]:
+    """Return the fields of the state of a table, except for the results.
+
+    Raises:
+        ParameterError: the division has another form.
+    """
+    return {
+        "label_steps": tuple(LabelStep(*step) for step in table.label_steps),
+        "undone_label_steps": tuple(LabelStep(*step) for step in table.undone_label_steps),
+        "division": None if table.division is None else division_of(table.division),
+        "edits": tuple(Edit(*edit) for edit in table.edits),
+        "undone_edits": tuple(Edit(*edit) for edit in table.undone_edits),
+    }
+
+
+def _steps(steps: tuple[LabelStep, ...] | tuple[Edit, ...]) -> list[Step]:
+    return [(step.name, dict(step.arguments)) for step in steps]

@@ -1,0 +1,222 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The design of a swatch: a pattern and the dials that a designer turns (Leaf et al. 2018, section 7.2).
+
+Some dials act on some patterns only: floats and held loops need stitches that have them, and warps and wefts need a
+weave. A design keeps the values of all dials, so that a designer may change the pattern and return to it, and uses
+those that act on its pattern.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.checked import check_table
+from stitchmesh.mesh.palette import Palette, checked_palette, colour_text, colours_of, make_palette, recolour_palette
+from stitchmesh.patterns import Pattern, format_pattern, parse_pattern
+from stitchmesh.periodic.resolve_pattern import Source
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, GAMMAS, SPACING, TAKE_UP, YARN_RADIUS
+from stitchmesh.periodic.weave.text import format_weave, parse_weave
+from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.quality import quality_named
+from stitchmesh.yarn.rest_length import HOLDING, SLIPS, RestLengths
+from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
+
+STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
+"""Dials that are fields of ``YarnMaterial``, as factors of the default material."""
+FACTORS = ("floats", "held", "warp", "weft")
+"""Dials that are factors of rest lengths."""
+STIFFNESS_FACTORS = (0.01, 100.0)
+"""Smallest and largest factor of a stiffness."""
+BOUNDS: dict[str, tuple[float, float]] = {
+    "gamma": GAMMAS, "width": (0.01, 1000.0), "height": (0.01, 1000.0), "yarn_radius": (0.005, 1.0),
+    "loop_length": (0.05, 100.0), "warp_spacing": (0.01, 50.0), "weft_spacing": (0.01, 50.0), "mass": (0.1, 10_000.0),
+    "columns": (1, 100), "rows": (1, 100), **dict.fromkeys(FACTORS, TAKE_UP),
+    **dict.fromkeys(STIFFNESSES, STIFFNESS_FACTORS),
+}  # fmt: skip
+"""Smallest and largest value of each dial."""
+LONGEST_DESIGN_FLOAT = 40
+"""Number of stitches behind which a yarn may float in a design. A designer sees a long float in the fabric, so that
+only floats which no knitter would make are refused."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SwatchDials:
+    """Values of all dials.
+
+    Raises:
+        ParameterError: a value is out of bounds.
+    """
+
+    gamma: float = 1.0
+    """Tightness: the rest lengths are divided by gamma at constant yarn radius."""
+    width: float | None = None
+    """Width of the repeat [cm]; None leaves it free."""
+    height: float | None = None
+    """Height of the repeat [cm]; None leaves it free."""
+    yarn_radius: float = YARN_RADIUS
+    """Contact radius of the yarn [cm]."""
+    loop_length: float = 2 * COMPACT_LOOP * YARN_RADIUS
+    """Yarn length of a plain stitch of a knit [cm]."""
+    warp_spacing: float = 2 * SPACING * YARN_RADIUS
+    """Distance between the warps of a weave, as drawn [cm]."""
+    weft_spacing: float = 2 * SPACING * YARN_RADIUS
+    """Distance between the wefts of a weave, as drawn [cm]."""
+    floats: float = 1.0
+    """Factor of the yarn that passes slipped loops, or that is carried behind stitches of other yarns."""
+    held: float = 1.0
+    """Factor of the loops held by slips and tucks."""
+    warp: float = 1.0
+    """Factor of the warps of a weave."""
+    weft: float = 1.0
+    """Factor of the wefts of a weave."""
+    k_len: float = 1.0
+    """Factor of the stiffness against stretch within a segment."""
+    k_length: float = 1.0
+    """Factor of the stiffness against a change of length."""
+    k_bend: float = 1.0
+    """Factor of the bending stiffness."""
+    k_contact: float = 1.0
+    """Factor of the contact stiffness."""
+    mass: float = 60.0
+    """Mass of 100 m of yarn [g]."""
+    columns: int = 1
+    """Number of repeats of the pattern that relax together, side by side."""
+    rows: int = 1
+    """Number of repeats of the pattern that relax together, one above another."""
+
+    def __post_init__(self) -> None:
+        for name, (least, most) in BOUNDS.items():
+            value = getattr(self, name)
+            if value is not None and not least <= value <= most:
+                found = f"{name.replace('_', ' ')}: got {value:g}"
+                raise ParameterError(f"{found}; expected {least:g} to {most:g}")
+
+
+@dataclass(frozen=True)
+class SwatchDesign:
+    """A pattern and the values of the dials."""
+
+    pattern: Source
+    """A pattern or a weave."""
+    dials: SwatchDials = SwatchDials()
+    """The values of the dials."""
+    quality: str = "draft"
+    """Preset of the accuracy."""
+
+    def __post_init__(self) -> None:
+        quality_named(self.quality)
+
+    def turned(self, **dials: Any) -> SwatchDesign:
+        """Return the design with other values of some dials.
+
+        Raises:
+            ParameterError: a value is out of bounds.
+        """
+        return replace(self, dials=replace(self.dials, **dials))
+
+    def settings(self) -> dict[str, Any]:
+        """Return the arguments of ``SwatchSession`` and ``SwatchSession.set``; dials without effect are left out."""
+        return {"pattern": self.pattern, "quality": self.quality, "relax_cell": True} | self.options()
+
+    def options(self) -> dict[str, Any]:
+        """Return the material, and those options that ``stretch_test`` takes too when the period is left out."""
+        dials, used = self.dials, acting_dials(self.pattern)
+        return {
+            "material": self._material(),
+            "yarn_radius": dials.yarn_radius,
+            "loop_length": dials.loop_length if "loop_length" in used else None,
+            "spacing": (dials.warp_spacing, dials.weft_spacing) if "warp_spacing" in used else None,
+            "rest_lengths": RestLengths(**{name: getattr(dials, name) for name in FACTORS if name in used}),
+            "gamma": dials.gamma,
+            "period": (dials.width, dials.height),
+            "columns": dials.columns if "columns" in used else 1,
+            "rows": dials.rows if "rows" in used else 1,
+            "longest_float": LONGEST_DESIGN_FLOAT,
+        }
+
+    def _material(self) -> YarnMaterial:
+        material = YarnMaterial.named().scaled(self.dials.yarn_radius / REFERENCE_RADIUS)
+        stiffness = {name: getattr(material, name) * getattr(self.dials, name) for name in STIFFNESSES}
+        return replace(material, mass_per_length=self.dials.mass / 10_000.0, **stiffness)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Table:
+    """The form of a design in JSON."""
+
+    kind: Literal["knit", "weave"]
+    text: str
+    palette: tuple[str, ...] = ()
+    dials: SwatchDials = SwatchDials()
+    quality: str = "draft"
+
+
+def acting_dials(source: Source) -> frozenset[str]:
+    """Return the names of the dials that act on a pattern."""
+    common = {"gamma", "width", "height", "yarn_radius", "mass", *STIFFNESSES}
+    if isinstance(source, Weave):
+        return frozenset(common | {"warp_spacing", "weft_spacing", "warp", "weft"})
+    cells = {cell.stitch for row in source.rows for cell in row.cells}
+    carries = any(len({cell.yarn for cell in row.cells}) > 1 for row in source.rows)
+    floats = {"floats"} if carries or cells & set(SLIPS) else set()
+    held = {"held"} if cells & set(HOLDING) else set()
+    return frozenset(common | {"loop_length", "columns", "rows"} | floats | held)
+
+
+def colour_count(source: Source) -> int:
+    """Return the number of colours that a pattern or a weave uses: one more than its highest number."""
+    if isinstance(source, Pattern):
+        return source.yarn_count
+    return 1 + max(thread.colour for thread in (*source.wefts, *source.warps))
+
+
+def yarn_colours(source: Source) -> list[str]:
+    """Return the colour of each yarn number that the pattern uses, as ``#rrggbb``."""
+    numbers = list(range(colour_count(source)))
+    return [colour_text(colour) for colour in colours_of(numbers, _palette(source))]
+
+
+def recoloured(source: Source, number: int, colour: str) -> Source:
+    """Return a pattern with another colour of one yarn number.
+
+    Raises:
+        ParameterError: the text is no colour.
+    """
+    return _with_palette(source, recolour_palette(_palette(source), {number: make_palette([colour])[0]}))
+
+
+def design_table(design: SwatchDesign) -> dict[str, Any]:
+    """Return a design as JSON can hold it; ``read_design`` returns the design."""
+    source = design.pattern
+    woven = isinstance(source, Weave)
+    return {
+        "kind": "weave" if woven else "knit",
+        "text": format_weave(source) if isinstance(source, Weave) else format_pattern(source),
+        "palette": [colour_text(colour) for colour in _palette(source)],
+        "dials": asdict(design.dials),
+        "quality": design.quality,
+    }
+
+
+def read_design(table: Mapping[str, Any]) -> SwatchDesign:
+    """Return the design of a table of ``design_table``.
+
+    Raises:
+        ParameterError: a key is unknown or missing, or a value is out of bounds.
+        PatternError: the text does not describe a pattern.
+    """
+    read = check_table(dict(table), _Table)
+    source: Source = parse_weave(read.text) if read.kind == "weave" else parse_pattern(read.text)
+    return SwatchDesign(_with_palette(source, make_palette(read.palette)), read.dials, read.quality)
+
+
+def _palette(source: Source) -> Palette:
+    return checked_palette(source.palette, ParameterError)
+
+
+def _with_palette(source: Source, palette: Palette) -> Source:
+    return replace(source, palette=tuple((red, green, blue) for red, green, blue in palette.tolist()))

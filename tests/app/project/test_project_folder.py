@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is on disk is always a whole project, whatever ends the process, and the disk's refusals are said."""
+
+from __future__ import annotations
+
+import json
+import threading
+from dataclasses import replace
+
+import pytest
+
+from stitchmesh.app.project.autosave import Autosave
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.project.project_folder import ProjectFolder
+from stitchmesh.app.project.state import ProjectState
+from stitchmesh.errors import FileError
+from tests.app.project.projects import HISTORY, PURL, REPORT, YARNS, relaxed_project, same_project
+from tests.killing import killed
+
+
+def test_files_that_nothing_names_are_removed_and_kept_values_are_written_once(tmp_path):
+    project = relaxed_project(tmp_path)
+    project.save()
+    before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "files").iterdir()}
+    assert sorted(name.split("-")[0] for name in before) == [
+        "evened", "history", "relaxed", "report", "source", "yarns"
+    ]  # fmt: skip
+    project.set_relaxed(YARNS, {**REPORT, "iterations": 8}, HISTORY)
+    project.save()
+    after = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "files").iterdir()}
+    assert {name for name in before if name in after} == {name for name in before if name[:3] not in ("rep", "his")}
+    assert all(after[name] == before[name] for name in before if name in after)
+    project.close()
+
+
+@pytest.mark.parametrize("calls", range(0, 40, 3))
+def test_a_write_that_is_killed_leaves_the_state_before_or_after_it(tmp_path, calls):
+    project = relaxed_project(tmp_path)
+    project.close()  # The thread of autosave ends, so that the process may be divided.
+    store = ProjectFolder(tmp_path)
+    state, _ = store.read()
+    edited = replace(state, edits=(PURL, PURL), results=replace(state.results, relaxed=YARNS, report={"n": 1}))
+    killed("write", calls, lambda: store.write(edited), of_files=True)
+    again = Project.open(tmp_path)
+    assert again.notes == ()
+    assert (again.edits, again.report) in [((PURL,), REPORT), ((PURL, PURL), {"n": 1})]
+    again.close()
+
+
+def test_a_damaged_result_is_left_out_and_said(tmp_path):
+    project = relaxed_project(tmp_path)
+    project.close()
+    (damaged,) = (tmp_path / "files").glob("relaxed-*.h5")
+    damaged.write_bytes(damaged.read_bytes()[:50])
+    again = Project.open(tmp_path)
+    assert again.relaxed is None and again.yarns is not None
+    assert len(again.notes) == 1 and again.notes[0].startswith("relaxed left out: ")
+    again.close()
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("{", "is no JSON"),
+        ('{"format": "letter", "version": 1, "name": "a"}', "is 'letter', version 1"),
+        ('{"format": "stitchmesh project", "version": 9, "name": "a"}', "version 9"),
+        ('{"format": "stitchmesh project", "version": 1}', "needs 'name'"),
+        (
+            '{"format": "stitchmesh project", "version": 1, "name": "a",'
+            ' "source": {"name": "a.obj", "unit": "cm", "file": "../../secret"}}',
+            "is no file of a project",
+        ),
+        (
+            '{"format": "stitchmesh project", "version": 1, "name": "a", "work": {"files": {"colour": "yarns-1.h5"}}}',
+            "has no key 'colour'",
+        ),
+    ],
+)
+def test_a_damaged_table_is_refused_and_the_folder_stays_free(tmp_path, table, message):
+    (tmp_path / "project.json").write_text(table)
+    for _ in range(2):
+        with pytest.raises(FileError, match=message):
+            Project.open(tmp_path)
+
+
+def test_a_full_disk_is_said_and_the_next_write_succeeds(tmp_path, monkeypatch):
+    project = relaxed_project(tmp_path)
+    said: list[str | None] = []
+    project.on_trouble = said.append
+    full = FileError("project.json: cannot be written (No space left on device)")
+    with monkeypatch.context() as disk:
+        disk.setattr("stitchmesh.app.project.project_folder.write_text", _raising(full))
+        with pytest.raises(FileError, match="No space left"):
+            project.save()
+        assert project.autosave.trouble == f"not saved: {full}" and project.autosave.pending
+    project.save()
+    assert said[0] == f"not saved: {full}" and said[-1] is None and not project.autosave.pending
+    project.close()
+    again = Project.open(tmp_path)
+    assert same_project(project, again)
+    again.close()
+
+
+def test_the_newest_state_is_written_without_being_asked(tmp_path):
+    written: list[ProjectState] = []
+    done = threading.Event()
+
+    def write(state: ProjectState) -> None:
+        written.append(state)
+        done.set()
+
+    autosave = Autosave(write, lambda message: None)
+    states = [ProjectState(name=str(number)) for number in range(5)]
+    for state in states:
+        autosave.changed(state)
+    assert done.wait(30)
+    autosave.close()
+    assert written[-1] is states[-1] and not autosave.pending
+
+
+def test_a_setting_is_on_disk_after_a_save(tmp_path):
+    project = Project.create(tmp_path)
+    project.set_settings("View", {"colours": "row"})
+    project.save()
+    assert json.loads((tmp_path / "project.json").read_text())["settings"] == {"View": {"colours": "row"}}
+    project.close()
+
+
+def _raising(error: Exception):
+    def refuse(*arguments: object) -> None:
+        raise error
+
+    return refuse

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The drawing of a periodic fabric: copies at the lattice points, parts by colour, and frames that only move."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.errors import ParameterError, YarnError
+from stitchmesh.mesh.palette import colours_of
+from stitchmesh.periodic.swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import PRESETS
+from stitchmesh.render.tile_drawing import (
+    DETAILS,
+    MOST_TRIANGLES,
+    MOST_VERTICES,
+    TileDrawing,
+    detail_of_tiles,
+    draw_tiles,
+)
+from stitchmesh.yarn import YarnSet
+
+
+def repeat(name: str) -> YarnSet:
+    return draw_swatch(sm.resolve_pattern(name), SwatchOptions(), PRESETS["draft"])[1]
+
+
+def triangle_points(drawing: TileDrawing) -> np.ndarray:
+    """Corners of all triangles of one repeat, in an order that does not depend on the parts, shape (T, 9)."""
+    corners = np.concatenate([part.vertices[part.triangles].reshape(-1, 9) for part in drawing.parts])
+    return corners[np.lexsort(corners.T)]
+
+
+@pytest.mark.parametrize("name", ["rib2x2", "peerie", "twill-2x1", "double-plain-stitched"])
+def test_copies_lie_at_the_points_of_the_lattice_around_the_origin(name):
+    yarns = repeat(name)
+    drawing = draw_tiles(yarns, (3, 2))
+    assert yarns.lattice is not None
+    expected = yarns.lattice.shift([(column, row) for row in range(2) for column in range(3)])
+    # float32 positions of some centimetres
+    np.testing.assert_allclose(drawing.offsets - drawing.offsets[0], expected - expected[0], atol=1e-5)
+    np.testing.assert_allclose(drawing.low, -drawing.high, atol=1e-9)
+    placed = triangle_points(drawing).reshape(-1, 3)[:, None] + drawing.offsets
+    np.testing.assert_allclose(placed.min(axis=(0, 1)), drawing.low, atol=1e-5)
+    np.testing.assert_allclose(placed.max(axis=(0, 1)), drawing.high, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["stockinette", "peerie", "twill-2x1"])
+def test_each_colour_of_yarn_is_one_part(name):
+    yarns = repeat(name)
+    drawing = draw_tiles(yarns, (1, 1))
+    assert {part.colour for part in drawing.parts} == set(map(tuple, colours_of(yarns.colour, yarns.palette).tolist()))
+
+
+def test_parts_divide_the_triangles_of_the_tubes():
+    yarns = repeat("honeycomb")
+    one = draw_tiles(yarns, (1, 1))
+    striped = colours_of(np.arange(len(yarns.points)) // 7 % 5, yarns.palette)
+    many = draw_tiles(yarns, (1, 1), colours=striped)
+    assert (len(one.parts), len(many.parts)) == (1, 5)
+    np.testing.assert_array_equal(triangle_points(one), triangle_points(many))
+
+
+def test_yarns_that_have_only_moved_keep_the_arrays_of_their_triangles():
+    yarns = repeat("peerie")
+    before = draw_tiles(yarns, (2, 2))
+    moved = replace(yarns, points=yarns.points + np.array([0.0, 0.0, 0.1]))
+    after = draw_tiles(moved, (2, 2), before=before)
+    assert all(part.triangles is old.triangles for part, old in zip(after.parts, before.parts, strict=True))
+    np.testing.assert_array_equal(triangle_points(after), triangle_points(draw_tiles(moved, (2, 2))))
+
+
+def test_other_colours_of_whole_parts_keep_the_triangles_and_other_divisions_do_not():
+    yarns = repeat("peerie")
+    before = draw_tiles(yarns, (2, 2))
+    dyed = replace(yarns, palette=np.array([[9, 8, 7], [1, 2, 3]], dtype=np.uint8))
+    after = draw_tiles(dyed, (2, 2), before=before)
+    assert {part.colour for part in after.parts} == {(9, 8, 7), (1, 2, 3)}
+    assert after.parts[0].triangles is before.parts[0].triangles
+    striped = colours_of(np.arange(len(yarns.points)) // 7 % 3, yarns.palette)
+    assert len(draw_tiles(yarns, (2, 2), colours=striped, before=before).parts) == 3
+
+
+def test_another_pattern_is_drawn_from_the_start():
+    before = draw_tiles(repeat("rib2x2"), (2, 2))
+    after = draw_tiles(repeat("stockinette"), (2, 2), before=before)
+    assert after.triangle_count < before.triangle_count
+
+
+@pytest.mark.parametrize("segments", [4, 96, 1440, 30_000, 1_000_000])
+@pytest.mark.parametrize("copies", [1, 25, 400])
+def test_detail_is_the_finest_within_the_bounds(segments, copies):
+    detail = detail_of_tiles(segments, copies)
+    fits = [2 * sides * samples * segments * copies <= MOST_TRIANGLES and sides * samples * segments <= MOST_VERTICES
+            for sides, samples in DETAILS]  # fmt: skip
+    assert detail == (DETAILS[fits.index(True)] if any(fits) else DETAILS[-1])
+
+
+def test_what_cannot_be_tiled_is_refused():
+    yarns = repeat("stockinette")
+    with pytest.raises(ParameterError, match="tiles: got 0 x 3"):
+        draw_tiles(yarns, (0, 3))
+    with pytest.raises(ParameterError, match="tiles: got 200 x 200"):
+        draw_tiles(yarns, (200, 200))
+    with pytest.raises(YarnError, match="have no lattice"):
+        draw_tiles(sm.tile_yarns(yarns, 2, 2), (1, 1))
