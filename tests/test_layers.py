@@ -17,7 +17,7 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"compute", "lattice", "progress", "quality"},
+    {"compute", "lattice", "progress", "quality", "reporting", "run_control"},
     {"mesh"},
     {"yarn"},
     {"hand_knitting"},
@@ -46,7 +46,7 @@ HEAVY = {
     "rich": {"cli"},
     "tyro": {"cli"},
     "msgspec": {"editing", "io"},
-    "PIL": {"mesh", "render", "patterns", "periodic"},
+    "PIL": {"app", "mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},
     "matplotlib": {"render"},
