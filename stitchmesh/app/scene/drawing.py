@@ -113,7 +113,21 @@ class Labels:
     texts: tuple[str, ...]
 
 
-Drawing: TypeAlias = Surface | Lines | Arrows | Labels
+@dataclass(frozen=True, eq=False)
+class Copies:
+    """A surface with smooth normals and one colour that is drawn at several places; it is sent once for all of them."""
+
+    points: FloatArray | NDArray[np.float32]
+    """Positions, shape (V, 3)."""
+    triangles: IntArray | NDArray[np.uint32]
+    """Corners of the triangles, anticlockwise seen from outside, shape (T, 3)."""
+    colour: Colour
+    """Colour of all copies."""
+    offsets: FloatArray | NDArray[np.float32]
+    """Displacement of each copy, shape (n, 3)."""
+
+
+Drawing: TypeAlias = Surface | Lines | Arrows | Labels | Copies
 """What a scene draws under one name."""
 
 
