@@ -38,7 +38,8 @@ FABRIC = (
 )  # fmt: skip
 """Dials of the fabric as a whole."""
 LENGTHS = (
-    Dial("floats", "Floats", "Factor of yarn that passes slipped stitches or runs behind other colours", 0.1, 2.0, 0.01),
+    Dial("floats", "Floats", "Factor of yarn that passes slipped stitches or runs behind other colours",
+         0.1, 2.0, 0.01),
     Dial("held", "Held loops", "Factor of loops that slips and tucks hold over several rows", 0.1, 2.0, 0.01),
     Dial("warp", "Warp length", "Factor of the length of the warps", 0.1, 2.0, 0.01),
     Dial("weft", "Weft length", "Factor of the length of the wefts", 0.1, 2.0, 0.01),
@@ -46,7 +47,8 @@ LENGTHS = (
 """Dials of yarn lengths, as factors."""
 STIFFNESSES = (
     Dial("k_bend", "Bending", "Factor of the resistance of the yarn to bending", 0.01, 100.0, 0.1, False),
-    Dial("k_length", "Stretch", "Factor of the resistance of the yarn to a change of its length", 0.01, 100.0, 0.1, False),
+    Dial("k_length", "Stretch", "Factor of the resistance of the yarn to a change of its length",
+         0.01, 100.0, 0.1, False),
     Dial("k_len", "Even stretch", "Factor of the resistance to stretch that differs along a segment",
          0.01, 100.0, 0.1, False),
     Dial("k_contact", "Contact", "Factor of the resistance of touching yarns", 0.01, 100.0, 0.1, False),
@@ -55,7 +57,8 @@ STIFFNESSES = (
 )  # fmt: skip
 """Dials of the yarn itself."""
 REPEATS = (
-    Dial("columns", "Repeats across", "Repeats that relax together side by side, so that they may differ", 1, 8, 1, False),
+    Dial("columns", "Repeats across", "Repeats that relax together side by side, so that they may differ",
+         1, 8, 1, False),
     Dial("rows", "Repeats upwards", "Repeats that relax together one above another", 1, 8, 1, False),
 )
 """Dials of the repeat."""
@@ -70,7 +73,8 @@ class DialPanel:
 
     def __init__(self, controls: Controls, design: SwatchDesign, turned: Callable[..., object]) -> None:
         """Make the controls; ``turned`` is called with the name and the new value of a dial as a keyword."""
-        self._turned, self._frame = turned, None
+        self._turned = turned
+        self._frame: Frame | None = None
         self._dials: dict[str, Control] = {}
         self._holds: dict[str, Control] = {}
         self._groups: dict[str, tuple[Control, tuple[Dial, ...]]] = {}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a swatch for other programs: yarns, textures, charts and tables."""
+"""Files of a swatch for other programs: yarns, textures, pictures and tables."""
 
 from __future__ import annotations
 
@@ -10,23 +10,24 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.app.pages.swatch.state import Look
 from stitchmesh.io.yarns import write_yarns
-from stitchmesh.patterns import Pattern, format_pattern
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.stretch import StretchCurve
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.periodic.textures.files import texture_archive
 from stitchmesh.periodic.textures.textures import texture_maps
-from stitchmesh.periodic.weave.text import format_weave
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 FORMATS = {
-    "one repeat, exact (.h5)": ("h5", False), "one repeat (.pyp)": ("pyp", False), "piece, curves (.bcc)": ("bcc", True),
-    "piece, curves (.usda)": ("usda", True), "piece, curves (.obj)": ("obj", True), "piece, tubes (.glb)": ("glb", True),
+    "one repeat, exact (.h5)": ("h5", False), "one repeat (.pyp)": ("pyp", False),
+    "piece, curves (.bcc)": ("bcc", True), "piece, curves (.usda)": ("usda", True),
+    "piece, curves (.obj)": ("obj", True), "piece, tubes (.glb)": ("glb", True),
 }  # fmt: skip
 """Suffix of each format of yarns, and whether it holds the piece that is shown."""
+PICTURE = (1600, 1000)
+"""Width and height of a picture [pixels]."""
 FOLDER = "exports"
 """Folder of the project in which the files are made."""
 
@@ -45,9 +46,9 @@ class ExportPanel:
             controls.button("Download the yarns", "The yarns as they are now, for other programs", self.yarns)
             controls.number("Width of the textures [pixels]", "The height follows from the shape of the repeat",
                             self._pixels, self._set_pixels, least=16, most=4096, step=1)  # fmt: skip
-            controls.button("Download the textures", "Colour, height, normals, opacity and direction of one repeat as PNG",
-                            self.textures)
-            controls.button("Download the pattern", "The pattern as text, which every command reads", self.pattern)
+            controls.button("Download the textures", "Colour, height, normals, opacity and direction of one repeat",
+                            self.textures)  # fmt: skip
+            controls.button("Download a picture", "The scene as it is seen now, 1600 x 1000 pixels", self.picture)
 
     def yarns(self) -> None:
         """Send the yarns of the newest frame."""
@@ -71,12 +72,9 @@ class ExportPanel:
             lambda content: self._app.download(name, content),
         )  # fmt: skip
 
-    def pattern(self) -> None:
-        """Send the text of the pattern."""
-        design = self._shown()[0]
-        knit = isinstance(design.pattern, Pattern)
-        text = format_pattern(design.pattern) if isinstance(design.pattern, Pattern) else format_weave(design.pattern)
-        self._app.download(f"{file_stem(design)}{'.txt' if knit else '.weave'}", text.encode())
+    def picture(self) -> None:
+        """Send a picture of the scene."""
+        self._app.download(f"{file_stem(self._shown()[0])}.png", self._app.scene.screenshot(*PICTURE))
 
     def curve(self, name: str, curve: StretchCurve) -> None:
         """Send the table of a stretch curve."""

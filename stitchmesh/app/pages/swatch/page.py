@@ -9,8 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
 from stitchmesh.app.pages.swatch.dial_panel import DialPanel
@@ -23,6 +21,7 @@ from stitchmesh.app.pages.swatch.stretch_panel import StretchPanel
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.app.task import FRAME_SECONDS
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials
@@ -86,7 +85,10 @@ class SwatchPage(Page):
         self._show()
 
     def _build_left(self) -> None:
-        self._chart = ChartPanel(self.app, self.state.design.pattern, self._take_pattern)
+        state = self.state
+        self._chart = ChartPanel(
+            self.app, state.design.pattern, state.charts[state.edited], self._take_pattern, self._take_text
+        )
 
     def _build_right(self) -> None:
         controls, design = self.app.controls, self.state.design
@@ -95,11 +97,11 @@ class SwatchPage(Page):
                          (RUN, PAUSE, STEP, AGAIN), self._tell)  # fmt: skip
         controls.slider("Iterations per frame", "More iterations show larger steps of the relaxation",
                         self.state.iterations, self._set_iterations, least=1, most=200, step=1)  # fmt: skip
-        controls.key("Start or stop the yarns", "Let the yarns relax, or let them stand", "P", "ctrl+shift", self._toggle)
+        controls.key("Start or stop the yarns", "Let the yarns relax or stand", "P", "ctrl+shift", self._toggle)
         controls.key("One step of the yarns", "Relax for one frame", "S", "ctrl+shift", lambda: self._tell(STEP))
         self._dials = DialPanel(controls, design, self._turn)
         controls.button("Set all dials back", "The values of a new swatch; the chart stays", self._set_back)
-        self._look = LookPanel(controls, self.state.look, design, self._set_look, self._dye)
+        self._look = LookPanel(controls, self.state.look, design, self._set_look)
         with controls.group("Two variants", opened=len(self.state.designs) > 1):
             controls.toggle("Compare two variants", "A second fabric beside the first, with dials and chart of its own",
                             len(self.state.designs) > 1, self._compare)  # fmt: skip
@@ -157,9 +159,8 @@ class SwatchPage(Page):
         if design.pattern != self.state.design.pattern:
             self.change(design.turned(width=None, height=None) if _resized(design, self.state.design) else design)
 
-    def _dye(self, design: SwatchDesign) -> None:
-        self._chart.show(design.pattern)
-        self.change(design)
+    def _take_text(self, text: str) -> None:
+        self._keep(self.state.with_chart(text))
 
     def _turn(self, **dials: object) -> None:
         self.change(self.state.design.turned(**dials))
@@ -210,7 +211,7 @@ class SwatchPage(Page):
     def _edit(self, name: str) -> None:
         """Let chart and dials change another variant."""
         self._keep(replace(self.state, edited=NAMES.index(name)))
-        self._chart.show(self.state.design.pattern)
+        self._chart.show(self.state.design.pattern, self.state.charts[self.state.edited])
         self._show()
 
     def _named_designs(self) -> list[tuple[str, SwatchDesign]]:
@@ -219,12 +220,10 @@ class SwatchPage(Page):
 
 def _resized(design: SwatchDesign, before: SwatchDesign) -> bool:
     """Whether the repeat of a pattern has another number of stitches than before."""
-    return not np.array_equal(_shape(design.pattern), _shape(before.pattern))
+    return _shape(design.pattern) != _shape(before.pattern)
 
 
 def _shape(source: Source) -> tuple[int, int]:
-    from stitchmesh.patterns import Pattern
-
     if isinstance(source, Pattern):
         return source.width, source.height
     return len(source.warps), len(source.wefts)

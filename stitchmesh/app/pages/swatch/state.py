@@ -60,6 +60,12 @@ class SwatchState:
     look: Look = Look()
     iterations: int = 20
     """Iterations from one frame to the next."""
+    charts: tuple[str, ...] = ()
+    """The text of the chart of each design, valid or not; an empty text is that of its pattern."""
+
+    def __post_init__(self) -> None:
+        charts = (*self.charts, *[""] * len(self.designs))[: len(self.designs)]
+        object.__setattr__(self, "charts", charts)
 
     @property
     def design(self) -> SwatchDesign:
@@ -72,12 +78,18 @@ class SwatchState:
         designs[self.edited] = design
         return replace(self, designs=tuple(designs))
 
+    def with_chart(self, text: str) -> SwatchState:
+        """Return the state with another text of the chart of the edited design."""
+        charts = list(self.charts)
+        charts[self.edited] = text
+        return replace(self, charts=tuple(charts))
+
     def compared(self, compare: bool) -> SwatchState:
         """Return the state with a second variant, a copy of the first one, or with the edited design alone."""
         if compare == (len(self.designs) == 2):
             return self
-        designs = (self.design, self.design) if compare else (self.design,)
-        return replace(self, designs=designs, edited=1 if compare else 0)
+        count, chart = (2 if compare else 1), self.charts[self.edited]
+        return replace(self, designs=(self.design,) * count, charts=(chart,) * count, edited=count - 1)
 
 
 def first_state() -> SwatchState:
@@ -90,7 +102,10 @@ def state_table(state: SwatchState) -> dict[str, Any]:
     look = {"columns": state.look.columns, "rows": state.look.rows, "colour_by": state.look.colour_by,
             "blend": state.look.blend}  # fmt: skip
     designs = [design_table(design) for design in state.designs]
-    return {"designs": designs, "edited": state.edited, "look": look, "iterations": state.iterations}
+    charts = list(state.charts)
+    return {
+        "designs": designs, "charts": charts, "edited": state.edited, "look": look, "iterations": state.iterations,
+    }  # fmt: skip
 
 
 def read_state(table: Mapping[str, Any]) -> SwatchState:
@@ -107,4 +122,5 @@ def read_state(table: Mapping[str, Any]) -> SwatchState:
     if not (1 <= len(designs) <= len(NAMES) and 0 <= edited < len(designs)):
         raise ParameterError(f"swatch: got {len(designs)} designs, number {edited} edited; expected 1 or 2 designs")
     iterations = min(max(check_value(table.get("iterations", 20), int), 1), 200)
-    return SwatchState(designs, edited, check_table(table.get("look", {}), Look), iterations)
+    charts = tuple(check_value(table.get("charts", []), list[str]))
+    return SwatchState(designs, edited, check_table(table.get("look", {}), Look), iterations, charts)

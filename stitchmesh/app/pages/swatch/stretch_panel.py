@@ -153,8 +153,9 @@ def _test(
             control.check()
 
         options: dict[str, Any] = {key: value for key, value in design.options().items() if key != "period"}
+        options[direction] = strain
         curve = stretch_test(
-            design.pattern, **{direction: strain}, steps=STEPS, quality=design.quality, progress=publish,
+            design.pattern, steps=STEPS, quality=design.quality, progress=publish,
             on_entry=lambda entry: control.check(), **options,
         )  # fmt: skip
         found.append((name, curve))
