@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.browser.bridge import Bridge, colour_script
 from stitchmesh.app.scene.camera_view import CameraView
-from stitchmesh.app.scene.drawing import Arrows, Colour, Colours, Copies, Drawing, Labels, Lines, Surface
+from stitchmesh.app.scene.drawing import Arrows, Colour, Colours, Copies, Drawing, Labels, Lines, Surface, YarnTubes
+from stitchmesh.app.scene.levels_of_detail import add_tubes, update_tubes
 from stitchmesh.app.scene.scene import Modifier, Stroke, ViewName
 from stitchmesh.errors import DisplayError
 from stitchmesh.mesh import FloatArray
@@ -151,6 +152,9 @@ class ViserScene:
             return len(before.segments) == len(drawing.segments)
         if isinstance(before, Copies) and isinstance(drawing, Copies):
             return self._copies_updated(shown.nodes[0], before, drawing)
+        if isinstance(before, YarnTubes) and isinstance(drawing, YarnTubes):
+            with self._server.atomic():
+                return update_tubes(shown.nodes[0], before, drawing)
         return False
 
     def _copies_updated(self, node: Any, before: Copies, now: Copies) -> bool:
@@ -200,6 +204,8 @@ class ViserScene:
             ]  # fmt: skip
         if isinstance(drawing, Copies):
             return [self._add_copies(name, drawing)]
+        if isinstance(drawing, YarnTubes):
+            return [add_tubes(scene, name, drawing)]
         assert isinstance(drawing, Labels)
         return [
             scene.add_label(f"{name}/{number}", text, position=tuple(point))

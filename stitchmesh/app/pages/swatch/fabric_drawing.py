@@ -16,6 +16,8 @@ from stitchmesh.render.tile_drawing import TileDrawing
 
 GAP = 0.12
 """Gap between two variants over the width of the wider one."""
+AXIS = np.array([1.0, 0.0, 0.0])
+"""Direction from one variant to the next."""
 REFIT = 1.3
 """Factor by which the fabric grows or shrinks before the camera is placed again."""
 
@@ -46,7 +48,7 @@ class FabricDrawing:
             self._scene.remove(_name(variant, number))
 
     def _show_one(self, variant: Variant, drawing: TileDrawing, place: float) -> None:
-        offsets = drawing.offsets + np.array([place, 0.0, 0.0], dtype=np.float32)
+        offsets = drawing.offsets + (place * AXIS).astype(np.float32)
         for number, part in enumerate(drawing.parts):
             self._scene.show(_name(variant, number), Copies(part.vertices, part.triangles, part.colour, offsets))
         for number in range(len(drawing.parts), self._parts.get(variant, 0)):
@@ -63,8 +65,9 @@ class FabricDrawing:
 
     def _fit(self, drawings: Sequence[TileDrawing], places: Sequence[float]) -> None:
         """Place the camera if the fabric has another size than when the camera was placed."""
-        low = np.min([drawing.low + [place, 0.0, 0.0] for drawing, place in zip(drawings, places, strict=True)], axis=0)
-        high = np.max([drawing.high + [place, 0, 0] for drawing, place in zip(drawings, places, strict=True)], axis=0)
+        moves = np.stack([place * AXIS for place in places])
+        low = (np.stack([drawing.low for drawing in drawings]) + moves).min(axis=0)
+        high = (np.stack([drawing.high for drawing in drawings]) + moves).max(axis=0)
         size = (high - low)[:2]
         if self._shown is None or not (size / self._shown < REFIT).all() or not (self._shown / size < REFIT).all():
             self._shown = size
