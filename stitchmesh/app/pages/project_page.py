@@ -198,7 +198,8 @@ class ProjectPage(Page):
             return
         self._drawn = mesh
         corners = face_triangles(mesh).corners
-        self.app.scene.show("garment", Surface(mesh.vertices, mesh.face_vertex[corners], FABRIC_COLOUR, opacity=opacity))
+        surface = Surface(mesh.vertices, mesh.face_vertex[corners], FABRIC_COLOUR, opacity=opacity)
+        self.app.scene.show("garment", surface)
         ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
         self.app.scene.show("edges", Lines(mesh.vertices[mesh.face_vertex[ends]], EDGE_COLOUR, 1.0))
         self.app.scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
