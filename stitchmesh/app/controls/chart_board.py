@@ -45,6 +45,7 @@ class ChartBoard:
         self.layer: int | None = None
         """Layer of a weave that is shown alone; None for all."""
         self._clipboard: Chart | None = None
+        self._stroke_began = False
         self._settle()
 
     @property
@@ -80,8 +81,11 @@ class ChartBoard:
         if isinstance(whole, WeaveChart) and isinstance(edited, WeaveChart) and self.layer is not None:
             edited = self._with_layer(whole, edited)
         written = write_chart(edited)
+        merge = merge and self._stroke_began
+        self._stroke_began = merge
         if written.text != write_chart(whole).text:
             self._step(written, merge=merge)
+            self._stroke_began = True
 
     def paint(self, places: Sequence[Sequence[int]], brush: Brush, *, merge: bool = False) -> None:
         """Paint squares one after another; rows and columns are those of the chart that is shown."""
@@ -277,6 +281,7 @@ class ChartBoard:
 
     def _return(self) -> None:
         self.text = self.history.value.text
+        self._stroke_began = False
         self._settle()
 
     def _step(self, written: ChartText, *, merge: bool = False) -> None:

@@ -191,10 +191,9 @@ class ChartEditor:
             board.edit_text(str(values.get("text", ""))[: 4 * LONGEST_SIDE * LONGEST_SIDE])
 
     def _brush_of(self, values: dict[str, Any]) -> Brush:
-        """Return the brush with which the browser painted; a weave has no yarns of squares."""
-        word = values.get("word")
-        brush = Brush(str(word) if word is not None else self._board.brush.word, self._board.brush.yarn)
-        return brush
+        """Return the brush with which the browser painted, which may have changed since."""
+        word, yarn = values.get("word"), values.get("yarn")
+        return Brush(None if word is None else str(word), None if yarn is None else _whole(yarn))
 
     def _confirm(self, values: dict[str, Any]) -> None:
         """Remember the last message of a browser, which the answer confirms."""
