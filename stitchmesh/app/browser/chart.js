@@ -76,6 +76,7 @@
         this.cell = 0;
         this.cursor = [0, 0];
         this.anchor = null;
+        if (this.status) this.status.textContent = "";
       }
       this.repaint();
       if (this.waiting) this.update(this.waiting);
@@ -572,8 +573,9 @@
           context.lineTo(x + points[place] * cell, y + cell - points[place + 1] * cell);
         }
       };
-      context.lineCap = context.lineJoin = "round";
+      context.lineJoin = "round";
       for (const [kind, points] of marks) {
+        context.lineCap = kind === "strand" || this.base.warps.length ? "butt" : "round";
         if (kind === "shade") {
           context.fillStyle = "rgba(128,128,128,.75)";
           context.fillRect(x + 0.5, y + 0.5, columns * cell, cell);

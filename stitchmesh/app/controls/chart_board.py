@@ -245,8 +245,8 @@ class ChartBoard:
         self._step(written)
 
     def show(self, written: ChartText) -> None:
-        """Show another chart, as a step."""
-        self.layer = None
+        """Show another chart, as a step, with the brush that suits it."""
+        self.layer, self.selection, self.brush = None, None, Brush()
         self._step(written)
 
     def show_layer(self, layer: int | None) -> None:
@@ -297,7 +297,7 @@ class ChartBoard:
         if self.selection is not None and (self.selection.row_end > shape[0] or self.selection.column_end > shape[1]):
             self.selection = None
         woven = isinstance(self.chart, WeaveChart)
-        if self.brush == Brush() or woven != (self.brush.word in WeaveChart.words):
+        if (self.brush.word is None and self.brush.yarn is None) or woven != (self.brush.word in WeaveChart.words):
             self.brush = self._first_brush()
         self._check(self.history.value)
 

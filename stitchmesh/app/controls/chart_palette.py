@@ -45,7 +45,7 @@ def stitch_buttons(chart: Chart, words: Sequence[str], chosen: str) -> str:
     if isinstance(chart, WeaveChart):
         symbols = {"1": WEFT_OVER, "0": WARP_OVER}
         buttons = [
-            _button("stitch", word, hint, word == chosen, symbol_svg(symbols[word]) + f"&nbsp;{hint}&nbsp;", _PLAIN)
+            _button("stitch", word, hint, word == chosen, symbol_svg(symbols[word]) + f' <span style="vertical-align:super">{hint}</span>', _PLAIN)
             for word, hint in CROSSINGS.items()
         ]
         return _group("What passes over", buttons)
