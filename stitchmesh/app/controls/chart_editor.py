@@ -25,6 +25,7 @@ from stitchmesh.app.controls.chart_palette import (
     tool_buttons,
 )
 from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.patterns.charts.grid import LONGEST_SIDE, Box, Brush
 from stitchmesh.periodic.chart_files import (
     CHART_SUFFIXES,
@@ -197,7 +198,7 @@ class ChartEditor:
     def _brush_of(self, values: dict[str, Any]) -> Brush:
         """Return the brush with which the browser painted, which may have changed since."""
         word, yarn = values.get("word"), values.get("yarn")
-        return Brush(None if word is None else str(word), None if yarn is None else _whole(yarn))
+        return Brush(None if word is None else str(word), None if yarn is None else check_yarn_number(_whole(yarn)))
 
     def _confirm(self, values: dict[str, Any]) -> None:
         """Remember the last message of a browser, which the answer confirms."""
