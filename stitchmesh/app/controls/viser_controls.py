@@ -104,15 +104,15 @@ class ViserControl:
 
 
 class ColourControl(ViserControl):
-    """A colour, whose value is ``#rrggbb``; viser has three numbers."""
+    """A colour; viser has it as three numbers, and pages have it as ``#rrggbb``."""
 
     @property
-    def value(self) -> Any:
-        """The colour as ``#rrggbb``."""
+    def value(self) -> str:
+        """The colour, ``#rrggbb``."""
         return colour_text(self.handle.value)
 
     @value.setter
-    def value(self, value: Any) -> None:
+    def value(self, value: str) -> None:
         self._set("value", tuple(parse_colour(value).tolist()))
 
 

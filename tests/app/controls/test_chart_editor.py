@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import re
@@ -48,7 +49,8 @@ class Desk:
 
     def rows(self):
         chart = self.editor.chart
-        return [" ".join(chart.word_at(row, column) for column in range(chart.shape[1])) for row in range(chart.shape[0])]
+        rows, columns = map(range, chart.shape)
+        return [" ".join(chart.word_at(row, column) for column in columns) for row in rows]
 
 
 @pytest.fixture
@@ -241,8 +243,6 @@ def test_the_changes_and_the_base_give_the_chart(rib):
         rib.stroke(place, word=word)
         base, changes = rib.data("base"), rib.data("changes")
         assert base["version"] == changes["version"]
-        import base64
-
         squares = np.frombuffer(base64.b64decode(base["squares"]), dtype="<u2").copy()
         for index, number, _ in zip(*[iter(changes["squares"])] * 3, strict=True):
             squares[index] = number
@@ -260,9 +260,11 @@ def test_the_last_message_of_each_browser_is_confirmed(rib):
     ("action", "value"),
     [("stroke", "no json"), ("stroke", "[]"), ("stroke", '{"places": 3}'), ("stroke", '{"places": [[0]]}'),
      ("stroke", '{"places": [["a", 0]], "word": "k"}'), ("stroke", '{"places": [[0, 0]], "word": "q"}'),
-     ("stroke", '{"places": [[0, 0]], "yarn": 999999}'), ("fill", '{"row": "1e9"}'), ("fill", '{"row": 99, "column": 0}'),
+     ("stroke", '{"places": [[0, 0]], "yarn": 999999}'), ("fill", '{"row": "1e9"}'),
+     ("fill", '{"row": 99, "column": 0}'),
      ("select", '{"row": 5, "row_end": 2, "column": 0, "column_end": 1}'), ("box", "{}"), ("pick", "{}"),
-     ("yarn", "x"), ("yarn", "256"), ("layer", "7x"), ("move", '{"rows": 1, "columns": 1}'), ("paste", ""), ("copy", "")],
+     ("yarn", "x"), ("yarn", "256"), ("layer", "7x"), ("move", '{"rows": 1, "columns": 1}'),
+     ("paste", ""), ("copy", "")],
 )  # fmt: skip
 def test_what_cannot_be_understood_is_refused_and_changes_nothing(rib, action, value):
     before = rib.editor.text
