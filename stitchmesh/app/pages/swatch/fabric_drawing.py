@@ -18,6 +18,10 @@ GAP = 0.12
 """Gap between two variants over the width of the wider one."""
 AXIS = np.array([1.0, 0.0, 0.0])
 """Direction from one variant to the next."""
+NAMES_OF_VARIANTS = "names of variants"
+"""Name of the drawing of the labels."""
+ABOVE = 1.08
+"""Height of the labels over half the height of the fabric."""
 REFIT = 1.3
 """Factor by which the fabric grows or shrinks before the camera is placed again."""
 
@@ -31,6 +35,7 @@ class FabricDrawing:
         self._parts: dict[Variant, int] = {}
         self._box: tuple[FloatArray, FloatArray] | None = None
         self._fitted: FloatArray | None = None
+        self._named: FloatArray | None = None
         self._settling = True
 
     def show(self, variants: Sequence[Variant]) -> None:
@@ -60,10 +65,14 @@ class FabricDrawing:
     def _label(self, drawings: Sequence[tuple[str, TileDrawing]], places: Sequence[float]) -> None:
         """Name the variants if there are two."""
         if len(drawings) < 2:
-            return self._scene.remove("names of variants")
-        top = max(drawing.high[1] for _, drawing in drawings)
-        points = np.array([[place, 1.06 * top, 0.0] for place in places])
-        self._scene.show("names of variants", Labels(points, tuple(name for name, _ in drawings)))
+            self._named = None
+            return self._scene.remove(NAMES_OF_VARIANTS)
+        top = ABOVE * max(float(drawing.high[1]) for _, drawing in drawings)
+        points = np.array([[place, top, 0.0] for place in places])
+        # A browser that is sent a label in every frame shows none of them.
+        if self._named is None or np.abs(points - self._named).max() > (ABOVE - 1.0) * top:
+            self._named = points
+            self._scene.show(NAMES_OF_VARIANTS, Labels(points, tuple(name for name, _ in drawings)))
 
     def expect_other_size(self) -> None:
         """Place the camera again when the fabric has come to rest, because another pattern was chosen."""

@@ -23,11 +23,11 @@ class LookPanel:
         self._look, self._design, self._looked = look, design, looked
         with controls.group("Look"):
             self._columns = controls.number(
-                "Repeats shown across", "Copies of the repeat side by side; they cost no computation", look.columns,
+                "Copies across", "Copies of the repeat side by side; they cost no computation", look.columns,
                 lambda count: self._set(columns=int(count)), least=1, most=MOST_TILES, step=1,
             )  # fmt: skip
             self._rows = controls.number(
-                "Repeats shown upwards", "Copies of the repeat one above another; they cost no computation", look.rows,
+                "Copies upwards", "Copies of the repeat one above another; they cost no computation", look.rows,
                 lambda count: self._set(rows=int(count)), least=1, most=MOST_TILES, step=1,
             )  # fmt: skip
             self._by = controls.choice(
@@ -35,7 +35,7 @@ class LookPanel:
                 look.colour_by, lambda name: self._set(colour_by=name),
             )  # fmt: skip
             self._blend = controls.slider(
-                "Strength of these colours", "0 shows the colours of the yarns alone", look.blend,
+                "Strength", "How much these colours cover those of the yarns; 0 shows the yarns alone", look.blend,
                 lambda part: self._set(blend=part), least=0.0, most=1.0, step=0.05,
             )  # fmt: skip
         self.show(design, look)
