@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from stitchmesh.app.pages.divide import DividePage
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import ProjectPage
@@ -12,6 +13,7 @@ from stitchmesh.app.pages.swatch.page import SwatchPage
 _CLASSES: tuple[type[Page], ...] = (
     ProjectPage,
     LabelPage,
+    DividePage,
     SwatchPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
