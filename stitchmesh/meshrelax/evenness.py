@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.reporting.verdict import Finding, Kind, Verdict
 
 ALLOWED_RATIO = 1.2
@@ -27,6 +27,8 @@ MOST_FINDINGS = 6
 """Largest number of bands of rows that a verdict lists."""
 
 Direction = Literal["width", "height"]
+Measure = Literal["size", "width", "height"]
+"""Which sides of a stitch are measured: all, the course sides, or the wale sides."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,23 @@ def evenness_verdict(fabric: StitchMesh) -> Verdict:
     return Verdict(tuple(band.finding() for band in bands[:MOST_FINDINGS]), praise)
 
 
+def relative_sizes(fabric: StitchMesh, measure: Measure = "size") -> FloatArray:
+    """Return the size of each stitch over the average of the fabric, shape (F,); NaN where it is not known.
+
+    Args:
+        fabric: stitch mesh after mesh relaxation.
+        measure: the mean of all sides of a stitch, its width or its height.
+
+    Raises:
+        ParameterError: the fabric has no stretch.
+    """
+    stretch = _known_stretch(fabric)[fabric.side_edge]
+    chosen = np.isfinite(stretch)
+    if measure != "size":
+        chosen &= fabric.is_wale == (measure == "height")
+    return _means(fabric.side_face[chosen], stretch[chosen], fabric.face_count) / _unit(fabric)
+
+
 def _known_stretch(fabric: StitchMesh) -> FloatArray:
     """Return the stretch of each edge, shape (E,)."""
     if fabric.stretch is None:
@@ -120,9 +139,13 @@ def _row_stretch(fabric: StitchMesh, *, wale: bool) -> FloatArray:
     """Return the mean stretch of the wale sides or of the course sides of each row, NaN if none is known."""
     stretch = _known_stretch(fabric)[fabric.side_edge]
     chosen = (fabric.is_wale == wale) & np.isfinite(stretch)
-    row, rows = fabric.row[fabric.side_face[chosen]], int(fabric.row.max()) + 1
-    count = np.bincount(row, minlength=rows)
-    total = np.bincount(row, weights=stretch[chosen], minlength=rows)
+    return _means(fabric.row[fabric.side_face[chosen]], stretch[chosen], int(fabric.row.max()) + 1)
+
+
+def _means(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
+    """Return the mean of the values of each group, shape (groups,); NaN for a group without values."""
+    count = np.bincount(group, minlength=groups)
+    total = np.bincount(group, weights=values, minlength=groups)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 

@@ -13,7 +13,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.meshrelax import relax_mesh
-from stitchmesh.meshrelax.evenness import ALLOWED_RATIO, evenness_verdict, uneven_rows
+from stitchmesh.meshrelax.evenness import ALLOWED_RATIO, evenness_verdict, relative_sizes, uneven_rows
 from tests.meshrelax.fabrics import grid_fabric, rectangle_points
 
 ROWS, STITCHES = 10, 20
@@ -76,6 +76,22 @@ def test_edges_of_unknown_stretch_do_not_count():
     stretch[fabric.side_edge[fabric.is_wale & (fabric.row[fabric.side_face] == 0)]] = UNKNOWN_STRETCH
     assert uneven_rows(replace(fabric, stretch=stretch)) == uneven_rows(fabric)
     assert np.isfinite(float(evenness_verdict(replace(fabric, stretch=stretch)).praise.split(" ")[0]))
+
+
+def test_the_size_of_a_stitch_is_the_mean_of_its_sides():
+    fabric = with_stretch({r: 2.0 for r in range(ROWS)})  # all course sides are twice as long as at rest
+    unit = np.sqrt(2.0)
+    np.testing.assert_allclose(relative_sizes(fabric, "width"), 2.0 / unit)
+    np.testing.assert_allclose(relative_sizes(fabric, "height"), 1.0 / unit)
+    np.testing.assert_allclose(relative_sizes(fabric), 1.5 / unit)
+
+
+def test_a_stitch_without_known_sides_has_no_size():
+    fabric = with_stretch({})
+    stretch = fabric.stretch.copy()
+    stretch[fabric.side_edge[fabric.side_face == 3]] = UNKNOWN_STRETCH
+    size = relative_sizes(replace(fabric, stretch=stretch))
+    assert np.isnan(size[3]) and np.isfinite(np.delete(size, 3)).all()
 
 
 def test_a_relaxed_rectangle_is_even():
