@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.browser.bridge import Bridge, colour_script
 from stitchmesh.app.scene.camera_view import CameraView
-from stitchmesh.app.scene.drawing import Arrows, Colours, Drawing, Labels, Lines, Surface
+from stitchmesh.app.scene.drawing import Arrows, Colours, Drawing, Labels, Lines, Surface, YarnTubes
+from stitchmesh.app.scene.levels_of_detail import add_tubes, update_tubes
 from stitchmesh.app.scene.scene import Modifier, Stroke, ViewName
 from stitchmesh.errors import DisplayError
 from stitchmesh.mesh import FloatArray
@@ -148,6 +149,9 @@ class ViserScene:
                 shown.nodes[0].points = np.asarray(drawing.segments, dtype=np.float32)
                 shown.nodes[0].colors = np.asarray(drawing.colour, dtype=np.uint8)
             return len(before.segments) == len(drawing.segments)
+        if isinstance(before, YarnTubes) and isinstance(drawing, YarnTubes):
+            with self._server.atomic():
+                return update_tubes(shown.nodes[0], before, drawing)
         return False
 
     def _surface_updated(self, shown: _Shown, before: Surface, now: Surface) -> bool:
@@ -182,6 +186,8 @@ class ViserScene:
                     head_radius=2.5 * drawing.radius, head_length=5.0 * drawing.radius,
                 )
             ]  # fmt: skip
+        if isinstance(drawing, YarnTubes):
+            return [add_tubes(scene, name, drawing)]
         assert isinstance(drawing, Labels)
         return [
             scene.add_label(f"{name}/{number}", text, position=tuple(point))
