@@ -52,7 +52,8 @@ class LiveRun(Generic[S, T]):
         """Completed part, from 0 to 1."""
         self.on_snapshot: Callable[[Snapshot[S]], None] | None = None
         """Called with each snapshot."""
-        self._stage, self._max_iterations, self._report = stage, max_iterations, None
+        self._stage, self._max_iterations = stage, max_iterations
+        self._report: Callable[..., None] | None = None
         self.control: RunControl[S] = RunControl(self._watch, paused=paused)
         self._task_control: TaskControl | None = None
         self.task: Task[T] = tasks.start(name, lambda control: self._work(control, relax), done, failed)

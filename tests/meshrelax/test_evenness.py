@@ -79,7 +79,7 @@ def test_edges_of_unknown_stretch_do_not_count():
 
 
 def test_the_size_of_a_stitch_is_the_mean_of_its_sides():
-    fabric = with_stretch({r: 2.0 for r in range(ROWS)})  # all course sides are twice as long as at rest
+    fabric = with_stretch(dict.fromkeys(range(ROWS), 2.0))  # all course sides are twice as long as at rest
     unit = np.sqrt(2.0)
     np.testing.assert_allclose(relative_sizes(fabric, "width"), 2.0 / unit)
     np.testing.assert_allclose(relative_sizes(fabric, "height"), 1.0 / unit)

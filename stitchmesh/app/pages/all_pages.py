@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+from stitchmesh.app.pages.even_out import EvenOutPage
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
 
 _CLASSES: tuple[type[Page], ...] = (
     LabelPage,
+    EvenOutPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""

@@ -21,6 +21,7 @@ from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, not_converged, relax_mesh_with_report
 from stitchmesh.pipeline import KnitOptions
+from stitchmesh.run_control import RunControl, Snapshot
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -29,11 +30,14 @@ if TYPE_CHECKING:
 Evened = tuple[StitchMesh, MeshRelaxReport]
 MEASURES: dict[str, Measure] = {measure.capitalize(): measure for measure in get_args(Measure)}
 """What the map can show, by the words of the user."""
-NEXT = "The sizes of the stitches are known after evening out. Press Even out."
+START, AGAIN = "Even out the stitches", "Even out the stitches again"
+"""Labels of the button that starts, before the first time and later."""
+START_HINT = "Move the stitches over the surface until they are even"
+NEXT = "The sizes of the stitches are known after evening out. Start it above."
 """What stands in place of the verdict before the first mesh relaxation."""
 
 
-class EvenOut(Page):
+class EvenOutPage(Page):
     """Mesh relaxation."""
 
     name: ClassVar[str] = "Even out"
@@ -57,7 +61,10 @@ class EvenOut(Page):
     def build(self) -> None:
         """Make the controls and show the fabric."""
         controls = self.app.controls
-        self._start = controls.button("Even out", "Move the stitches over the surface until they are even", self.start, main=True)
+        self._start = controls.button(START, START_HINT, self.start, main=True)
+        self._next = controls.button(
+            "Go on to the yarns", "Open the page Yarns", lambda: self.app.open_page("Yarns"), main=True
+        )
         self._panel = RunPanel(controls, "one iteration")
         self._verdict = controls.html("", self._act)
         self._legend = controls.html(legend_html())
@@ -66,7 +73,7 @@ class EvenOut(Page):
             self._measure.capitalize(), self._set_measure,
         )  # fmt: skip
         self._build_settings()
-        self._next = controls.button("Go on to the yarns", "Open the page Yarns", lambda: self.app.open_page("Yarns"))
+        self._again = controls.button(AGAIN, START_HINT, self.start)
         self._map = self._shown = self._marked = None
         if self._run is not None:
             self._run.on_snapshot = self._show_snapshot
@@ -86,9 +93,8 @@ class EvenOut(Page):
         evened = self.app.project.evened
         running = self._run is not None
         self._panel.show(self._run)
-        self._start.visible = not running
-        self._start.label = "Even out" if evened is None else "Even out again"
-        self._next.visible = evened is not None and not running
+        self._start.visible = evened is None and not running
+        self._next.visible = self._again.visible = evened is not None and not running
         if not running:
             self._show_fabric(self._fabric())
             self._verdict.content = self._verdict_content()
@@ -98,10 +104,12 @@ class EvenOut(Page):
         project, arguments = self.app.project, mesh_arguments(self.app.project)
         fabric, surface = project.fabric, project.mesh or project.fabric
         assert fabric is not None and surface is not None
+
+        def relax(control: RunControl[StitchMesh]) -> Evened:
+            return relax_mesh_with_report(fabric, surface=surface, progress=False, control=control, **arguments)
+
         self._run = LiveRun(
-            self.app.tasks, "evening out the stitches",
-            lambda control: relax_mesh_with_report(fabric, surface=surface, progress=False, control=control, **arguments),
-            stage="meshrelax", max_iterations=MAX_ITERATIONS,
+            self.app.tasks, "evening out the stitches", relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
             done=self._only_for(project, self._finish), failed=lambda error: self._end(),
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
@@ -161,7 +169,7 @@ class EvenOut(Page):
         assert fabric is not None
         return fabric
 
-    def _show_snapshot(self, snapshot: Any) -> None:
+    def _show_snapshot(self, snapshot: Snapshot[StitchMesh]) -> None:
         self._show_fabric(snapshot.state)
         self._panel.update()
 
@@ -176,7 +184,7 @@ class EvenOut(Page):
     def _verdict_content(self) -> str:
         evened = self.app.project.evened
         if evened is None:
-            return message_html(NEXT, good=True)
+            return message_html(NEXT, "info")
         verdict = evenness_verdict(evened)
         box = verdict_html(verdict, "The stitches are even", "Some rows are uneven; click one to see it", action="rows")
         return unfinished_html(self.app.project) + box
@@ -200,25 +208,26 @@ class EvenOut(Page):
 def mesh_relax_options(project: Project) -> MeshRelaxOptions:
     """Return the options of a project, or the default ones if those that were kept are not valid."""
     try:
-        return MeshRelaxOptions(**project.settings(EvenOut.name).get("options", {}))
+        return MeshRelaxOptions(**project.settings(EvenOutPage.name).get("options", {}))
     except (TypeError, StitchMeshError):  # The file was written by another version, or by hand.
         return MeshRelaxOptions()
 
 
 def mesh_arguments(project: Project) -> dict[str, Any]:
     """Return the arguments of ``relax_mesh`` for a project; the aspect is that of its division if none was set."""
-    division, options = project.division, mesh_relax_options(project)
-    sizes = {} if division is None else {"stitch_width": division.stitch_width, "stitch_height": division.stitch_height}
-    return KnitOptions(mesh_relaxation=options, **sizes).mesh_arguments
+    options, division = KnitOptions(mesh_relaxation=mesh_relax_options(project)), project.division
+    if division is not None:
+        options = replace(options, stitch_width=division.stitch_width, stitch_height=division.stitch_height)
+    return options.mesh_arguments
 
 
 def unfinished_html(project: Project) -> str:
     """Return a box that says that the last mesh relaxation has not converged; nothing if it has."""
-    kept = project.settings(EvenOut.name).get("report")
+    kept = project.settings(EvenOutPage.name).get("report")
     if kept is None or kept["converged"]:
         return ""
     report = MeshRelaxReport(**kept)
     if report.stopped:
-        text = f"You stopped after {report.iterations} iterations, before the stitches were even; press Even out again."
-        return message_html(text, good=False)
-    return message_html(not_converged(report), good=False)
+        text = f"You stopped after {report.iterations} iterations, before the stitches were even; start again to go on."
+        return message_html(text, "doubtful")
+    return message_html(not_converged(report), "doubtful")

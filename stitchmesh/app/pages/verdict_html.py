@@ -6,13 +6,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from typing import Literal
 
 from stitchmesh.reporting.figures import Figure
 from stitchmesh.reporting.verdict import Verdict
 
 GOOD, DOUBTFUL = "#1f77b4", "#d97706"
 """Blue and orange, which colour-blind people can tell apart, on light and on dark ground."""
-BOX = "border-left:5px solid {colour};background:color-mix(in srgb, {colour} 12%, transparent);padding:.4em .6em;"
+Kind = Literal["good", "doubtful", "info"]
+MARKS: dict[Kind, tuple[str, str]] = {
+    "good": ("&#10003;", GOOD), "doubtful": ("&#9888;", DOUBTFUL), "info": ("&#8505;", "#6b7280"),
+}  # fmt: skip
+"""Mark and colour of each kind of box."""
+BOX = (
+    "border-left:5px solid {colour};background:color-mix(in srgb, {colour} 12%, transparent);"
+    "padding:.4em .6em;font-size:.92em"
+)
 LIST = "margin:.3em 0 0;padding-left:1.1em"
 LINK = "all:unset;cursor:pointer;text-decoration:underline dotted"
 """Style of a finding that can be clicked."""
@@ -28,7 +37,7 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
         action: name of the action that a click on a finding calls with the number of the finding; None for none.
     """
     if verdict.good:
-        return message_html(f"{good}: {verdict.praise}.", good=True)
+        return message_html(f"{good}: {verdict.praise}.", "good")
     items = "".join(
         f"<li>{_clickable(str(found), number, action)}</li>" for number, found in enumerate(verdict.findings)
     )
@@ -36,9 +45,9 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
     return f'<div role="status" style="{style}"><b>&#9888; {escape(doubtful)}</b><ul style="{LIST}">{items}</ul></div>'
 
 
-def message_html(text: str, *, good: bool) -> str:
+def message_html(text: str, kind: Kind) -> str:
     """Return a box with a text."""
-    mark, colour = ("&#10003;", GOOD) if good else ("&#9888;", DOUBTFUL)
+    mark, colour = MARKS[kind]
     return f'<div role="status" style="{BOX.format(colour=colour)}">{mark} {escape(text)}</div>'
 
 
