@@ -27,6 +27,11 @@ MOST_FINDINGS = 6
 """Largest number of bands of rows that a verdict lists."""
 
 Direction = Literal["width", "height"]
+_KINDS: dict[tuple[bool, bool], Kind] = {
+    (True, True): "too few stitches", (False, True): "too many stitches",
+    (True, False): "too few rows", (False, False): "too many rows",
+}  # fmt: skip
+"""Kind of a finding: whether there are too few, and whether the width is wrong."""
 Measure = Literal["size", "width", "height"]
 """Which sides of a stitch are measured: all, the course sides, or the wale sides."""
 
@@ -55,15 +60,18 @@ class UnevenRows:
 
     def finding(self) -> Finding:
         """Return what is wrong, and how many stitches or rows would help."""
+        few, wide = self.ratio > 1.0, self.direction == "width"
         rows = f"row {self.first}" if self.first == self.last else f"rows {self.first} to {self.last}"
-        size = f"the stitches of {rows} have {self.ratio:.2f} times the average {self.direction}"
-        where = "in each row" if self.direction == "width" else "there"
-        count = abs(self.missing)
-        if self.ratio > 1.0:
-            kind: Kind = "too few stitches" if self.direction == "width" else "too few rows"
-            return Finding(kind, f"{kind}: {size}", f"about {count} more {where} would make them even")
-        kind = "too many stitches" if self.direction == "width" else "too many rows"
-        return Finding(kind, f"{kind}: {size}", f"about {count} fewer {where} would make them even")
+        state, measure = "stretched" if few else "crowded", "wide" if wide else "high"
+        text = f"the stitches of {rows} are {state}: {self.ratio:.2f} times as {measure} as the average"
+        count, change = abs(self.missing), "more" if few else "fewer"
+        things = _counted("stitch", "stitches", count) if wide else _counted("row", "rows", count)
+        where = "in each row" if wide else "there"
+        return Finding(_KINDS[few, wide], text, f"about {things} {change} {where} would make them even")
+
+
+def _counted(one: str, several: str, count: int) -> str:
+    return f"{count} {one if count == 1 else several}"
 
 
 def uneven_rows(fabric: StitchMesh) -> list[UnevenRows]:

@@ -47,13 +47,14 @@ def test_wide_rows_have_too_few_stitches():
     assert (band.first, band.last, band.direction) == (3, 6, "width") and band.ratio > ALLOWED_RATIO
     assert band.stitches == STITCHES and band.missing == round(STITCHES * (band.ratio - 1.0)) > 0
     finding = band.finding()
-    assert finding.kind == "too few stitches" and "rows 3 to 6" in finding.text and "more in each row" in finding.remedy
+    assert finding.kind == "too few stitches" and "rows 3 to 6" in finding.text
+    assert "stitches more in each row" in finding.remedy
 
 
 def test_narrow_rows_have_too_many_stitches():
     (band,) = uneven_rows(with_stretch({4: 0.5, 5: 0.5}))
     finding = band.finding()
-    assert band.missing < 0 and finding.kind == "too many stitches" and "fewer in each row" in finding.remedy
+    assert band.missing < 0 and finding.kind == "too many stitches" and "stitches fewer in each row" in finding.remedy
 
 
 def test_high_rows_stand_where_there_are_too_few_rows_and_low_ones_where_there_are_too_many():
@@ -61,7 +62,7 @@ def test_high_rows_stand_where_there_are_too_few_rows_and_low_ones_where_there_a
     assert (high.first, high.last, high.direction, high.missing) == (2, 2, "height", 1)
     assert (low.first, low.last, low.direction, low.missing) == (7, 7, "height", -1)
     assert high.finding().kind == "too few rows" and low.finding().kind == "too many rows"
-    assert "row 7" in low.finding().text
+    assert "row 7 are crowded" in low.finding().text and "1 row fewer there" in low.finding().remedy
 
 
 def test_the_most_uneven_band_comes_first_and_a_verdict_names_them_in_this_order():

@@ -7,10 +7,14 @@ from __future__ import annotations
 from stitchmesh.app.pages.even_out import EvenOutPage
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.project_page import ProjectPage
+from stitchmesh.app.pages.swatch.page import SwatchPage
 
 _CLASSES: tuple[type[Page], ...] = (
+    ProjectPage,
     LabelPage,
     EvenOutPage,
+    SwatchPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""

@@ -23,7 +23,7 @@ BOX = (
     "padding:.4em .6em;font-size:.92em"
 )
 LIST = "margin:.3em 0 0;padding-left:1.1em"
-LINK = "all:unset;cursor:pointer;text-decoration:underline dotted"
+LINK = "all:unset;display:inline;cursor:pointer;text-decoration:underline dotted"
 """Style of a finding that can be clicked."""
 
 
@@ -39,7 +39,7 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
     if verdict.good:
         return message_html(f"{good}: {verdict.praise}.", "good")
     items = "".join(
-        f"<li>{_clickable(str(found), number, action)}</li>" for number, found in enumerate(verdict.findings)
+        f"<li>{_clickable(_sentence(str(found)), number, action)}</li>" for number, found in enumerate(verdict.findings)
     )
     style = BOX.format(colour=DOUBTFUL)
     return f'<div role="status" style="{style}"><b>&#9888; {escape(doubtful)}</b><ul style="{LIST}">{items}</ul></div>'
@@ -60,6 +60,10 @@ def figures_html(figures: Sequence[Figure]) -> str:
         for figure in figures
     )
     return f'<table style="width:100%;border-collapse:collapse">{rows}</table>'
+
+
+def _sentence(clause: str) -> str:
+    return f"{clause[0].upper()}{clause[1:]}."
 
 
 def _mark(figure: Figure) -> str:

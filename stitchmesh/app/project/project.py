@@ -10,6 +10,7 @@ dropped. All methods run in one thread; another thread writes the newest state t
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -254,13 +255,17 @@ class Project:
         step, *rest = self._state.undone_label_steps
         return self._label((*self.label_steps, step), tuple(rest), self._values.with_label_step(step))
 
-    def divide(self, division: Division) -> tuple[str, ...]:
+    def divide(self, division: Division, fabric: StitchMesh | None = None) -> tuple[str, ...]:
         """Divide the labeled mesh into stitches.
+
+        Args:
+            division: how the mesh is divided.
+            fabric: the result of the division, if it was made already, such as in a worker thread.
 
         Raises:
             StitchMeshError: the mesh is not labeled, or it cannot be divided so.
         """
-        values = self._values.divided(division)
+        values = self._values.divided(division, fabric)
         return self._change(with_division(self._state, division), values)
 
     def apply_edit(self, edit: Edit) -> tuple[str, ...]:
@@ -391,6 +396,18 @@ class Project:
             self.autosave.close()
         finally:
             self._lock.release()
+
+    def discard(self) -> None:
+        """Remove a project that was just created, with its folder.
+
+        Raises:
+            FileError: the folder cannot be removed.
+        """
+        self.close()
+        try:
+            shutil.rmtree(self.folder)
+        except OSError as error:
+            raise FileError(f"{self.folder}: cannot be removed ({error.strerror or error})") from error
 
     def _trouble(self, message: str | None) -> None:
         self.on_trouble(message)

@@ -39,8 +39,6 @@ def test_one_button_evens_the_stitches_out(tmp_path: Path, app_in_browser: Calla
         rig.wait_for(lambda: rig.app.project.evened is not None, "the stitches are even")
         rig.wait_for_text("of the sides of stitches are within 20 % of the average")
         assert np.array_equal(rig.app.project.evened.vertices, evened(rig.app.project).vertices)
-        rig.press("Go on to the yarns")
-        rig.wait_for(lambda: rig.app.page.name == "Yarns", "the page Yarns")
 
 
 def test_uneven_rows_are_outlined_by_a_click_in_the_list(
