@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from stitchmesh.app.pages.divide import DividePage
 from stitchmesh.app.pages.even_out import EvenOutPage
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
@@ -13,6 +14,7 @@ from stitchmesh.app.pages.swatch.page import SwatchPage
 _CLASSES: tuple[type[Page], ...] = (
     ProjectPage,
     LabelPage,
+    DividePage,
     EvenOutPage,
     SwatchPage,
 )
