@@ -46,7 +46,7 @@ HEAVY = {
     "rich": {"cli"},
     "tyro": {"cli"},
     "msgspec": {"editing", "io"},
-    "PIL": {"mesh", "render", "patterns", "periodic"},
+    "PIL": {"app", "mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},
     "matplotlib": {"render"},

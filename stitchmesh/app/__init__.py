@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The application in the browser: pages over the functions that the command line uses too."""
+"""The application in the browser: it shows and calls the stages, and holds no physics and no topology."""

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The application: one project, one front and one open page, joined by the event queue."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.front import Front, Listener, NoticeKind
+from stitchmesh.app.pages.all_pages import PAGES
+from stitchmesh.app.pages.navigation import Navigation
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
+from stitchmesh.app.task import TaskRunner
+from stitchmesh.errors import ParameterError, StitchMeshError
+
+if TYPE_CHECKING:
+    from stitchmesh.app.project.project import Project
+
+logger = logging.getLogger(__name__)
+
+APP_SETTINGS = "application"
+"""Name under which the project keeps the settings of the application itself."""
+TITLES: dict[NoticeKind, str] = {"info": "StitchMesh", "warning": "Please note", "error": "Not possible"}
+
+
+class App:
+    """What every page gets. Its fields belong to the event thread."""
+
+    def __init__(self, project: Project, front: Front) -> None:
+        """Join a project and a front; ``open_page`` shows the first page."""
+        self.project, self.front = project, front
+        self.queue = front.queue
+        self.queue.on_error = self.report
+        self.tasks = TaskRunner(self.queue, self.report)
+        self.page: Page | None = None
+        self._pages: dict[str, Page] = {}
+        self._navigation = Navigation(front.navigation, self.open_page)
+        front.listen(Listener(self._picked, self._stroked, self._boxed, self._camera_moved))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.front.scene
+
+    @property
+    def controls(self) -> Controls:
+        """The controls of the open page."""
+        return self.front.controls
+
+    @property
+    def left_controls(self) -> Controls:
+        """The controls on the left, for example a chart."""
+        return self.front.left_controls
+
+    def post(self, function: Callable[..., object], *arguments: object) -> None:
+        """Call a function in the event thread; may be called from any thread."""
+        self.queue.post(function, *arguments)
+
+    def notice(self, text: str, kind: NoticeKind = "info", title: str | None = None) -> None:
+        """Show a message to the user."""
+        self.front.notice(title or TITLES[kind], text, kind)
+
+    def download(self, name: str, content: bytes) -> None:
+        """Send a file to the browser."""
+        self.front.download(name, content)
+
+    def report(self, error: Exception) -> None:
+        """Show an error as a notice; an error that is none of the library is also logged with its origin."""
+        if isinstance(error, StitchMeshError):
+            self.notice(str(error), "error")
+            return
+        logger.error("the application met an error that it does not know", exc_info=error)
+        self.notice(f"{type(error).__name__}: {error}; your work is saved, please go on", "error", "Internal error")
+
+    def open_page(self, name: str) -> None:
+        """Leave the open page, and open another one; an unavailable page says what to do first.
+
+        Raises:
+            ParameterError: there is no such page.
+        """
+        if name not in PAGES:
+            raise ParameterError(f"page: got {name!r}; expected one of {', '.join(PAGES)}")
+        self._close_page()
+        page = self._pages.get(name) or PAGES[name](self)
+        self._pages[name] = self.page = page
+        self.project.set_settings(APP_SETTINGS, {**self.project.settings(APP_SETTINGS), "page": name})
+        reason = page.unavailable()
+        self._navigation.show(name, reason or page.hint)
+        if reason is None:
+            page.build()
+
+    def refresh(self) -> None:
+        """Show the project after it changed; the page is built anew if it became available or unavailable."""
+        if self.page is not None:
+            self.page.refresh()
+
+    def set_project(self, project: Project) -> None:
+        """Take another project, and open the page on which it was left."""
+        self.tasks.cancel()
+        self._close_page()
+        self.project.close()
+        self.project = project
+        self._pages.clear()
+        self.open_page(self.last_page())
+
+    def last_page(self) -> str:
+        """Return the page on which the project was left; the first page of a new project."""
+        page = self.project.settings(APP_SETTINGS).get("page")
+        return page if page in PAGES else next(iter(PAGES))
+
+    def close(self) -> None:
+        """End the task, save the project, and end all connections."""
+        self.tasks.cancel()
+        self.queue.post(self._close_page)
+        self.queue.post(self.project.close)
+        self.queue.stop()
+        self.front.close()
+
+    def _close_page(self) -> None:
+        if self.page is not None:
+            self.page.leave()
+        self.page = None
+        self.controls.clear()
+        self.left_controls.clear()
+        self.scene.clear()
+
+    def _picked(self, pick: Pick) -> None:
+        if self.page is not None:
+            self.page.picked(pick)
+
+    def _stroked(self, stroke: Stroke) -> None:
+        if self.page is not None:
+            self.page.stroked(stroke)
+
+    def _boxed(self, box: ScreenBox) -> None:
+        if self.page is not None:
+            self.page.boxed(box)
+
+    def _camera_moved(self) -> None:
+        if self.page is not None:
+            self.page.camera_moved()

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The bridge between the server and the scripts in the browser.
+
+A message to the server is a new value of a hidden text, which holds JSON: the name of the receiver, a number that no
+other message has, and the content. Scripts for the browser are sent to each browser by itself, because viser would send
+scripts for all browsers again to every browser that connects later.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from viser import _messages
+
+from stitchmesh.app.scene.drawing import Colours
+from stitchmesh.mesh.palette import linear_colour
+
+FOLDER = Path(__file__).parent
+Receiver = Callable[[dict[str, Any], int | None], None]
+"""Takes the content of a message and the number of the browser that sent it; runs in the thread of the server."""
+
+
+class Bridge:
+    """Sends scripts to the browsers, and passes on their messages."""
+
+    def __init__(self, server: viser.ViserServer, scripts: tuple[str, ...] = ("bridge.js",)) -> None:
+        """Install the scripts in each browser, present or to come.
+
+        Args:
+            server: the server.
+            scripts: names of files in this folder, in the order in which they run.
+        """
+        self.acting_client: int | None = None
+        """Number of the browser that asked for the call that the event thread makes now."""
+        self._server, self._scripts = server, scripts
+        self._receivers: dict[str, Receiver] = {}
+        self._hints: dict[str, str] = {}
+        self._after_connect: list[Callable[[viser.ClientHandle], None]] = []
+        self._inbox = server.gui.add_text("messages of the browser", "", visible=False)
+        self._inbox.on_update(self._receive)
+        server.on_client_connect(self._install)
+
+    @property
+    def inbox(self) -> str:
+        """Identity of the hidden text."""
+        return str(self._inbox._impl.uuid)
+
+    def on_connect(self, function: Callable[[viser.ClientHandle], None]) -> None:
+        """Call a function with each browser after the scripts were sent to it."""
+        self._after_connect.append(function)
+
+    def receive(self, target: str, receiver: Receiver) -> None:
+        """Pass the messages for a target to a receiver."""
+        self._receivers[target] = receiver
+
+    def forget(self, target: str) -> None:
+        """Pass messages for a target to nobody."""
+        self._receivers.pop(target, None)
+
+    def set_hint(self, identity: str, hint: str) -> None:
+        """Set the hint of a button, by its identity in the page."""
+        self._hints[identity] = hint
+        self.run(f"stitchmesh.hints[{json.dumps(identity)}]={json.dumps(hint)};stitchmesh.applyHints();")
+
+    def run(self, script: str, client: viser.ClientHandle | None = None) -> None:
+        """Run a script in one browser, or in all that are connected."""
+        clients = [client] if client is not None else list(self._server.get_clients().values())
+        for each in clients:
+            each._websock_connection.queue_message(_messages.RunJavascriptMessage(source=script))
+
+    def _install(self, client: viser.ClientHandle) -> None:
+        start = f"stitchmesh.inbox={json.dumps(self.inbox)};Object.assign(stitchmesh.hints,{json.dumps(self._hints)});"
+        self.run("\n".join([*map(script_text, self._scripts), start]), client)
+        for function in self._after_connect:
+            function(client)
+
+    async def _receive(self, event: viser.GuiEvent) -> None:
+        if event.client_id is None:
+            return
+        try:
+            message = json.loads(event.target.value)
+            receiver = self._receivers[message["target"]]
+        except (ValueError, TypeError, KeyError):
+            return  # A browser may send anything, and may speak of a control that was removed just before.
+        receiver(message, event.client_id)
+
+
+@cache
+def script_text(name: str) -> str:
+    """Return the text of a script."""
+    return (FOLDER / name).read_text(encoding="utf-8")
+
+
+def colour_script(name: str, colours: Colours, *, flat: bool) -> str:
+    """Return the script that colours a mesh."""
+    arguments = [name, _text_of(_linear_palette(colours.palette)), _text_of(colours.index), flat]
+    return f"stitchmesh.colour({','.join(map(json.dumps, arguments))});"
+
+
+def _linear_palette(palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a palette as bytes red, green, blue and opacity in linear light, in which WebGL mixes colours."""
+    linear = np.rint(255.0 * linear_colour(palette / 255.0)).astype(np.uint8)
+    return np.concatenate([linear, np.full((len(linear), 1), 255, dtype=np.uint8)], axis=1)
+
+
+def _text_of(array: NDArray[np.uint8]) -> str:
+    return base64.b64encode(array.astype(np.uint8).tobytes()).decode("ascii")

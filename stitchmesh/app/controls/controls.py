@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The controls of a panel, as pages use them.
+
+Every function that a control calls runs in the event thread. Every control has a hint of one line, which a browser
+shows under the pointer and reads out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+
+class Control(Protocol):
+    """A control that stands in a panel. Setting a property shows it, and calls no function of the page."""
+
+    value: Any
+    """Value of an input; of a progress bar, the percentage."""
+    label: str
+    content: str
+    """Text of markdown or HTML."""
+    figure: Any
+    """Figure of a plot."""
+    visible: bool
+    disabled: bool
+
+    def remove(self) -> None:
+        """Take the control out of the panel."""
+
+
+class Controls(Protocol):
+    """Makes controls, one below another. All methods belong to the event thread."""
+
+    def button(self, label: str, hint: str, run: Callable[[], object], *, main: bool = False) -> Control:
+        """Add a button; ``main`` marks the one that users press next."""
+
+    def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object]) -> Control:
+        """Add a box to tick."""
+
+    def number(
+        self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
+        least: float, most: float, step: float,
+    ) -> Control:  # fmt: skip
+        """Add a number, whole if the value and the step are. Values beyond the bounds are refused by a notice."""
+
+    def slider(
+        self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
+        least: float, most: float, step: float,
+    ) -> Control:  # fmt: skip
+        """Add a slider."""
+
+    def choice(
+        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object]
+    ) -> Control:
+        """Add a list of options, one of which is chosen."""
+
+    def buttons(self, label: str, hint: str, options: Sequence[str], pressed: Callable[[str], object]) -> Control:
+        """Add buttons in one row."""
+
+    def text(
+        self, label: str, hint: str, value: str, changed: Callable[[str], object], *, lines: int = 1
+    ) -> Control:
+        """Add a text; ``changed`` is called while the user types."""
+
+    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object]) -> Control:
+        """Add a colour, ``#rrggbb``."""
+
+    def markdown(self, text: str) -> Control:
+        """Add a text with marks."""
+
+    def html(self, content: str, action: Callable[[str, str], object] | None = None) -> Control:
+        """Add a piece of HTML.
+
+        An element with ``data-action`` and ``data-value`` calls the action with both when it is clicked. Elements
+        must be readable by keyboard and screen reader: buttons, with an ``aria-label`` if they hold a picture only.
+        """
+
+    def plot(self, figure: go.Figure | None = None, aspect: float = 1.6) -> Control:
+        """Add a plot; without a figure it stays hidden. ``aspect`` is its width over its height."""
+
+    def upload(
+        self, label: str, hint: str, suffixes: Sequence[str], received: Callable[[str, bytes], object]
+    ) -> Control:
+        """Add a button that takes a file; ``received`` is called with the name of the file and its content."""
+
+    def progress_bar(self) -> Control:
+        """Add a bar whose value is a percentage."""
+
+    def group(self, label: str, opened: bool = True) -> AbstractContextManager[Control]:
+        """Add a group; controls that are made within the context stand in it."""
+
+    def key(
+        self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]
+    ) -> Control:
+        """Add a command that a key calls: a capital letter, with ``ctrl``, ``shift``, ``ctrl+shift`` or None."""
+
+    def clear(self) -> None:
+        """Remove all controls and keys."""

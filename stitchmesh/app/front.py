@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the user sees and hears: the scene, two panels, notices and downloads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.null_controls import NullControls
+from stitchmesh.app.event_queue import EventQueue
+from stitchmesh.app.scene.null_scene import NullScene
+from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
+
+NoticeKind = Literal["info", "warning", "error"]
+
+
+@dataclass(frozen=True)
+class Listener:
+    """Functions that the front calls, in the event thread."""
+
+    picked: Callable[[Pick], object]
+    stroked: Callable[[Stroke], object]
+    boxed: Callable[[ScreenBox], object]
+    camera_moved: Callable[[], object]
+
+
+class Front(Protocol):
+    """The browser side of the application, or a stand-in for tests."""
+
+    queue: EventQueue
+    """The queue in which all functions are called."""
+    scene: Scene
+    navigation: Controls
+    """Controls above those of the page."""
+    controls: Controls
+    """Controls of the page, in the panel on the right."""
+    left_controls: Controls
+    """Controls in a panel on the left, which is shown while it has any."""
+
+    def listen(self, listener: Listener) -> None:
+        """Call the functions of a listener from now on."""
+
+    def notice(self, title: str, text: str, kind: NoticeKind) -> None:
+        """Show a message in each browser."""
+
+    def download(self, name: str, content: bytes) -> None:
+        """Send a file to the browser of the current event; to all browsers if there is none."""
+
+    def set_dark(self, dark: bool) -> None:
+        """Show dark or light colours."""
+
+    def close(self) -> None:
+        """End all connections."""
+
+
+@dataclass(eq=False)
+class NullFront:
+    """A ``Front`` without a browser."""
+
+    queue: EventQueue = field(default_factory=EventQueue)
+    scene: NullScene = field(default_factory=NullScene)
+    navigation: NullControls = field(default_factory=NullControls)
+    controls: NullControls = field(default_factory=NullControls)
+    left_controls: NullControls = field(default_factory=NullControls)
+    notices: list[tuple[str, str, NoticeKind]] = field(default_factory=list)
+    downloads: list[tuple[str, bytes]] = field(default_factory=list)
+    listener: Listener | None = None
+    dark: bool = False
+
+    def listen(self, listener: Listener) -> None:
+        """Remember the listener."""
+        self.listener = listener
+
+    def notice(self, title: str, text: str, kind: NoticeKind) -> None:
+        """Remember a message."""
+        self.notices.append((title, text, kind))
+
+    def download(self, name: str, content: bytes) -> None:
+        """Remember a file."""
+        self.downloads.append((name, content))
+
+    def set_dark(self, dark: bool) -> None:
+        """Remember the choice."""
+        self.dark = dark
+
+    def close(self) -> None:
+        """Do nothing."""

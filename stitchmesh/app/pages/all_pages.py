@@ -1,0 +1,11 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The pages by name, in the order of the navigation."""
+
+from __future__ import annotations
+
+from stitchmesh.app.pages.page import Page
+
+_CLASSES: tuple[type[Page], ...] = ()
+PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
+"""Class of each page."""

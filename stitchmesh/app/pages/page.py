@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A page: the controls and the drawings of one task of the user."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+
+class Page:
+    """A page of the application. All methods run in the event thread.
+
+    A page holds what the user has chosen on it; what lasts stands in the project.
+    """
+
+    name: ClassVar[str]
+    """Name in the navigation."""
+    hint: ClassVar[str]
+    """One line that says what to do on this page."""
+
+    def __init__(self, app: App) -> None:
+        """Make the page; nothing is shown yet."""
+        self.app = app
+
+    def unavailable(self) -> str | None:
+        """Return why the page has nothing to show yet and what to do first; None if it can be built."""
+        return None
+
+    def build(self) -> None:
+        """Make the controls and draw; both are empty before."""
+
+    def refresh(self) -> None:
+        """Show the project after it changed."""
+
+    def leave(self) -> None:
+        """End what belongs to the open page; controls and drawings are removed afterwards."""
+
+    def picked(self, pick: Pick) -> None:
+        """Handle a click in the scene."""
+
+    def stroked(self, stroke: Stroke) -> None:
+        """Handle a drag that began on a surface that takes strokes."""
+
+    def boxed(self, box: ScreenBox) -> None:
+        """Handle a rectangle that was drawn with the shift key."""
+
+    def camera_moved(self) -> None:
+        """Handle a camera that moved; called at most ten times a second."""

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The scene of the application, as pages use it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.app.scene.camera_view import CameraView
+from stitchmesh.app.scene.drawing import Drawing
+from stitchmesh.mesh import FloatArray
+
+Modifier = Literal["", "shift", "ctrl", "alt"]
+"""Key that is held during a click or a drag."""
+ViewName = Literal["front", "back", "left", "right", "top"]
+"""Side from which the camera looks; garments stand upright along y, with their front towards z."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pick:
+    """A click in the scene."""
+
+    ray_origin: FloatArray
+    """Origin of the ray under the pointer, shape (3,) [cm]."""
+    ray_direction: FloatArray
+    """Direction of the ray, shape (3,)."""
+    modifier: Modifier = ""
+    client: int = 0
+    """Number of the browser."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke(Pick):
+    """One moment of a drag that began on a surface that takes strokes."""
+
+    phase: Literal["start", "move", "end"] = "start"
+
+
+@dataclass(frozen=True, eq=False)
+class ScreenBox:
+    """A rectangle that was drawn on the screen."""
+
+    camera: CameraView
+    low: tuple[float, float]
+    """Upper left corner, from (0, 0) to (1, 1)."""
+    high: tuple[float, float]
+    """Lower right corner."""
+
+    def inside(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Whether each point lies in the rectangle, in front of the camera, shape (n, 3) to (n,)."""
+        place = self.camera.on_screen(points)
+        return np.all((place >= self.low) & (place <= self.high), axis=1)
+
+
+class Scene(Protocol):
+    """Draws by name. All methods belong to the event thread."""
+
+    def show(self, name: str, drawing: Drawing) -> None:
+        """Draw under a name, in place of what was drawn under it; only arrays that are other objects are sent."""
+
+    def remove(self, name: str) -> None:
+        """Draw nothing more under a name; an unknown name is no error."""
+
+    def clear(self) -> None:
+        """Remove all drawings."""
+
+    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName = "front") -> None:
+        """Show a box, corners of shape (3,), in the whole window of each browser, present or to come."""
+
+    def cameras(self) -> list[CameraView]:
+        """Return the cameras of the browsers that are connected."""
+
+    def screenshot(self, width: int, height: int) -> bytes:
+        """Return a picture of the scene as a PNG file, as the first browser sees it.
+
+        Raises:
+            DisplayError: no browser is connected, or it does not answer.
+        """

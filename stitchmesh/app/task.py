@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Long work in a worker thread, with progress, pause, single steps and cancellation.
+
+The work is a function of a ``TaskControl``. It reports its progress through the control, which is a ``Progress``
+function of the library. Each report is also the point at which the work waits while it is paused and ends if it is
+cancelled. Results, frames and errors arrive in the thread of the event queue.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from stitchmesh.app.event_queue import EventQueue
+from stitchmesh.errors import ParameterError
+from stitchmesh.progress import seconds_left
+
+T = TypeVar("T")
+
+FRAME_SECONDS = 0.1
+"""Least time between two frames of a task; the browser needs about this time to draw a garment."""
+
+
+class TaskCancelled(BaseException):
+    """The user stopped the task. It is no ``Exception``, so that no handler of errors takes it for a failure."""
+
+
+class TaskControl:
+    """What the work of a task may do: report, publish frames, wait and end."""
+
+    def __init__(self, task: Task[Any]) -> None:
+        """Make the control of a task."""
+        self._task = task
+
+    def __call__(self, stage: str, done: float, note: str) -> None:
+        """Report progress, as a ``Progress`` function.
+
+        Raises:
+            TaskCancelled: the user stopped the task.
+        """
+        self._task.report(stage, done, note)
+        self.check()
+
+    progress = __call__
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the user stopped the task; work that can end with a good state ends itself."""
+        return self._task.cancel_requested.is_set()
+
+    def wait_while_paused(self) -> None:
+        """Wait until the task may go on: it is not paused, it was given one step, or it was cancelled."""
+        self._task.wait_turn()
+
+    def check(self) -> None:
+        """Wait while the task is paused.
+
+        Raises:
+            TaskCancelled: the user stopped the task.
+        """
+        self.wait_while_paused()
+        if self.cancelled:
+            raise TaskCancelled
+
+    def frame_is_due(self) -> bool:
+        """Whether a frame would be shown now, so that work makes no frame in vain."""
+        return time.monotonic() - self._task.framed_at >= FRAME_SECONDS
+
+    def frame(self, value: object) -> None:
+        """Publish a frame; the newest frame replaces one that has not been shown yet."""
+        self._task.publish(value)
+
+
+class Task(Generic[T]):
+    """One piece of long work, with its progress. Its methods may be called from any thread."""
+
+    def __init__(self, name: str, queue: EventQueue) -> None:
+        """Make a task that does not run yet."""
+        self.name = name
+        self.stage, self.done, self.note = "", 0.0, ""
+        self.paused = False
+        self.on_frame: Callable[[Any], None] | None = None
+        """Called in the event thread with each frame."""
+        self.on_progress: Callable[[], None] | None = None
+        """Called in the event thread after a report."""
+        self.cancel_requested = threading.Event()
+        self.framed_at = float("-inf")
+        self._queue = queue
+        self._turn = threading.Condition()
+        self._steps = 0
+        self._began = time.monotonic()
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Estimated remaining time of the present stage [s]; None while it cannot be estimated."""
+        return seconds_left(time.monotonic() - self._began, self.done)
+
+    def report(self, stage: str, done: float, note: str) -> None:
+        """Keep a report of the work."""
+        if stage != self.stage:
+            self._began = time.monotonic()
+        self.stage, self.done, self.note = stage, done, note
+        self._queue.post_newest((id(self), "progress"), self._show_progress)
+
+    def publish(self, value: object) -> None:
+        """Hand a frame to the event thread."""
+        self.framed_at = time.monotonic()
+        self._queue.post_newest((id(self), "frame"), self._show_frame, value)
+
+    def pause(self) -> None:
+        """Let the work wait at its next report."""
+        with self._turn:
+            self.paused, self._steps = True, 0
+
+    def resume(self) -> None:
+        """Let the work go on."""
+        with self._turn:
+            self.paused = False
+            self._turn.notify_all()
+
+    def step(self) -> None:
+        """Let paused work go on up to its next report."""
+        with self._turn:
+            self.paused, self._steps = True, self._steps + 1
+            self._turn.notify_all()
+
+    def cancel(self) -> None:
+        """Ask the work to end."""
+        self.cancel_requested.set()
+        with self._turn:
+            self._turn.notify_all()
+
+    def wait_turn(self) -> None:
+        """Wait while the task is paused; a step lets one waiter pass."""
+        with self._turn:
+            self._turn.wait_for(lambda: not self.paused or self._steps > 0 or self.cancel_requested.is_set())
+            self._steps = max(self._steps - 1, 0) if self.paused else 0
+
+    def _show_progress(self) -> None:
+        if self.on_progress is not None:
+            self.on_progress()
+
+    def _show_frame(self, value: object) -> None:
+        if self.on_frame is not None:
+            self.on_frame(value)
+
+
+class TaskRunner:
+    """Runs one task at a time in a worker thread."""
+
+    def __init__(self, queue: EventQueue, on_error: Callable[[Exception], None]) -> None:
+        """Make a runner; ``on_error`` is called in the event thread with errors of tasks that handle none."""
+        self._queue, self._on_error = queue, on_error
+        self.current: Task[Any] | None = None
+        """The task that runs, or None."""
+
+    @property
+    def running(self) -> bool:
+        """Whether a task runs or is paused."""
+        return self.current is not None
+
+    def start(
+        self, name: str, work: Callable[[TaskControl], T], done: Callable[[T], None],
+        failed: Callable[[Exception | None], None] | None = None,
+    ) -> Task[T]:  # fmt: skip
+        """Start a task; must be called in the event thread.
+
+        Args:
+            name: what the task does, in the words of the user: ``relaxing the yarns``.
+            work: the work, in the worker thread.
+            done: called in the event thread with the result.
+            failed: called in the event thread with the error, or with None if the task was cancelled; an error is also
+                shown as a notice.
+
+        Raises:
+            ParameterError: another task runs.
+        """
+        if self.current is not None:
+            raise ParameterError(f"{name}: {self.current.name} is still running; stop it first, or wait")
+        task: Task[T] = Task(name, self._queue)
+        self.current = task
+        threading.Thread(target=self._run, args=(task, work, done, failed), name=name, daemon=True).start()
+        return task
+
+    def cancel(self) -> None:
+        """Ask the current task to end, if there is one."""
+        if self.current is not None:
+            self.current.cancel()
+
+    def _run(
+        self, task: Task[T], work: Callable[[TaskControl], T], done: Callable[[T], None],
+        failed: Callable[[Exception | None], None] | None,
+    ) -> None:  # fmt: skip
+        try:
+            result = work(TaskControl(task))
+        except TaskCancelled:
+            self._queue.post(self._end, failed, None)
+        except Exception as error:
+            self._queue.post(self._end, failed, error)
+        else:
+            self._queue.post(self._end, done, result)
+
+    def _end(self, then: Callable[[Any], None] | None, value: object) -> None:
+        """Free the runner, and pass on the result or the error."""
+        self.current = None
+        if isinstance(value, Exception):
+            self._on_error(value)
+        if then is not None:
+            then(value)

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The front of the application in the browsers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import viser
+
+from stitchmesh.app.browser.bridge import Bridge
+from stitchmesh.app.controls.viser_controls import ViserControls
+from stitchmesh.app.event_queue import EventQueue
+from stitchmesh.app.front import Listener, NoticeKind
+from stitchmesh.app.scene.scene import Pick, ScreenBox
+from stitchmesh.app.scene.viser_scene import ViserScene, modifier_of, view_of
+
+BRAND = (31, 86, 115)
+"""Blue of the marks of controls."""
+PANEL_WIDTH = 350.0
+"""Width of the panel on the right [CSS pixels]."""
+LEFT_WIDTH = 350.0
+"""Width of the panel on the left [CSS pixels]."""
+NOTICE_COLOURS: dict[NoticeKind, tuple[int, int, int]] = {
+    "info": (31, 86, 115), "warning": (201, 125, 16), "error": (150, 35, 60),
+}  # fmt: skip
+NOTICE_SECONDS: dict[NoticeKind, float | None] = {"info": 6.0, "warning": 12.0, "error": 20.0}
+"""Time for which a notice stands."""
+
+
+class ViserFront:
+    """A ``Front`` in the browsers that are connected to a server of viser."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Set up panels and scene."""
+        self.server, self.queue = server, EventQueue()
+        self._listener: Listener | None = None
+        self.set_dark(False)
+        server.gui.set_panel_label("StitchMesh")
+        server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(PANEL_WIDTH)
+        self.bridge = Bridge(server)
+        self.scene = ViserScene(server, self.bridge, lambda stroke: self._post("stroked", stroke))
+        self.navigation = ViserControls(server, self.bridge, self.queue)
+        self.controls = ViserControls(server, self.bridge, self.queue)
+        self._left_panel = server.gui.add_panel(visible=False)
+        left = self._left_panel.add_tab("Chart")
+        self._left_panel.dock_left()
+        self._left_panel.set_width(LEFT_WIDTH)
+        self.left_controls = ViserControls(
+            server, self.bridge, self.queue, container=lambda: left, on_change=self._show_left_panel
+        )
+        scene: Any = server.scene  # Its annotations leave out asynchronous functions, whose order viser keeps.
+        scene.on_click()(self._click)
+        scene.on_click(modifier="shift")(self._click)
+        scene.on_click(modifier="cmd/ctrl")(self._click)
+        scene.on_rect_select(modifier="shift")(self._box)
+        server.on_client_connect(self._watch_camera)
+
+    def listen(self, listener: Listener) -> None:
+        """Call the functions of a listener from now on."""
+        self._listener = listener
+
+    def notice(self, title: str, text: str, kind: NoticeKind) -> None:
+        """Show a message in each browser."""
+        for client in self.server.get_clients().values():
+            client.add_notification(
+                title, text, color=NOTICE_COLOURS[kind], auto_close_seconds=NOTICE_SECONDS[kind], with_close_button=True
+            )
+
+    def download(self, name: str, content: bytes) -> None:
+        """Send a file to the browser that asked for it; to all browsers if none did."""
+        clients = self.server.get_clients()
+        acting = clients.get(self.bridge.acting_client or -1)
+        for client in [acting] if acting is not None else clients.values():
+            client.send_file_download(name, content, save_immediately=True)
+
+    def set_dark(self, dark: bool) -> None:
+        """Show dark or light colours."""
+        self.server.gui.configure_theme(
+            dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND
+        )
+
+    def close(self) -> None:
+        """End all connections."""
+        self.server.stop()
+
+    def _post(self, name: str, *arguments: object) -> None:
+        """Call a function of the listener in the event thread."""
+        if self._listener is not None:
+            self.queue.post(getattr(self._listener, name), *arguments)
+
+    async def _click(self, event: viser.SceneClickEvent) -> None:
+        ray = np.array(event.ray_origin), np.array(event.ray_direction)
+        self._post("picked", Pick(*ray, modifier_of(event.modifier), event.client_id))
+
+    async def _box(self, event: viser.SceneRectSelectEvent) -> None:
+        self._post("boxed", ScreenBox(view_of(event.client), event.screen_min, event.screen_max))
+
+    def _watch_camera(self, client: viser.ClientHandle) -> None:
+        """Report the moves of a camera; the newest one waits in the queue at most."""
+
+        async def moved(camera: viser.CameraHandle) -> None:
+            self.scene.fit_again(client)
+            if self._listener is not None:
+                self.queue.post_newest("camera", self._listener.camera_moved)
+
+        client.camera.on_update(moved)
+        self._post("camera_moved")
+
+    def _show_left_panel(self, count: int) -> None:
+        """Show the panel on the left while it has controls."""
+        self._left_panel.visible = count > 0
