@@ -35,6 +35,7 @@ from .mesh.orientation import turn_inside_out as turn_inside_out
 from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
+from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .patterns import LaidPattern as LaidPattern
 from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern
@@ -67,6 +68,10 @@ from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
 from .render import PictureOptions as PictureOptions
 from .render import render as render
+from .reporting.verdict import Verdict as Verdict
+from .reporting.verdict import relaxation_verdict as relaxation_verdict
+from .run_control import RunControl as RunControl
+from .run_control import Snapshot as Snapshot
 from .selection import Border as Border
 from .selection import Selection as Selection
 from .selection import borders as borders

@@ -25,6 +25,7 @@ from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_around_edit
 from stitchmesh.pipeline import Progress, RelaxOptions, no_progress, relax_with_options
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.run_control import RunControl
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import YarnFinish
 from stitchmesh.yarngen.regenerate import WarmStart, warm_start
@@ -55,6 +56,7 @@ def relax_edited(
     relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None, options: RelaxOptions | None = None, finish: YarnFinish | None = None,
     surface: Mesh | None = None, progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None,
+    control: RunControl[YarnSet] | None = None,
 ) -> RelaxedAgain:  # fmt: skip
     """Relax the yarns of an edited fabric, from the relaxed yarns before the edit where that is possible.
 
@@ -69,6 +71,7 @@ def relax_edited(
         surface: the mesh of the garment, on which crowded stitches are evened out; the surface of ``before`` if None.
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
+        control: watches, pauses, steps and stops the relaxation from another thread.
 
     Raises:
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality and finish.
@@ -78,7 +81,7 @@ def relax_edited(
     edit = _Edit(
         relaxed, before, after, surface, {"quality": quality, **asdict(finish or YarnFinish())},
         {"options": options or RelaxOptions(), "quality": quality, "device": device, "keep_shape": True,
-         "progress": progress, "on_state": on_state},
+         "progress": progress, "on_state": on_state, "control": control},
     )  # fmt: skip
     fabric, warm, outcome = edit.at_rest()
     report = {**outcome.report, "warm": round(warm, 4), "notes": edit.notes}

@@ -34,6 +34,7 @@ from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.reached_size import reached_sizes
@@ -196,7 +197,7 @@ def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
     progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
-    crowded_start: bool = True,
+    crowded_start: bool = True, control: RunControl[YarnSet] | None = None,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
 
@@ -215,6 +216,7 @@ def relax_with_options(
         on_state: called with the last good state at intervals.
         crowded_start: whether a relaxation that cannot start is started again.
         seconds_after: estimated time of work after the relaxation [s], which the progress counts.
+        control: watches, pauses, steps and stops the relaxation from another thread.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
@@ -237,6 +239,7 @@ def relax_with_options(
         on_state=on_state,
         checkpoint=options.checkpoint,
         resume=options.resume,
+        control=control,
     )
 
 

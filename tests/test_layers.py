@@ -17,7 +17,7 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"compute", "lattice", "progress", "quality"},
+    {"compute", "lattice", "progress", "quality", "reporting", "run_control"},
     {"mesh"},
     {"yarn"},
     {"hand_knitting"},

@@ -78,9 +78,7 @@ class ViserFront:
 
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""
-        self.server.gui.configure_theme(
-            dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND
-        )
+        self.server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND)
 
     def close(self) -> None:
         """End all connections."""

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import arg
 
 from stitchmesh.mesh import StitchMesh, extent
+from stitchmesh.reporting.verdict import Kind, relaxation_verdict
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.yarn_presets import Gauge, Yarn, yarn_for_gauge
@@ -24,10 +26,8 @@ if TYPE_CHECKING:
 
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
 """Option of a command that prints a summary."""
-LARGEST_STRAIN = 0.05
-"""Strain above which some yarn is too long or too short for its place."""
-SMALLEST_DISTANCE = 1.5
-"""Distance between the axes of two yarns, over the radius, below which yarns are crowded; 2 is touching."""
+REMEDIES: Mapping[Kind, str] = {"not at rest": "raise --max-iterations"}
+"""What helps on the command line, in place of the remedy of a finding."""
 
 
 def print_result(report: Mapping[str, Any], lines: Sequence[str], *, as_json: bool) -> None:
@@ -48,7 +48,7 @@ def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], 
     return [
         f"Knitted {fabric.face_count:,} stitches in {int(fabric.row.max()) + 1:,} rows, {extent(yarns.points)}.",
         f"Gauge: {gauge}. Yarn: {_length(yarns)}{_weight(yarns, yarn, gauge)}.",
-        state_of(report["yarnrelax"], _mesh_faults(report["meshrelax"])),
+        state_of(report["yarnrelax"], mesh_converged=report["meshrelax"]["converged"]),
         *_pattern_lines(report),
     ]
 
@@ -79,14 +79,14 @@ def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
     return [
         f"Relaxed one repeat of {name}: {repeat}, {size}.",
         f"{spacing}. Yarn: {_length(made.yarns)}{weight}.",
-        state_of(report, []),
+        state_of(report),
     ]
 
 
 def relax_summary(yarns: YarnSet, report: Mapping[str, Any]) -> list[str]:
     """Return the lines about relaxed yarns: the yarns, and their state."""
     count = f"{yarns.yarn_count:,} yarn{'s' if yarns.yarn_count > 1 else ''}"
-    return [f"Relaxed {count}, {_length(yarns)}, {extent(yarns.points)}.", state_of(report, [])]
+    return [f"Relaxed {count}, {_length(yarns)}, {extent(yarns.points)}.", state_of(report)]
 
 
 def files_to_open(folder: Path, drawn: bool) -> str:
@@ -108,31 +108,13 @@ def _weight(yarns: YarnSet, yarn: Yarn | None, gauge: Gauge) -> str:
     return f" of {known.name}, about {grams:,g} g" if yarn else f", about {grams:,g} g if it is {known.name}"
 
 
-def state_of(report: Mapping[str, Any], faults: Sequence[str]) -> str:
+def state_of(report: Mapping[str, Any], *, mesh_converged: bool = True) -> str:
     """Return the line that says in words whether a relaxation has ended well.
 
     Args:
         report: report of the relaxation.
-        faults: faults that earlier stages have left.
+        mesh_converged: whether the mesh relaxation before it had converged.
     """
-    strain, distance = report["max_strain"], report["min_distance_over_radius"]
-    found = [*faults]
-    if not report["converged"]:
-        found.append(f"the yarns are not at rest after {report['iterations']:,} iterations; raise --max-iterations")
-    if strain > LARGEST_STRAIN:
-        found.append(f"some yarn is strained by {_percent(strain)}, too long or too short for its place")
-    if distance < SMALLEST_DISTANCE:
-        found.append(f"yarns are crowded, their axes {distance:.2f} radii apart (2 is touching); use a thinner yarn")
-    if found:
-        return f"Not good: {'; '.join(found)}."
-    touching = f"axes at least {distance:.2f} radii apart (2 is touching); none passed through another"
-    return f"Good: the yarns are at rest, strained by at most {_percent(strain)}, {touching}."
-
-
-def _percent(part: float) -> str:
-    return f"{100.0 * part:.1f} %"
-
-
-def _mesh_faults(report: Mapping[str, Any]) -> list[str]:
-    """Return the faults that the mesh relaxation has left."""
-    return [] if report["converged"] else ["the stitches are not even, because the mesh relaxation did not converge"]
+    verdict = relaxation_verdict(report, mesh_converged=mesh_converged)
+    findings = [replace(found, remedy=REMEDIES.get(found.kind, found.remedy)) for found in verdict.findings]
+    return str(replace(verdict, findings=tuple(findings)))

@@ -53,6 +53,40 @@ def alone() -> Iterator[None]:
                 _turn.notify_all()
 
 
+@contextmanager
+def others_may_launch() -> Iterator[None]:
+    """Let other threads launch kernels; a context manager for a function with ``alone()`` that waits or gives a turn.
+
+    The thread takes its exclusive access again at the end, after the threads that have asked for it meanwhile. No array
+    of the thread changes, because every function works on its own arrays. Without the access, nothing happens.
+    """
+    own = threading.get_ident()
+    with _turn:
+        had = bool(_queue) and _queue[0] == own
+        if had:
+            _queue.popleft()
+            _turn.notify_all()
+    try:
+        yield
+    finally:
+        if had:
+            _take_access_again(own)
+
+
+def _take_access_again(own: int) -> None:
+    """Wait for the access; an interrupt is raised after it, because the function around gives the access up."""
+    interrupt: BaseException | None = None
+    with _turn:
+        _queue.append(own)
+        while _queue[0] != own:
+            try:
+                _turn.wait()
+            except BaseException as error:
+                interrupt = error
+    if interrupt is not None:
+        raise interrupt
+
+
 def device_named(name: str | None) -> wp.Device:
     """Return a device.
 

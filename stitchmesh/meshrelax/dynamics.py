@@ -28,9 +28,13 @@ from stitchmesh.meshrelax.forces import element_forces
 from stitchmesh.meshrelax.preconditioner import Patches, preconditioner
 from stitchmesh.meshrelax.sub_quads import Springs
 from stitchmesh.meshrelax.turning import turning_stiffness
+from stitchmesh.run_control import RunStopped
 
 Progress = Callable[[int, float], None]
 """Called after each iteration with its number and the residual."""
+Note = Callable[[int, "State"], None]
+"""Called before the first iteration and after each one with the number of iterations and the last accepted state; it
+raises ``RunStopped`` if this state is to be the result."""
 
 LARGEST_STEP = 4.0
 """Largest displacement of a vertex in one iteration, divided by the size of a stitch."""
@@ -62,6 +66,8 @@ class Outcome:
     """Number of iterations, rejected steps included."""
     falling: bool
     """Whether the residual is less than half of what it was ten iterations before the last."""
+    stopped: bool = False
+    """Whether the user has stopped the relaxation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,30 +102,32 @@ class Relaxation:
     moving_count: int
     """Number of vertices that are not held, over which the residual is averaged."""
 
-    def run(self, placement: Placement, tolerance: float, max_iterations: int, progress: Progress | None) -> Outcome:
-        """Iterate until the residual is at most the tolerance or the iterations reach their limit.
+    def run(self, placement: Placement, tolerance: float, max_iterations: int, note: Note) -> Outcome:
+        """Iterate until the residual is at most the tolerance, the iterations reach their limit or the user stops.
 
         Raises:
             SolverError: the forces are not finite.
         """
         state = self.state(placement)
-        shortest, longest = SHORTEST_TIME * self.springs.rest.unit, LONGEST_TIME * self.springs.rest.unit
-        time_step = self.springs.rest.unit
-        iteration, residuals = 0, [state.residual]
-        while state.residual > tolerance and iteration < max_iterations:
-            trial = self.state(self.next_placement(state, time_step))
-            iteration += 1
-            if trial.residual < LARGEST_RISE * state.residual:
-                time_step *= STEP_GROWTH if trial.residual < state.residual else MILD_CUT
-                state = trial
-            else:
-                time_step *= STEP_CUT
-            time_step = min(max(time_step, shortest), longest)
-            residuals.append(state.residual)
-            if progress is not None:
-                progress(iteration, state.residual)
+        unit = self.springs.rest.unit
+        time_step, iteration, residuals, stopped = unit, 0, [state.residual], False
+        try:
+            note(iteration, state)
+            while state.residual > tolerance and iteration < max_iterations:
+                trial = self.state(self.next_placement(state, time_step))
+                iteration += 1
+                if trial.residual < LARGEST_RISE * state.residual:
+                    time_step *= STEP_GROWTH if trial.residual < state.residual else MILD_CUT
+                    state = trial
+                else:
+                    time_step *= STEP_CUT
+                time_step = min(max(time_step, SHORTEST_TIME * unit), LONGEST_TIME * unit)
+                residuals.append(state.residual)
+                note(iteration, state)
+        except RunStopped:
+            stopped = True
         falling = state.residual < FALLING * residuals[max(0, iteration - RECENT)]
-        return Outcome(state.placement, state.residual, iteration, falling)
+        return Outcome(state.placement, state.residual, iteration, falling, stopped)
 
     def state(self, placement: Placement) -> State:
         """Compute the forces at a placement.

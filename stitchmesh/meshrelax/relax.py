@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -13,13 +14,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.compute.device import alone
+from stitchmesh.compute.device import alone, others_may_launch
 from stitchmesh.errors import MeshError, ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.meshrelax.attachment import attach
-from stitchmesh.meshrelax.bobbles import carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
+from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
+from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation, State
 from stitchmesh.meshrelax.forces import force_assembly
 from stitchmesh.meshrelax.limit_surface import limit_surface
 from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
@@ -27,6 +28,7 @@ from stitchmesh.meshrelax.preconditioner import patches
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
 from stitchmesh.progress import relaxing_progress, shown_progress
+from stitchmesh.run_control import RunControl, Snapshot
 
 logger = logging.getLogger(__name__)
 
@@ -47,7 +49,7 @@ class MeshRelaxReport:
     """Figures of a mesh relaxation."""
 
     seconds: float
-    """Duration of the relaxation [s]."""
+    """Duration of the relaxation without pauses [s]."""
     iterations: int
     """Number of iterations."""
     converged: bool
@@ -62,6 +64,8 @@ class MeshRelaxReport:
     """Largest stretch (length divided by rest length) of an edge."""
     rms_stretch: float
     """Root mean square of the stretch of the edges."""
+    stopped: bool = False
+    """Whether the user stopped the relaxation before it had converged."""
 
 
 def relax_mesh(
@@ -76,6 +80,7 @@ def relax_mesh(
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
     progress: Progress | Literal[False] | None = None,
+    control: RunControl[StitchMesh] | None = None,
 ) -> StitchMesh:
     """Equalize the sizes of the stitches of a fabric on the subdivision surface of a mesh.
 
@@ -96,6 +101,7 @@ def relax_mesh(
         device: Warp's name of the device that finds closest points; None for the preferred device.
         progress: called after each iteration with the number of the iteration and the residual; by default a line shows
             the progress on a terminal or in a notebook, and False shows nothing.
+        control: watches, pauses, steps and stops the relaxation from another thread; a step is one iteration.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge.
@@ -116,6 +122,7 @@ def relax_mesh(
         max_iterations=max_iterations,
         device=device,
         progress=progress,
+        control=control,
     )[0]
 
 
@@ -132,6 +139,7 @@ def relax_mesh_with_report(
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
     progress: Progress | Literal[False] | None = None,
+    control: RunControl[StitchMesh] | None = None,
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
@@ -149,26 +157,68 @@ def relax_mesh_with_report(
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
     relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole, count)
+    made = partial(_relaxed, fabric, rest, bobbles)
     with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
-        outcome = relaxation.run(placement, tolerance, max_iterations, report_iteration)
-    position = outcome.placement.position.copy()
-    position[bobbles.raised] = carried(bobbles, fabric.vertices, position)
-    stretch = edge_stretch(fabric, position, rest)
-    on_surface = ~np.isin(edge_ends(fabric), bobbles.raised).any(axis=1)
-    relaxed = replace(fabric, vertices=position, stretch=np.where(on_surface, stretch, UNKNOWN_STRETCH))
+        observer = _Observer(made, tolerance, start, report_iteration, control)
+        outcome = relaxation.run(placement, tolerance, max_iterations, observer.note)
+    relaxed, known = made(outcome.placement.position)
     report = MeshRelaxReport(
-        seconds=time.perf_counter() - start,
+        seconds=observer.seconds(),
         iterations=outcome.iterations,
         converged=outcome.residual <= tolerance,
         residual=outcome.residual,
         tolerance=tolerance,
         remedy="" if outcome.residual <= tolerance else _remedy(outcome, alpha),
-        max_stretch=float(stretch[on_surface].max()),
-        rms_stretch=float(np.sqrt(np.mean(stretch[on_surface] ** 2))),
+        max_stretch=float(known.max()),
+        rms_stretch=float(np.sqrt(np.mean(known**2))),
+        stopped=outcome.stopped and outcome.residual > tolerance,
     )
-    if not report.converged:
+    if not (report.converged or report.stopped):
         logger.warning(not_converged(report))
     return relaxed, report
+
+
+@dataclass(frozen=True, eq=False)
+class _Observer:
+    """Output of a running relaxation to its caller."""
+
+    made: Callable[[FloatArray], tuple[StitchMesh, FloatArray]]
+    tolerance: float
+    began: float
+    progress: Progress | None
+    control: RunControl[StitchMesh] | None
+
+    def note(self, iteration: int, state: State) -> None:
+        """Report an iteration, and let the user watch, pause and stop.
+
+        Raises:
+            RunStopped: the user has stopped the relaxation.
+        """
+        if self.progress is not None and iteration > 0:
+            self.progress(iteration, state.residual)
+        if self.control is not None:
+            self.control.after_step(lambda: self._snapshot(iteration, state), aside=others_may_launch)
+
+    def seconds(self) -> float:
+        """Return the time since the start, without pauses [s]."""
+        waited = 0.0 if self.control is None else self.control.seconds_waited
+        return time.perf_counter() - self.began - waited
+
+    def _snapshot(self, iteration: int, state: State) -> Snapshot[StitchMesh]:
+        fabric = self.made(state.placement.position)[0]
+        return Snapshot(fabric, iteration, state.residual, self.tolerance, self.seconds())
+
+
+def _relaxed(
+    fabric: StitchMesh, rest: RestLengths, bobbles: Bobbles, position: FloatArray
+) -> tuple[StitchMesh, FloatArray]:
+    """Return the fabric at new positions, shape (V, 3), and the stretch of the edges that lie on the surface."""
+    position = position.copy()
+    position[bobbles.raised] = carried(bobbles, fabric.vertices, position)
+    stretch = edge_stretch(fabric, position, rest)
+    on_surface = ~np.isin(edge_ends(fabric), bobbles.raised).any(axis=1)
+    relaxed = replace(fabric, vertices=position, stretch=np.where(on_surface, stretch, UNKNOWN_STRETCH))
+    return relaxed, stretch[on_surface]
 
 
 def not_converged(report: MeshRelaxReport) -> str:

@@ -7,14 +7,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.device import others_may_launch
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.progress import Progress as StageProgress
 from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import Quality
+from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -45,6 +48,7 @@ class Observer:
     checkpoint: Checkpoints | None
     inputs: Mapping[str, str]
     began: float
+    control: RunControl[YarnSet] | None = None
     history: list[HistoryEntry] = field(default_factory=list)
     unwritten: CheckpointState | None = None
     """The state at the last assessment, until it is written."""
@@ -52,11 +56,15 @@ class Observer:
     saved: float = 0.0
 
     def note(self) -> None:
-        """Add the last assessment to the history; report it, hand out the state and write a checkpoint when due."""
+        """Add the last assessment to the history; report it, hand out the state and write a checkpoint when due.
+
+        Raises:
+            RunStopped: the user has stopped the relaxation.
+        """
         loop, now = self.loop, time.perf_counter()
         entry = HistoryEntry(
             iteration=loop.iteration,
-            seconds=now - self.began,
+            seconds=self.seconds(),
             residual=loop.last[0].residual,
             energies=loop.last[0].energies,
         )
@@ -68,9 +76,17 @@ class Observer:
             self.saved = now
             self.on_state(loop.simulation.good_yarns())
         if self.checkpoint is not None:
-            self.unwritten = self._checkpoint_state(now)
+            self.unwritten = self._checkpoint_state()
             if loop.iteration % (-(-self.checkpoint.every // ASSESSMENT_INTERVAL) * ASSESSMENT_INTERVAL) == 0:
                 self.write_checkpoint()
+        if self.control is not None:
+            make = partial(self._snapshot, entry)
+            self.control.after_step(make, before_wait=self.write_checkpoint, aside=others_may_launch)
+
+    def seconds(self) -> float:
+        """Time since the start, without the time for which the relaxation has waited [s]."""
+        waited = 0.0 if self.control is None else self.control.seconds_waited
+        return time.perf_counter() - self.began - waited
 
     def hand_over(self) -> None:
         """Hand out the last accepted state, and write a checkpoint of the last assessment."""
@@ -94,12 +110,18 @@ class Observer:
         self.history = list(state.history)
         self.began -= state.seconds
 
-    def _checkpoint_state(self, now: float) -> CheckpointState:
+    def _snapshot(self, entry: HistoryEntry) -> Snapshot[YarnSet]:
+        """The last accepted state with its assessment."""
+        yarns, tolerance = self.loop.simulation.good_yarns(), self.loop.tolerance
+        figures = entry["residual"], tolerance, entry["seconds"], entry["energies"]
+        return Snapshot(yarns, entry["iteration"], *figures)
+
+    def _checkpoint_state(self) -> CheckpointState:
         """Copies of everything that decides how the relaxation continues."""
         loop = self.loop
         return CheckpointState(
             iteration=loop.iteration,
-            seconds=now - self.began,
+            seconds=self.seconds(),
             last=loop.last[0],
             history=tuple(self.history),
             margin=loop.simulation.candidates.margin,

@@ -13,12 +13,13 @@ from typing import Any, Literal
 import numpy as np
 
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import ParameterError, SolverError, check_kind
+from stitchmesh.errors import FileError, ParameterError, check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.run_control import RunControl, RunStopped
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
@@ -42,8 +43,8 @@ class Relaxation:
     yarns: YarnSet
     """The yarns at rest."""
     report: dict[str, Any]
-    """seconds, iterations, converged, residual, energy [erg], energies [erg], max_strain, min_distance_over_radius
-    (2 where no yarns touch), pull_throughs, certificate, solver, device."""
+    """seconds, iterations, converged, stopped (by the user), residual, energy [erg], energies [erg], max_strain,
+    min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
     history: list[HistoryEntry]
     """The result of each assessment."""
 
@@ -68,6 +69,7 @@ def relax_yarns(
     on_state: Callable[[YarnSet], None] | None = None,
     checkpoint: Checkpoints | None = None,
     resume: FilePath | None = None,
+    control: RunControl[YarnSet] | None = None,
 ) -> Relaxation:
     """Relax yarns to a state of rest; no yarn passes through another.
 
@@ -92,6 +94,8 @@ def relax_yarns(
         on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
         checkpoint: where and how often to write what is needed to resume; also written at the start and at any end.
         resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
+        control: watches, pauses, steps and stops the relaxation from another thread. A step is an assessment interval
+            of 20 iterations. A pause writes a checkpoint. A stopped relaxation returns its last accepted state.
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
@@ -119,35 +123,25 @@ def relax_yarns(
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
     loop = RelaxationLoop(simulation, quality.tolerance)
     with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
-        observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began)
+        observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began, control)
         if resume is not None:
             observer.resume(read_state(resume, inputs))
         try:
             _run_to_rest(loop, quality, observer.note)
-        except (KeyboardInterrupt, SolverError):
+        except RunStopped:
+            logger.info("stopped after %d iterations", loop.iteration)
+        except FileError:  # Checkpoints cannot be written.
+            raise
+        except BaseException:
             observer.hand_over()
             raise
         observer.write_checkpoint()
-    if not loop.at_rest[0]:
+    stopped = bool(control is not None and control.stopped and not loop.at_rest[0])
+    if not (loop.at_rest[0] or stopped):
         _warn(loop)
     relaxed = simulation.good_yarns()
     refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
-    return Relaxation(relaxed, _report(loop, quality, relaxed, began=observer.began), observer.history)
-
-
-@alone()
-def relax_partly(
-    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
-    cell: RelaxCell | None = None,
-) -> YarnSet:  # fmt: skip
-    """Yarns after some iterations towards rest, for changes in small steps; arguments as for ``relax_yarns``.
-
-    Raises:
-        SolverError: the relaxation cannot go on.
-    """
-    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
-    RelaxationLoop(simulation, quality.tolerance).run(iterations)
-    return simulation.good_yarns()
+    return Relaxation(relaxed, _report(loop, quality, relaxed, observer.seconds(), stopped), observer.history)
 
 
 def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
@@ -166,11 +160,12 @@ def _points_of(start: YarnSet, yarns: YarnSet) -> FloatArray:
     return start.points
 
 
-def _report(loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, *, began: float) -> dict[str, Any]:
+def _report(loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: float, stopped: bool) -> dict[str, Any]:
     return {
-        "seconds": time.perf_counter() - began,
+        "seconds": seconds,
         "iterations": loop.iteration,
         "converged": bool(loop.at_rest[0]),
+        "stopped": stopped,
         "residual": loop.last[0].residual,
         "energy": loop.last[0].energy,
         "energies": loop.last[0].energies,

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute import device
-from stitchmesh.compute.device import alone
+from stitchmesh.compute.device import alone, others_may_launch
 from stitchmesh.errors import MeshError
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import read_pattern
@@ -27,8 +27,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pull_through
-from stitchmesh.yarnrelax.relax import relax_partly
 from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.relax_partly import relax_partly
 
 SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 RADIUS = 0.125
@@ -110,3 +110,49 @@ def test_relaxations_in_two_threads_give_the_same_bits_as_one_after_another() ->
     singly = [yarns.points for yarns in found if yarns is not None]
     assert len(together) == len(singly) == len(cells)
     assert all(np.array_equal(*pair) for pair in zip(together, singly, strict=True))
+
+
+def test_a_thread_that_waits_lets_others_launch_and_takes_its_access_again() -> None:
+    order: list[str] = []
+
+    def other() -> None:
+        with alone():
+            order.append("other")
+
+    thread = threading.Thread(target=other)
+    with alone():
+        thread.start()
+        while len(device._queue) < 2:
+            pass
+        with others_may_launch():
+            thread.join(SAFETY)
+        order.append("own")
+        assert device._queue[0] == threading.get_ident()
+    assert order == ["other", "own"] and not device._queue
+
+
+def test_without_the_access_nothing_is_given_up() -> None:
+    with others_may_launch():
+        assert not device._queue
+    assert not device._queue
+
+
+def test_an_interrupt_while_a_thread_waits_for_its_access_is_raised_once_it_has_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own = threading.get_ident()
+    waits: list[int] = []
+
+    def interrupted(_seconds: float | None = None) -> None:
+        waits.append(1)
+        device._queue.remove(-1)  # the other thread is done
+        raise KeyboardInterrupt
+
+    def leave() -> None:
+        with alone(), others_may_launch():
+            monkeypatch.setattr(device._turn, "wait", interrupted)
+            device._queue.append(-1)
+
+    with pytest.raises(KeyboardInterrupt):
+        leave()
+    assert waits == [1] and own not in device._queue

@@ -93,5 +93,22 @@
     S.send(piece.dataset.stitchmesh, { action: element.dataset.action, value: element.dataset.value || "" });
   });
 
+  // Plots: viser first draws each plot with the width 0, for which Plotly raises an error.
+  const withoutEmptyPlots = (plotly) => {
+    const react = plotly.react;
+    plotly.react = (node, data, layout, config) =>
+      layout && layout.width === 0 ? Promise.resolve(node) : react(node, data, layout, config);
+    return plotly;
+  };
+  if (window.Plotly) withoutEmptyPlots(window.Plotly);
+  else {
+    let plotly;
+    Object.defineProperty(window, "Plotly", {
+      configurable: true,
+      get: () => plotly,
+      set: (value) => { plotly = withoutEmptyPlots(value); },
+    });
+  }
+
   window.stitchmesh = S;
 })();

@@ -3,8 +3,8 @@
 """The bridge between the server and the scripts in the browser.
 
 A message to the server is a new value of a hidden text, which holds JSON: the name of the receiver, a number that no
-other message has, and the content. Scripts for the browser are sent to each browser by itself, because viser would send
-scripts for all browsers again to every browser that connects later.
+other message has, and the content. Viser keeps scripts for all browsers and sends them again to every browser that
+connects later. The bridge itself is sent so, and comes before all controls; all else is sent to each browser by itself.
 """
 
 from __future__ import annotations
@@ -41,10 +41,12 @@ class Bridge:
         """
         self.acting_client: int | None = None
         """Number of the browser that asked for the call that the event thread makes now."""
-        self._server, self._scripts = server, scripts
+        self._server = server
         self._receivers: dict[str, Receiver] = {}
         self._hints: dict[str, str] = {}
         self._after_connect: list[Callable[[viser.ClientHandle], None]] = []
+        installation = _messages.RunJavascriptMessage(source="\n".join(map(script_text, scripts)))
+        server.gui._websock_interface.queue_message(installation)
         self._inbox = server.gui.add_text("messages of the browser", "", visible=False)
         self._inbox.on_update(self._receive)
         server.on_client_connect(self._install)
@@ -79,7 +81,7 @@ class Bridge:
 
     def _install(self, client: viser.ClientHandle) -> None:
         start = f"stitchmesh.inbox={json.dumps(self.inbox)};Object.assign(stitchmesh.hints,{json.dumps(self._hints)});"
-        self.run("\n".join([*map(script_text, self._scripts), start]), client)
+        self.run(start, client)
         for function in self._after_connect:
             function(client)
 

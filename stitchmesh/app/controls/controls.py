@@ -62,9 +62,7 @@ class Controls(Protocol):
     def buttons(self, label: str, hint: str, options: Sequence[str], pressed: Callable[[str], object]) -> Control:
         """Add buttons in one row."""
 
-    def text(
-        self, label: str, hint: str, value: str, changed: Callable[[str], object], *, lines: int = 1
-    ) -> Control:
+    def text(self, label: str, hint: str, value: str, changed: Callable[[str], object], *, lines: int = 1) -> Control:
         """Add a text; ``changed`` is called while the user types."""
 
     def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object]) -> Control:
@@ -94,9 +92,7 @@ class Controls(Protocol):
     def group(self, label: str, opened: bool = True) -> AbstractContextManager[Control]:
         """Add a group; controls that are made within the context stand in it."""
 
-    def key(
-        self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]
-    ) -> Control:
+    def key(self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]) -> Control:
         """Add a command that a key calls: a capital letter, with ``ctrl``, ``shift``, ``ctrl+shift`` or None."""
 
     def clear(self) -> None:

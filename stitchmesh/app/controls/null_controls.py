@@ -162,9 +162,7 @@ class NullControls:
         """Add a group."""
         yield self._add("group", label)
 
-    def key(
-        self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]
-    ) -> NullControl:
+    def key(self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]) -> NullControl:
         """Add a command that a key calls."""
         return self._add("key", label, hint, changed=run)
 

@@ -225,9 +225,7 @@ class ViserControls:
         """Add a piece of HTML."""
         identity = f"html{next(self._numbers)}"
         with self._place():
-            control = HtmlControl(
-                self._server.gui.add_html(""), identity, lambda: self._bridge.forget(identity)
-            )
+            control = HtmlControl(self._server.gui.add_html(""), identity, lambda: self._bridge.forget(identity))
         control.content = content
         if action is not None:
             self._bridge.receive(identity, lambda message, client: self._act(action, message, client))
@@ -239,7 +237,7 @@ class ViserControls:
 
         with self._place():
             shown = styled(figure or go.Figure())
-            handle = self._server.gui.add_plotly(shown, aspect=aspect, visible=figure is not None)
+            handle = self._server.gui.add_plotly(shown, aspect=1.0 / aspect, visible=figure is not None)
         return self._keep(handle)
 
     def upload(
@@ -269,13 +267,11 @@ class ViserControls:
         finally:
             self._groups.remove(handle)
 
-    def key(
-        self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]
-    ) -> ViserControl:
+    def key(self, label: str, hint: str, hotkey: str, modifier: str | None, run: Callable[[], object]) -> ViserControl:
         """Add a command that a key calls."""
-        handle = self._server.gui.add_command(
-            label, description=hint, hotkey=hotkey, modifier=MODIFIERS[modifier]  # type: ignore[arg-type]
-        )
+        held: Any = MODIFIERS[modifier]
+        key: Any = hotkey
+        handle = self._server.gui.add_command(label, description=hint, hotkey=key, modifier=held)
         handle.on_trigger(lambda event: self._post(event, run))
         control = ViserControl(handle)
         self._made.append(control)

@@ -103,9 +103,7 @@ def with_label_steps(state: ProjectState, steps: tuple[LabelStep, ...], undone: 
 def with_division(state: ProjectState, division: Division) -> ProjectState:
     """Return the state after a division of the labeled mesh; edits and results are dropped."""
     lost = bool(state.edits) or state.results is not NO_RESULTS
-    return replace(
-        state, division=division, edits=(), undone_edits=(), results=NO_RESULTS, kept=_kept(state, lost)
-    )
+    return replace(state, division=division, edits=(), undone_edits=(), results=NO_RESULTS, kept=_kept(state, lost))
 
 
 def with_edits(state: ProjectState, edits: tuple[Edit, ...], undone: tuple[Edit, ...]) -> ProjectState:

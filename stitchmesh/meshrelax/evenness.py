@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the stitches of a relaxed fabric are too wide or too narrow, too high or too low.
+
+The stretch of course sides measures the width of stitches and that of wale sides their height. The unit is the
+geometric mean of both over the fabric, because the rest lengths follow from the area of the whole surface. A row whose
+mean differs from it by more than ``ALLOWED_RATIO`` has too few or too many stitches for its place; a row that is too
+high or too low stands where there are too few or too many rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.reporting.verdict import Finding, Kind, Verdict
+
+ALLOWED_RATIO = 1.2
+"""Mean size of the stitches of a row over the average size of the fabric, or its inverse, above which the row has too
+few or too many stitches."""
+MOST_FINDINGS = 6
+"""Largest number of bands of rows that a verdict lists."""
+
+Direction = Literal["width", "height"]
+
+
+@dataclass(frozen=True)
+class UnevenRows:
+    """Consecutive rows whose stitches are too large or too small in one direction."""
+
+    first: int
+    """Number of the first row."""
+    last: int
+    """Number of the last row."""
+    direction: Direction
+    """Whether the width or the height of the stitches is wrong."""
+    ratio: float
+    """Mean width or height of the stitches over the average of the fabric."""
+    stitches: float
+    """Mean number of stitches in each of the rows."""
+
+    @property
+    def missing(self) -> int:
+        """Stitches in each row, or rows, whose addition would make the rows even; negative if there are too many."""
+        count = self.stitches if self.direction == "width" else self.last - self.first + 1
+        missing = round(count * (self.ratio - 1.0))
+        return missing or (1 if self.ratio > 1.0 else -1)
+
+    def finding(self) -> Finding:
+        """Return what is wrong, and how many stitches or rows would help."""
+        rows = f"row {self.first}" if self.first == self.last else f"rows {self.first} to {self.last}"
+        size = f"the stitches of {rows} have {self.ratio:.2f} times the average {self.direction}"
+        where = "in each row" if self.direction == "width" else "there"
+        count = abs(self.missing)
+        if self.ratio > 1.0:
+            kind: Kind = "too few stitches" if self.direction == "width" else "too few rows"
+            return Finding(kind, f"{kind}: {size}", f"about {count} more {where} would make them even")
+        kind = "too many stitches" if self.direction == "width" else "too many rows"
+        return Finding(kind, f"{kind}: {size}", f"about {count} fewer {where} would make them even")
+
+
+def uneven_rows(fabric: StitchMesh) -> list[UnevenRows]:
+    """Return the bands of rows with too few or too many stitches or rows, the most uneven band first.
+
+    Args:
+        fabric: stitch mesh after mesh relaxation.
+
+    Raises:
+        ParameterError: the fabric has no stretch.
+    """
+    course, wale = _row_stretch(fabric, wale=False), _row_stretch(fabric, wale=True)
+    unit = _unit(fabric)
+    counts = np.bincount(fabric.row)
+    ratios: dict[Direction, FloatArray] = {"width": course / unit, "height": wale / unit}
+    bands = []
+    for direction, ratio in ratios.items():
+        for first, last in _bands(ratio):
+            rows = slice(first, last + 1)
+            bands.append(UnevenRows(first, last, direction, float(ratio[rows].mean()), float(counts[rows].mean())))
+    return sorted(bands, key=lambda band: -abs(np.log(band.ratio)))
+
+
+def evenness_verdict(fabric: StitchMesh) -> Verdict:
+    """Return whether a fabric has the right numbers of stitches and rows everywhere.
+
+    Args:
+        fabric: stitch mesh after mesh relaxation.
+
+    Raises:
+        ParameterError: the fabric has no stretch.
+    """
+    bands = uneven_rows(fabric)
+    stretch = _known_stretch(fabric)[fabric.side_edge]
+    size = stretch[np.isfinite(stretch)] / _unit(fabric)
+    even = float(np.mean((size < ALLOWED_RATIO) & (size > 1.0 / ALLOWED_RATIO)))
+    praise = f"{100.0 * even:.0f} % of the sides of stitches are within 20 % of the average"
+    return Verdict(tuple(band.finding() for band in bands[:MOST_FINDINGS]), praise)
+
+
+def _known_stretch(fabric: StitchMesh) -> FloatArray:
+    """Return the stretch of each edge, shape (E,)."""
+    if fabric.stretch is None:
+        raise ParameterError("stretch: the stitch mesh has none; relax the mesh first")
+    return fabric.stretch
+
+
+def _unit(fabric: StitchMesh) -> float:
+    """Return the geometric mean of the mean stretches of course sides and of wale sides."""
+    stretch = _known_stretch(fabric)[fabric.side_edge]
+    means = [np.nanmean(stretch[part]) for part in (fabric.is_wale, ~fabric.is_wale)]
+    return float(np.sqrt(means[0] * means[1]))
+
+
+def _row_stretch(fabric: StitchMesh, *, wale: bool) -> FloatArray:
+    """Return the mean stretch of the wale sides or of the course sides of each row, NaN if none is known."""
+    stretch = _known_stretch(fabric)[fabric.side_edge]
+    chosen = (fabric.is_wale == wale) & np.isfinite(stretch)
+    row, rows = fabric.row[fabric.side_face[chosen]], int(fabric.row.max()) + 1
+    count = np.bincount(row, minlength=rows)
+    total = np.bincount(row, weights=stretch[chosen], minlength=rows)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _bands(ratio: FloatArray) -> list[tuple[int, int]]:
+    """Return the first and last rows of all runs of rows that are too large, or too small."""
+    found = []
+    for wrong in (ratio > ALLOWED_RATIO, ratio < 1.0 / ALLOWED_RATIO):
+        found += _runs(wrong)
+    return found
+
+
+def _runs(wrong: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and the last index of each run of true values."""
+    steps = np.diff(np.concatenate([[False], wrong, [False]]).astype(int))
+    return list(zip(np.flatnonzero(steps == 1).tolist(), (np.flatnonzero(steps == -1) - 1).tolist(), strict=True))

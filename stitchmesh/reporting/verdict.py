@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Verdicts on a result: whether it is good, and if not, what was found and what helps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+LARGEST_STRAIN = 0.05
+"""Strain above which some yarn is too long or too short for its place."""
+SMALLEST_DISTANCE = 1.5
+"""Distance between the axes of two yarns, over the radius, below which yarns are crowded; 2 is touching."""
+
+Kind = Literal[
+    "too few stitches", "too many stitches", "too few rows", "too many rows",
+    "uneven stitches", "stopped", "not at rest", "strained", "crowded",
+]  # fmt: skip
+"""What can be wrong with a fabric, and with relaxed yarns."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is not good about a result."""
+
+    kind: Kind
+    """What was found, as a key."""
+    text: str
+    """What was found, as a clause with its number."""
+    remedy: str = ""
+    """What helps, as a clause; empty if ``text`` says it."""
+
+    def __str__(self) -> str:
+        """Return what was found and what helps."""
+        return f"{self.text}; {self.remedy}" if self.remedy else self.text
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a result is good, and why."""
+
+    findings: tuple[Finding, ...]
+    """What is not good; empty if everything is good."""
+    praise: str
+    """The figures of a good result, as a clause; they also hold if the result is not good."""
+
+    @property
+    def good(self) -> bool:
+        """Whether nothing was found."""
+        return not self.findings
+
+    def __str__(self) -> str:
+        """Return one line: ``Good: ...`` or ``Not good: ...``."""
+        return f"Good: {self.praise}." if self.good else f"Not good: {'; '.join(map(str, self.findings))}."
+
+
+def relaxation_verdict(report: Mapping[str, Any], *, mesh_converged: bool = True) -> Verdict:
+    """Return the verdict on relaxed yarns.
+
+    Args:
+        report: report of the relaxation, as ``Relaxation.report``.
+        mesh_converged: whether the mesh relaxation before it had converged.
+    """
+    strain, distance = report["max_strain"], report["min_distance_over_radius"]
+    found = []
+    if not mesh_converged:
+        cause = "because the mesh relaxation did not converge"
+        found.append(Finding("uneven stitches", f"the stitches are not even, {cause}"))
+    found += _findings_of_rest(report)
+    if strain > LARGEST_STRAIN:
+        misfit = f"some yarn is strained by {_percent(strain)}, too long or too short for its place"
+        found.append(Finding("strained", misfit))
+    if distance < SMALLEST_DISTANCE:
+        crowded = f"yarns are crowded, their axes {distance:.2f} radii apart (2 is touching)"
+        found.append(Finding("crowded", crowded, "use a thinner yarn"))
+    touching = f"axes at least {distance:.2f} radii apart (2 is touching); none passed through another"
+    praise = f"the yarns are at rest, strained by at most {_percent(strain)}, {touching}"
+    return Verdict(tuple(found), praise)
+
+
+def _findings_of_rest(report: Mapping[str, Any]) -> list[Finding]:
+    """Return the finding that the yarns are not at rest, if they are not."""
+    if report["converged"]:
+        return []
+    after = f"after {report['iterations']:,} iterations"
+    if report.get("stopped", False):
+        return [Finding("stopped", f"the relaxation was stopped {after}, before the yarns were at rest", "continue it")]
+    return [Finding("not at rest", f"the yarns are not at rest {after}", "allow more iterations")]
+
+
+def _percent(part: float) -> str:
+    return f"{100.0 * part:.1f} %"

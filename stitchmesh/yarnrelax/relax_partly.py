@@ -1,0 +1,28 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxation of yarns for a few iterations, without a report."""
+
+from __future__ import annotations
+
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+
+
+@alone()
+def relax_partly(
+    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
+    cell: RelaxCell | None = None,
+) -> YarnSet:  # fmt: skip
+    """Yarns after some iterations towards rest, for changes in small steps; arguments as for ``relax_yarns``.
+
+    Raises:
+        SolverError: the relaxation cannot go on.
+    """
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
+    RelaxationLoop(simulation, quality.tolerance).run(iterations)
+    return simulation.good_yarns()

@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxations of yarns that are watched, paused, stepped and stopped."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute.device import alone
+from stitchmesh.quality import PRESETS
+from stitchmesh.run_control import RunControl, Snapshot
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from tests.yarnrelax.stockinette import tube
+
+SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
+SHORT = replace(PRESETS["draft"], tolerance=1e-9, max_iterations=80)
+
+
+def relaxed(**options: Any) -> Relaxation:
+    return relax_yarns(tube(4, 6), **{"quality": SHORT, "device": "cpu"} | options)
+
+
+@pytest.fixture(scope="module")
+def plain() -> Relaxation:
+    return relaxed()
+
+
+class Live:
+    """A relaxation in a thread of its own, whose pauses the test waits for."""
+
+    def __init__(self, **options: Any) -> None:
+        self.shown: list[Snapshot[YarnSet]] = []
+        self.result: Relaxation | None = None
+        self.condition = threading.Condition()
+        self.control = RunControl(self.watch, seconds=0.0, paused=True)
+        self.thread = threading.Thread(target=self.work, args=[options], daemon=True)
+        self.thread.start()
+
+    def watch(self, snapshot: Snapshot[YarnSet]) -> None:
+        with self.condition:
+            self.shown.append(snapshot)
+            self.condition.notify_all()
+
+    def work(self, options: dict[str, Any]) -> None:
+        self.result = relaxed(control=self.control, **options)
+
+    def wait_for(self, iteration: int) -> Snapshot[YarnSet]:
+        with self.condition:
+            assert self.condition.wait_for(lambda: self.shown and self.shown[-1].iteration == iteration, SAFETY)
+            return self.shown[-1]
+
+    def end(self) -> Relaxation:
+        self.thread.join(SAFETY)
+        assert self.result is not None
+        return self.result
+
+
+def test_a_relaxation_in_steps_has_the_bits_of_one_without(plain: Relaxation) -> None:
+    live = Live()
+    for iteration in (0, 20, 40):
+        live.wait_for(iteration)
+        live.control.step()
+    live.wait_for(60)
+    live.control.resume()
+    result = live.end()
+    assert np.array_equal(result.yarns.points, plain.yarns.points)
+    assert result.report["iterations"] == 80 and not result.report["stopped"]
+
+
+def test_a_snapshot_has_the_state_and_the_assessment_of_its_iteration(plain: Relaxation) -> None:
+    live = Live()
+    live.control.step(2)
+    shown = live.wait_for(40)
+    live.control.stop()
+    live.end()
+    expected = relaxed(quality=replace(SHORT, max_iterations=40))
+    assert np.array_equal(shown.state.points, expected.yarns.points)
+    assert shown.residual == plain.history[2]["residual"] and shown.energies == plain.history[2]["energies"]
+    assert shown.tolerance == SHORT.tolerance
+
+
+def test_a_stopped_relaxation_returns_its_last_good_state_without_a_warning(caplog: pytest.LogCaptureFixture) -> None:
+    live = Live()
+    live.control.step()
+    shown = live.wait_for(20)
+    live.control.stop()
+    result = live.end()
+    assert np.array_equal(result.yarns.points, shown.state.points)
+    assert result.report["stopped"] and not result.report["converged"] and result.report["iterations"] == 20
+    assert not caplog.records
+
+
+def test_a_pause_writes_a_checkpoint_from_which_another_process_could_continue(tmp_path: Path, plain: Relaxation):
+    checkpoint = Checkpoints(tmp_path, every=1_000_000)
+    live = Live(checkpoint=checkpoint)
+    live.control.step(2)
+    live.wait_for(40)
+    with alone():  # The paused relaxation gives its access up, after it has written its checkpoint.
+        resumed = relaxed(resume=checkpoint.path)
+    live.control.stop()
+    live.end()
+    assert np.array_equal(resumed.yarns.points, plain.yarns.points)
+
+
+def test_the_seconds_of_a_report_leave_pauses_out() -> None:
+    live = Live()
+    live.wait_for(0)
+    threading.Event().wait(0.05)
+    live.control.resume()
+    result = live.end()
+    seconds = [entry["seconds"] for entry in result.history]
+    assert seconds == sorted(seconds) and live.control.seconds_waited >= 0.05
