@@ -61,7 +61,23 @@ class TessellationError(StitchMeshError):
 
 
 class PatternError(StitchMeshError):
-    """A knitting pattern cannot be read, or its stitches do not fit together."""
+    """A knitting pattern or a weave cannot be read, or its stitches do not fit together."""
+
+    def __init__(
+        self, message: str, *, line: int | None = None, column: int | None = None, row: int | None = None
+    ) -> None:
+        """Make an error.
+
+        Args:
+            message: the message, with the place in words.
+            line: line of the text at fault, from 1, if the fault has a place in a text.
+            column: column of the text at fault, from 1.
+            row: row of the matrix of a weave at fault, from 0, if one row is at fault.
+        """
+        super().__init__(message)
+        self.line = line
+        self.column = column
+        self.row = row
 
 
 class YarnError(StitchMeshError):

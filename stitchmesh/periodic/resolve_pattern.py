@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 from os import fspath
 from pathlib import Path
 
@@ -57,8 +58,11 @@ def _from_library(name: str) -> Source:
 
 
 def _states_a_weave(path: Path) -> bool:
-    """Whether one of the lines of a text file begins with a word that only texts of weaves have."""
-    if path.suffix.lower() != ".txt":
-        return False
-    words = {line.split()[0].lower() for line in read_lines(path) if line.strip()}
+    """Whether a text file has a statement of a weave."""
+    return path.suffix.lower() == ".txt" and states_a_weave(read_lines(path))
+
+
+def states_a_weave(lines: Sequence[str]) -> bool:
+    """Whether one of the lines of a text begins with a word that only texts of weaves have."""
+    words = {line.split()[0].lower() for line in lines if line.strip()}
     return not words.isdisjoint(WEAVE_STATEMENTS)

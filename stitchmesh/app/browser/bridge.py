@@ -25,6 +25,8 @@ from stitchmesh.app.scene.drawing import Colours
 from stitchmesh.mesh.palette import linear_colour
 
 FOLDER = Path(__file__).parent
+SCRIPTS = ("bridge.js", "yarn_tubes.js")
+"""Files of scripts for each page, in the order in which they run."""
 Receiver = Callable[[dict[str, Any], int | None], None]
 """Takes the content of a message and the number of the browser that sent it; runs in the thread of the server."""
 
@@ -32,7 +34,7 @@ Receiver = Callable[[dict[str, Any], int | None], None]
 class Bridge:
     """Sends scripts to the browsers, and passes on their messages."""
 
-    def __init__(self, server: viser.ViserServer, scripts: tuple[str, ...] = ("bridge.js",)) -> None:
+    def __init__(self, server: viser.ViserServer, scripts: tuple[str, ...] = SCRIPTS) -> None:
         """Install the scripts in each browser, present or to come.
 
         Args:

@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene draws, as data: surfaces with colours, lines, arrows and texts. Positions are in cm, colours in sRGB."""
+"""What a scene draws, as data: surfaces with colours, lines, arrows, texts and yarns.
+
+Positions are in cm, colours in sRGB.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -12,11 +15,16 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.render.yarn_blocks import YarnBlocks
 
 Colour: TypeAlias = tuple[int, int, int]
 """A colour, red, green and blue from 0 to 255, sRGB."""
 LARGEST_PALETTE = 256
 """Most colours of one surface; the browser is sent one byte for each triangle or point."""
+
+
+IN_PLACE = np.zeros((1, 3))
+"""Displacement of the only copy of yarns that are drawn once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +121,45 @@ class Labels:
     texts: tuple[str, ...]
 
 
-Drawing: TypeAlias = Surface | Lines | Arrows | Labels
+@dataclass(frozen=True, eq=False)
+class Copies:
+    """A surface with smooth normals and one colour that is drawn at several places; it is sent once for all of them."""
+
+    points: FloatArray | NDArray[np.float32]
+    """Positions, shape (V, 3)."""
+    triangles: IntArray | NDArray[np.uint32]
+    """Corners of the triangles, anticlockwise seen from outside, shape (T, 3)."""
+    colour: Colour
+    """Colour of all copies."""
+    offsets: FloatArray | NDArray[np.float32]
+    """Displacement of each copy, shape (n, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class YarnTubes:
+    """Yarns as tubes, whose detail follows the distance from the camera of each browser (``levels_of_detail``).
+
+    Raises:
+        ParameterError: there is not one colour for each control point, or a copy is no vector.
+    """
+
+    blocks: YarnBlocks
+    """Runs of the yarns in blocks of space (``make_blocks``); the same object for all frames of one fabric."""
+    points: FloatArray
+    """Positions of the control points of the yarns, shape (N, 3)."""
+    colours: NDArray[np.uint8]
+    """Colour of each control point, shape (N, 3)."""
+    copies: FloatArray = field(default_factory=lambda: IN_PLACE)
+    """Displacement of each copy that is drawn, shape (n, 3); one copy in place by default."""
+
+    def __post_init__(self) -> None:
+        if self.colours.shape != self.points.shape:
+            raise ParameterError(f"tubes: got colours {self.colours.shape} for points {self.points.shape}")
+        if self.copies.ndim != 2 or self.copies.shape[1:] != (3,):
+            raise ParameterError(f"tubes: got copies of shape {self.copies.shape}; expected (n, 3)")
+
+
+Drawing: TypeAlias = Surface | Lines | Arrows | Labels | Copies | YarnTubes
 """What a scene draws under one name."""
 
 

@@ -120,13 +120,23 @@ def write_numbers(path: FilePath, numbers: NDArray[np.int64], colours: NDArray[n
     Raises:
         FileError: the file cannot be written.
     """
+    write_bytes(path, png_of_numbers(numbers, colours))
+
+
+def png_of_numbers(numbers: NDArray[np.int64], colours: NDArray[np.uint8]) -> bytes:
+    """Return the content of a PNG with a palette.
+
+    Args:
+        numbers: the number of the colour of each pixel, shape (rows, columns), the top row first.
+        colours: red, green and blue of each number, shape (C, 3).
+    """
     from PIL import Image
 
     image = Image.fromarray(numbers.astype(np.uint8), mode="P")
     image.putpalette(colours.tobytes())
     content = BytesIO()
     image.save(content, format="PNG")
-    write_bytes(path, content.getvalue())
+    return content.getvalue()
 
 
 def _packed(colours: NDArray) -> NDArray[np.int64]:

@@ -8,8 +8,9 @@ from os import fspath
 
 import numpy as np
 
+from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.patterns.charts.chart_image import number_pixels, open_chart, write_numbers
+from stitchmesh.patterns.charts.chart_image import number_pixels, open_chart, png_of_numbers
 from stitchmesh.patterns.language.leaf_codes import leaf_codes, parse_leaf_codes
 from stitchmesh.patterns.pattern import Pattern
 
@@ -52,6 +53,15 @@ def write_leaf_chart(path: FilePath, pattern: Pattern) -> None:
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
     suffix_of(path, (".png",))
+    write_bytes(path, leaf_image(pattern))
+
+
+def leaf_image(pattern: Pattern) -> bytes:
+    """Return the content of the PNG that ``write_leaf_chart`` writes.
+
+    Raises:
+        PatternError: the pattern holds stitches, borders or marks that have no tile code.
+    """
     number = {character: index for index, character in enumerate(PALETTE)}
     numbers = [[number[character] for character in line] for line in leaf_codes(pattern).splitlines()]
-    write_numbers(path, np.array(numbers), np.array(list(PALETTE.values()), dtype=np.uint8))
+    return png_of_numbers(np.array(numbers), np.array(list(PALETTE.values()), dtype=np.uint8))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from stitchmesh.errors import PatternError
 from stitchmesh.mesh.stitch import VOCABULARY
-from stitchmesh.patterns.language.rows import finish_rows
+from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
 from stitchmesh.patterns.language.text_charts import LEAF, leaf_pieces, read_chart
 from stitchmesh.patterns.language.tokens import Line, Place, split_lines
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern
@@ -57,9 +57,27 @@ def holds_digits(text: str) -> bool:
     return "".join(first.split()).isdecimal()
 
 
+def bare_chart_rows(kind: str, text: str, name: str) -> list[WrittenRow]:
+    """Read the rows of a text of one chart alone, from the bottom up, whether or not they fit together.
+
+    Args:
+        kind: ``leaf`` or ``colours``.
+        text: one line for each row, the last row first.
+        name: the name of the text in messages.
+
+    Raises:
+        PatternError: as for ``parse_leaf_codes``.
+    """
+    return read_chart(kind, _rows(split_lines(text, name), name), 0, upwards=False)
+
+
+def bare_chart_name(name: str) -> str:
+    """Return the name of a pattern from the name of its text."""
+    return Path(name).stem.removesuffix(".leaf").replace('"', "'")
+
+
 def _bare_chart(kind: str, text: str, name: str) -> Pattern:
-    rows = finish_rows(read_chart(kind, _rows(split_lines(text, name), name), 0, upwards=False))
-    return Pattern(Path(name).stem.removesuffix(".leaf").replace('"', "'"), "", rows)
+    return Pattern(bare_chart_name(name), "", finish_rows(bare_chart_rows(kind, text, name)))
 
 
 def leaf_codes(pattern: Pattern) -> str:

@@ -13,7 +13,7 @@ A comma may separate any two items. A comma at the end of a line continues the r
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from stitchmesh.errors import ParameterError, PatternError, check_kind, first_few
 from stitchmesh.mesh.palette import make_palette
@@ -47,6 +47,30 @@ def parse_pattern(text: str, name: str = "pattern") -> Pattern:
     return _PatternParser(split_lines(text, name), name).parse()
 
 
+@dataclass(frozen=True)
+class WrittenPattern:
+    """What a text says about a pattern, before its rows are checked against one another."""
+
+    name: str
+    source: str
+    palette: tuple[tuple[int, int, int], ...]
+    rows: tuple[WrittenRow, ...]
+    """The rows from the bottom up, with their places in the text."""
+
+
+def parse_written(text: str, name: str = "pattern") -> WrittenPattern:
+    """Read the words of a pattern from its text, whether or not its rows fit together.
+
+    Args:
+        text: a text in the language of ``docs/patterns.md``.
+        name: the name of the text in messages, and the name of the pattern if the text gives none.
+
+    Raises:
+        PatternError: a statement cannot be read; the message gives the line and the column.
+    """
+    return _PatternParser(split_lines(text, name), name).parse_written()
+
+
 def begins_with_statement(text: str) -> bool:
     """Whether the first word of a text begins a statement of the language."""
     words = (word for line in split_lines(text, "") for word in line.text.split())
@@ -67,24 +91,30 @@ class _PatternParser:
 
     def parse(self) -> Pattern:
         """Read all statements and return the pattern."""
+        written = self.parse_written()
+        rows = finish_rows(written.rows)
+        try:
+            return Pattern(written.name, written.source, rows, written.palette)
+        except PatternError as error:
+            raise Place(self.file, 1, 1).error(str(error)) from None
+
+    def parse_written(self) -> WrittenPattern:
+        """Read all statements."""
         while self.next < len(self.lines):
             line = self.lines[self.next]
             self.next += 1
             if line.text and not line.text.isspace():
                 self._statement(line)
-        rows = finish_rows(self.chart or self._in_order())
-        try:
-            return Pattern(self.names["pattern"], self.names["source"], rows, self.palette)
-        except PatternError as error:
-            raise Place(self.file, 1, 1).error(str(error)) from None
+        rows = tuple(self.chart or self._in_order())
+        return WrittenPattern(self.names["pattern"], self.names["source"], self.palette, rows)
 
     def _statement(self, line: Line) -> None:
         tokens = line.tokens()
         word = tokens[0].text.lower()
         if word in self.names:
-            self.names[word] = _quoted(tokens)
+            self.names[word] = quoted_text(tokens)
         elif word == "colours":
-            self.palette = _palette(tokens)
+            self.palette = quoted_palette(tokens)
         elif word in ROW_WORDS:
             self._require_only_body(self.chart, tokens[0])
             self._row(tokens)
@@ -177,7 +207,12 @@ class _PatternParser:
         return [self.rows[number] for number in sorted(self.rows)]
 
 
-def _quoted(tokens: list[Token]) -> str:
+def quoted_text(tokens: list[Token]) -> str:
+    """Return the text of a statement of a word and a text in quotes.
+
+    Raises:
+        PatternError: there is no such text, or more than this text.
+    """
     if not tokens[1].text.startswith('"'):
         example = "cream, navy" if tokens[0].text.lower() == "colours" else "Seed stitch"
         raise tokens[1].unexpected(f'a text in quotes, such as {tokens[0].text} "{example}"')
@@ -186,10 +221,14 @@ def _quoted(tokens: list[Token]) -> str:
     return tokens[1].text[1:-1]
 
 
-def _palette(tokens: list[Token]) -> tuple[tuple[int, int, int], ...]:
-    """Return the colours of the yarns from a quoted list, such as ``colours "cream, navy, #aa2233"``."""
+def quoted_palette(tokens: list[Token]) -> tuple[tuple[int, int, int], ...]:
+    """Return the colours of the yarns from a quoted list, such as ``colours "cream, navy, #aa2233"``.
+
+    Raises:
+        PatternError: the list has no quotes, or a text is no colour.
+    """
     try:
-        colours = make_palette(_quoted(tokens).split(","))
+        colours = make_palette(quoted_text(tokens).split(","))
     except ParameterError as error:
         raise tokens[1].place.error(str(error)) from None
     return tuple((int(red), int(green), int(blue)) for red, green, blue in colours)

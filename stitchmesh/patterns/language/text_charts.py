@@ -13,7 +13,7 @@ blanks. ``colours`` holds one digit or letter for each stitch, the number of the
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 
 from stitchmesh.patterns.language.items import BAR, ItemParser
 from stitchmesh.patterns.language.rows import WrittenRow
@@ -82,11 +82,17 @@ def _read_codes(line: Line, yarn: int, split: _Split) -> WrittenRow:
     return WrittenRow(tuple(pieces), tuple(bars), line.place)
 
 
+@lru_cache(maxsize=4096)
+def _one_word(word: str, yarn: int) -> list[WordStitches]:
+    """Return the stitches of a word; a chart has few words and many squares."""
+    return read_word(word, yarn)
+
+
 def _letter(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]]:
     sign = line.text[column].lower()
     if sign not in LETTERS:
         raise line.at(column).error(f"got {line.text[column]!r}; expected one of {' '.join(LETTERS)}")
-    return column + 1, read_word(LETTERS[sign], yarn)
+    return column + 1, _one_word(LETTERS[sign], yarn)
 
 
 def _leaf(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]]:
@@ -108,7 +114,7 @@ def _figure(line: Line, column: int, yarn: int) -> tuple[int, list[WordStitches]
     number = FIGURES.find(line.text[column].lower())
     if number < 0:
         raise line.at(column).error(f"got {line.text[column]!r}; expected the number of a yarn, 0 to 9 or a to z")
-    return column + 1, read_word(f"k@{number}", yarn)
+    return column + 1, _one_word(f"k@{number}", yarn)
 
 
 def _check_widths(rows: list[WrittenRow], remedy: str) -> None:

@@ -24,7 +24,8 @@ class Place:
 
     def error(self, message: str) -> PatternError:
         """Return an error whose message begins with this place."""
-        return PatternError(f"{self.file}: line {self.line}, column {self.column}: {message}")
+        text = f"{self.file}: line {self.line}, column {self.column}: {message}"
+        return PatternError(text, line=self.line, column=self.column)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from itertools import groupby, pairwise
 from stitchmesh.mesh.palette import colour_text
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.patterns.language.word_stitches import WordStitches
-from stitchmesh.patterns.language.words import ABBREVIATIONS, read_crossing
+from stitchmesh.patterns.language.words import ABBREVIATIONS, NO_STITCH, TUCK, read_crossing
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, crossings
 
 LINE_LENGTH = 110
@@ -111,30 +111,45 @@ def _is_cable(piece: WordStitches) -> bool:
     return any(loop.shift for loop in piece.loops)
 
 
-def _word(piece: WordStitches, yarn: int) -> str:
+def chart_word(piece: WordStitches, yarn: int = 0) -> str:
+    """Return the word of a piece in a chart, whose words run from left to right.
+
+    Args:
+        piece: the stitches, left to right as seen from the right side.
+        yarn: the yarn that the word does not name.
+    """
+    if not piece.cells:
+        return NO_STITCH
+    word = _word(piece, yarn, leftwards=False)
+    return TUCK + word[2:] if piece.tuck else word  # a tuck is the stitch sy of which the next row works both loops
+
+
+def _word(piece: WordStitches, yarn: int, *, leftwards: bool = True) -> str:
     if not _is_cable(piece):
         return _stitch_word(piece.cells[0], piece.loops, yarn)
     word = _cable_word(piece)
     if word:
         return word + _at(piece.cells[0].yarn, yarn)
     width = len(piece.loops)
-    target = [width - 1 - place - loop.shift for place, loop in enumerate(piece.loops)]
+    target = [place + loop.shift for place, loop in enumerate(piece.loops)]
     twists = [0] * width
-    for place, loop in enumerate(piece.loops):
-        twists[place + loop.shift] = loop.twist
-    places = " ".join(str(end) for end in reversed(target))
-    layers = " ".join(str(loop.layer) for loop in reversed(piece.loops))
-    return f"cross({places}; {layers}: {' '.join(_crossed_words(piece.cells, twists, yarn))})"
+    for end, loop in zip(target, piece.loops, strict=True):
+        twists[end] = loop.twist
+    layers, words = [loop.layer for loop in piece.loops], _crossed_words(piece.cells, twists, yarn)
+    if leftwards:
+        target, layers, words = [width - 1 - end for end in reversed(target)], layers[::-1], words[::-1]
+    runs = [_counted(word, len(list(run))) for word, run in groupby(words)]
+    return f"cross({' '.join(map(str, target))}; {' '.join(map(str, layers))}: {' '.join(runs)})"
 
 
 def _crossed_words(cells: tuple[Cell, ...], twists: list[int], yarn: int) -> list[str]:
-    """Return the words of the stitches within a crossing, in the order of working."""
+    """Return the words of the stitches within a crossing, left to right."""
     words, start = [], 0
     for cell in cells:
         end = start + cell.n_bottom
         words.append(_stitch_word(cell, tuple(Loop(twist=twist) for twist in twists[start:end]), yarn))
         start = end
-    return [_counted(word, len(list(run))) for word, run in groupby(reversed(words))]
+    return words
 
 
 def _cable_word(piece: WordStitches) -> str | None:

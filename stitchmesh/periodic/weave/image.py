@@ -12,9 +12,11 @@ from os import fspath
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import PatternError
 from stitchmesh.io.contents import FilePath
+from stitchmesh.patterns.charts.chart_image import png_of_numbers
 from stitchmesh.patterns.charts.colour_chart import chart_palette, read_colour_chart
 from stitchmesh.periodic.weave.weave import Weave
 
@@ -43,6 +45,15 @@ def read_weave_image(path: FilePath) -> Weave:
         return Weave(tuple(map(tuple, over.astype(int).tolist())), name=Path(path).stem.replace('"', "'"))
     except PatternError as error:
         raise PatternError(f"{fspath(path)}: {error}") from None
+
+
+def weave_image(over: NDArray) -> bytes:
+    """Return the content of a PNG from which ``read_weave_image`` reads the same matrix.
+
+    Args:
+        over: whether each weft passes over each warp, shape (wefts, warps).
+    """
+    return png_of_numbers(np.asarray(over, dtype=np.int64), np.array([[0, 0, 0], [255, 255, 255]], dtype=np.uint8))
 
 
 def _two_colours(colour: np.ndarray, name: str) -> tuple[int, int]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text language of weaves.
 
-    text    = { "weave" string | "source" string | threads } ( matrix | layers )
+    text    = { "weave" string | "source" string | "colours" string | threads } ( matrix | layers )
     matrix  = a line of 0 and 1 for each weft, from the top; 1 where it passes over the warp
     layers  = "layer 1:" matrix { "layer" number ":" matrix } { stitch }       from the front to the back
     stitch  = "stitch" ( "warp" yarn "over" "weft" yarn | "weft" yarn "over" "warp" yarn )
@@ -12,14 +12,15 @@
 A matrix alone describes the whole fabric. Layers lie one behind another, and a stitch binds two layers: it brings a
 yarn over a crossing yarn of a layer in front of its own layer. The numbers of threads apply to all wefts from the top
 or to all warps from the left, and repeat if there are fewer numbers than yarns; yarns of equal layers alternate.
-Radius, spacing and length are factors. Blanks between the signs of a matrix are ignored, and a comment runs from # to
+Radius, spacing and length are factors. A list of colours in quotes, such as ``colours "cream, navy"``, gives the colour
+of each colour number. Blanks between the signs of a matrix are ignored, and a comment runs from # to
 the end of the line.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,16 +28,32 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import PatternError
 from stitchmesh.mesh import IntArray
+from stitchmesh.mesh.palette import colour_text
+from stitchmesh.patterns.language.parse import quoted_palette, quoted_text
 from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
 from stitchmesh.periodic.weave.layers import Stack, stack_layers
 from stitchmesh.periodic.weave.weave import Thread, Weave
 
-STATEMENTS = "weave, source, layer, stitch, wefts, warps or a line of 0 and 1"
+STATEMENTS = "weave, source, colours, layer, stitch, wefts, warps or a line of 0 and 1"
 PROPERTIES = {"layer": int, "radius": float, "spacing": float, "length": float, "colour": int}
 """Properties of a thread, and the type of their numbers."""
 _COUNT = re.compile(r"\d{1,6}", re.ASCII)
 _NUMBER = re.compile(r"\d+(\.\d*)?([eE][-+]?\d+)?|\.\d+([eE][-+]?\d+)?", re.ASCII)
 _YARN = re.compile(r"(\d{1,6})\.(\d{1,6})", re.ASCII)
+
+
+@dataclass(frozen=True)
+class WrittenWeave:
+    """What a text says about a weave, before the weave is checked; the fields are those of ``Weave``."""
+
+    matrix: tuple[tuple[int, ...], ...]
+    wefts: tuple[Thread, ...]
+    warps: tuple[Thread, ...]
+    name: str
+    source: str
+    palette: tuple[tuple[int, int, int], ...]
+    places: tuple[Place, ...] = ()
+    """Place in the text of each row of the matrix; empty if there is no text yet."""
 
 
 def parse_weave(text: str, name: str = "weave") -> Weave:
@@ -50,12 +67,40 @@ def parse_weave(text: str, name: str = "weave") -> Weave:
         PatternError: the text does not describe a valid weave; the message gives the line, the column, what was found
             and what was expected.
     """
+    written = parse_written_weave(text, name)
+    try:
+        return Weave(written.matrix, written.wefts, written.warps, written.name, written.source, written.palette)
+    except PatternError as error:
+        raise PatternError(f"{name}: {error}", row=error.row) from None
+
+
+def parse_written_weave(text: str, name: str = "weave") -> WrittenWeave:
+    """Read a weave from its text, whether or not the fabric hangs together.
+
+    Args:
+        text: a text in the language that the docstring of this module describes.
+        name: the name of the text in messages, and the name of the weave if the text gives none.
+
+    Raises:
+        PatternError: a statement cannot be read; the message gives the line and the column.
+    """
     return _WeaveParser(name).parse(split_lines(text, name))
 
 
 def format_weave(weave: Weave) -> str:
     """Write a weave with its whole matrix as text, so that ``parse_weave(format_weave(weave)) == weave``."""
+    names = weave.name, weave.source, weave.palette
+    return format_matrix(WrittenWeave(weave.matrix, weave.wefts, weave.warps, *names))
+
+
+def format_matrix(weave: WrittenWeave) -> str:
+    """Write a weave with its whole matrix as text, whether or not the fabric hangs together.
+
+    The lines of the matrix are the last lines of the text.
+    """
     lines = [f'weave "{weave.name}"', f'source "{weave.source}"']
+    if weave.palette:
+        lines.append(f'colours "{", ".join(map(colour_text, weave.palette))}"')
     for kind, threads in (("wefts", weave.wefts), ("warps", weave.warps)):
         for attribute in PROPERTIES:
             values = [getattr(thread, attribute) for thread in threads]
@@ -80,13 +125,15 @@ class _WeaveParser:
     def __init__(self, file: str) -> None:
         self.file = file
         self.names = {"weave": file.replace('"', "'"), "source": ""}
+        self.palette: tuple[tuple[int, int, int], ...] = ()
         self.layers: list[list[list[int]]] = []
+        self.places: list[list[Place]] = []
         self.layered = False
         self.stitches: list[_Stitch] = []
         self.threads: dict[tuple[str, str], list[Token]] = {}
 
-    def parse(self, lines: list[Line]) -> Weave:
-        """Read all statements and return the weave."""
+    def parse(self, lines: list[Line]) -> WrittenWeave:
+        """Read all statements."""
         for line in lines:
             if line.text.strip():
                 self._statement(line)
@@ -97,10 +144,9 @@ class _WeaveParser:
         for stitch in self.stitches:
             stitch.bind(stack)
         wefts, warps = (self._threads(kind, stack) for kind in ("wefts", "warps"))
-        try:
-            return Weave(_signs(stack.over), wefts, warps, self.names["weave"], self.names["source"])
-        except PatternError as error:
-            raise PatternError(f"{self.file}: {error}") from None
+        places = tuple(self.places[layer][number] for layer, number in stack.wefts.tolist())
+        names = self.names["weave"], self.names["source"]
+        return WrittenWeave(_signs(stack.over), wefts, warps, *names, self.palette, places)
 
     def _statement(self, line: Line) -> None:
         tokens = line.tokens()
@@ -108,7 +154,9 @@ class _WeaveParser:
         if word[0].isdigit():
             self._matrix_line(line)
         elif word in self.names:
-            self.names[word] = _quoted(tokens)
+            self.names[word] = quoted_text(tokens)
+        elif word == "colours":
+            self.palette = quoted_palette(tokens)
         elif word == "layer":
             self._next_layer(tokens)
         elif word == "stitch":
@@ -126,12 +174,13 @@ class _WeaveParser:
             if not sign.isspace():
                 signs.append(int(sign))
         if not self.layers:
-            self.layers.append([])
+            self._begin_layer()
         matrix = self.layers[-1]
         if matrix and len(signs) != len(matrix[0]):
             found = f"got {len(signs)} numbers where the first line has {len(matrix[0])}"
             raise line.place.error(f"{found}; expected one for each warp")
         matrix.append(signs)
+        self.places[-1].append(line.place)
 
     def _next_layer(self, tokens: list[Token]) -> None:
         number = len(self.layers) + 1
@@ -144,7 +193,11 @@ class _WeaveParser:
         _expect(tokens, 2, ":", expected="':'")
         _expect(tokens, 3, END, expected="the matrix of the layer on the lines below")
         self.layered = True
+        self._begin_layer()
+
+    def _begin_layer(self) -> None:
         self.layers.append([])
+        self.places.append([])
 
     def _read_threads(self, kind: str, tokens: list[Token]) -> None:
         attribute = tokens[1].text.lower()
@@ -231,10 +284,3 @@ def _value(token: Token, attribute: str) -> float:
     if not _NUMBER.fullmatch(token.text) or not 0.0 < float(token.text) < float("inf"):
         raise token.unexpected(f"a positive factor of the {attribute}, such as 1.5")
     return float(token.text)
-
-
-def _quoted(tokens: list[Token]) -> str:
-    if not tokens[1].text.startswith('"'):
-        raise tokens[1].unexpected(f'a text in quotes, such as {tokens[0].text} "Plain weave"')
-    _expect(tokens, 2, END)
-    return tokens[1].text[1:-1]

@@ -129,11 +129,11 @@ class Weave:
         for index, row in enumerate(self.matrix):
             if len(row) != len(self.matrix[0]):
                 found = f"got {len(row)} numbers where row 1 has {len(self.matrix[0])}"
-                raise PatternError(f"weave, row {index + 1}: {found}; expected one for each warp")
+                raise PatternError(f"weave, row {index + 1}: {found}; expected one for each warp", row=index)
             for column, sign in enumerate(row):
                 if sign not in (0, 1):
                     where = f"weave, row {index + 1}, column {column + 1}"
-                    raise PatternError(f"{where}: got {sign}; expected 1 (weft over) or 0 (warp over)")
+                    raise PatternError(f"{where}: got {sign}; expected 1 (weft over) or 0 (warp over)", row=index)
 
     def _check_every_yarn_interlaces(self) -> None:
         for kind, other, over in (("weft", "warp", self.over), ("warp", "weft", ~self.over.T)):
@@ -141,7 +141,8 @@ class Weave:
                 side = "over" if over[index].all() else "under"
                 raise PatternError(
                     f"weave: {kind} {self.number(kind, index)} passes {side} every {other} and never interlaces, so "
-                    f"the fabric falls apart; let one {other} pass {side} it"
+                    f"the fabric falls apart; let one {other} pass {side} it",
+                    row=index if kind == "weft" else None,
                 )
 
     def _check_hangs_together(self) -> None:

@@ -65,7 +65,7 @@ def test_yarns_of_layers_with_different_counts_are_distributed_evenly():
         ("01\n100\n", "line 2, column 1: got 3 numbers where the first line has 2"),
         ("01\n1x\n", r"line 2, column 2: got 'x'; expected 1 \(weft over\) or 0 \(warp over\)"),
         ("01\n1 2\n", "line 2, column 3: got '2'"),
-        ("xo\nox\n", "line 1, column 1: got 'xo'; expected weave, source, layer, stitch, wefts, warps or a line"),
+        ("xo\nox\n", "line 1, column 1: got 'xo'; expected weave, source, colours, layer, stitch, wefts, warps or"),
         ("weave Plain\n01\n10", "line 1, column 7: got 'Plain'; expected a text in quotes"),
         ('weave "Plain" 3\n01\n10', "line 1, column 15: got '3'; expected the end of the line"),
         ("layer 2:\n01\n10", "line 1, column 7: got '2'; expected 1, as layers are numbered from the front"),

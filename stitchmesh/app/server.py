@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server of the application: viser, on an address that only this machine reaches unless the user asks for more."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import secrets
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import viser
+import websockets.asyncio.server as websocket_server
+from viser import _messages
+from websockets import Headers
+from websockets.http11 import Response
+
+from stitchmesh.app.guard import Guard, UploadGuard, guarded, is_loopback
+from stitchmesh.errors import ParameterError
+
+LOOPBACK = "127.0.0.1"
+"""Host that only this machine reaches."""
+PORT = 8080
+"""Port where none is asked for."""
+PORTS_TRIED = 100
+"""Number of ports that are tried from the one that was asked for."""
+
+_starting = threading.Lock()
+
+
+@dataclass(frozen=True)
+class OpenServer:
+    """A server that listens."""
+
+    server: viser.ViserServer
+    address: str
+    """Address to open in a browser; it holds the token where the server asks for one."""
+    port: int
+    """Port on which the server listens, which differs from the one that was asked for if that one was in use."""
+
+    def stop(self) -> None:
+        """End all connections."""
+        with contextlib.redirect_stdout(io.StringIO()):  # Viser prints a line.
+            self.server.stop()
+
+
+def open_server(host: str = LOOPBACK, port: int = PORT, token: str | None = None) -> OpenServer:
+    """Open a server.
+
+    Args:
+        host: address of this machine on which the server listens.
+        port: port; the next free one is taken if it is in use. 0 takes any free port.
+        token: token that browsers need; None for no token on this machine, and for a new one beyond it.
+
+    Raises:
+        ParameterError: the host is no address of this machine, the port is out of range or not permitted, no port is
+            free, or the token is too short.
+    """
+    if token is None and not is_loopback(host):
+        token = secrets.token_urlsafe(24)
+    guard = Guard(token)
+    with _starting, _guarding_websockets(guard), contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=host, port=free_port(host, port), verbose=False)
+    _refuse_what_pages_never_send(server)
+    found = server.get_port()
+    return OpenServer(server, address_of(host, found, token), found)
+
+
+def address_of(host: str, port: int, token: str | None) -> str:
+    """Return the address that the user opens."""
+    name = socket.gethostname() if host in ("0.0.0.0", "::") else host
+    name = f"[{name}]" if ":" in name else name
+    return f"http://{name}:{port}/" + ("" if token is None else f"?token={token}")
+
+
+def free_port(host: str, port: int) -> int:
+    """Return a port on which a server can listen: the given one or the next free one.
+
+    Raises:
+        ParameterError: the host is no address of this machine, the port is out of range or not permitted, or no port is
+            free.
+    """
+    if not 0 <= port <= 65535:
+        raise ParameterError(f"port: got {port}; expected 0 (any free port) to 65535")
+    last = min(port + PORTS_TRIED, 65536)
+    for candidate in range(port, last):
+        reason = _why_not(host, candidate)
+        if reason is None:
+            return candidate
+        if reason.errno not in (errno.EADDRINUSE, None):
+            what = "host" if reason.errno != errno.EACCES else "port"
+            raise ParameterError(
+                f"{what}: cannot listen on {host!r} port {candidate} ({reason.strerror}); expected an address of this "
+                f"machine such as {LOOPBACK}, and a port from 1024"
+            )
+    raise ParameterError(f"port: {port} to {last - 1} are in use; give another one, or 0 for any free port")
+
+
+def _why_not(host: str, port: int) -> OSError | None:
+    """Return the error at which a server would fail; None if it can listen."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+            probe.listen(1)
+    except OSError as error:
+        return error
+    except UnicodeError:
+        return OSError(errno.EINVAL, "is no name of a host")
+    return None
+
+
+@contextlib.contextmanager
+def _guarding_websockets(guard: Guard) -> Iterator[None]:
+    """Let the WebSocket server that is started in the block answer permitted requests only.
+
+    Viser has no setting for this; it calls the function ``serve`` of the module, which is replaced meanwhile.
+    """
+    serve = websocket_server.serve
+
+    def serve_guarded(*arguments: Any, **options: Any) -> Any:
+        options["process_request"] = guarded(options["process_request"], guard, _response)
+        return serve(*arguments, **options)
+
+    websocket_server.serve = serve_guarded  # type: ignore[misc, assignment]
+    try:
+        yield
+    finally:
+        websocket_server.serve = serve  # type: ignore[misc]
+
+
+def _response(status: Any, headers: Any, body: bytes) -> Response:
+    return Response(status.value, status.phrase, Headers({**headers, "Content-Length": str(len(body))}), body)
+
+
+def _refuse_what_pages_never_send(server: viser.ViserServer) -> None:
+    """Refuse messages by which a browser could open a tunnel to another machine, or fill the memory."""
+    connection = server._websock_server
+    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        connection.unregister_handler(message)
+    uploads = UploadGuard()
+    start, part = server.gui._handle_file_transfer_start, server.gui._handle_file_transfer_part
+
+    def guarded_start(client: Any, message: _messages.FileTransferStartUpload) -> None:
+        if uploads.may_start(message.transfer_uuid, client, message.size_bytes, message.part_count):
+            start(client, message)
+
+    def guarded_part(client: Any, message: _messages.FileTransferPart) -> None:
+        if uploads.may_go_on(message.transfer_uuid, len(message.content)):
+            part(client, message)
+        else:
+            server.gui._current_file_upload_states.pop(message.transfer_uuid, None)
+
+    _replace(connection, _messages.FileTransferStartUpload, start, guarded_start)
+    _replace(connection, _messages.FileTransferPart, part, guarded_part)
+    server.on_client_disconnect(lambda client: uploads.forget(client.client_id))
+
+
+def _replace(connection: Any, message: type, handler: Callable[..., Any], other: Callable[..., Any]) -> None:
+    connection.unregister_handler(message, handler)
+    connection.register_handler(message, other)

@@ -1,0 +1,333 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The application in a real browser: a page that tests click, drag, type and read.
+
+    def test_a_row_is_labeled(app_in_browser):
+        with app_in_browser() as rig:
+            rig.app.open_page("Label")          # or rig.page_button("Label")
+            rig.click_at(point)                 # a point of the scene [cm]
+            rig.press("Label all")
+            assert rig.app.project.labeled is not None
+
+``rig.browser_page`` is the page of Playwright, for everything that has no method here. A test fails if the browser
+reports an error, if the server prints a traceback, or if the page asks for anything outside this machine.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import logging
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, Request, TimeoutError, sync_playwright
+
+from stitchmesh.app.application import App
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.scene.viser_scene import view_of
+from stitchmesh.app.server import OpenServer, open_server
+from stitchmesh.app.viser_front import ViserFront
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+"""Names of the programs that can be the browser."""
+ARGUMENTS = [
+    "--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist", "--disable-quic",
+    "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--hide-scrollbars", "--disable-dev-shm-usage", "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
+]  # fmt: skip
+"""Mesa draws in software where there is no graphics card; no request leaves the machine."""
+SIZE = (1000, 700)
+"""Width and height of the window of most tests [pixels]."""
+WAIT = 60_000
+"""Longest time for which a test waits for the page before it fails [ms]."""
+HARMLESS = ("Unable to preventDefault inside passive event listener", "GPU stall due to ReadPixels")
+"""Parts of messages of the browser that mean no fault of the application."""
+READY = """() => {
+  const state = window.__viserMutable, points = window.__viserTestpoints;
+  if (!state || !state.scene || !state.canvas || !points || !window.stitchmesh) return false;
+  const opacity = state.canvas.style.opacity;
+  return state.messageQueue.length === 0 && points.rendererInfo.render.frame > 5
+    && (opacity === "" || parseFloat(opacity) >= 1);
+}"""
+"""Whether the page has drawn everything that it was sent; viser fades its canvas in."""
+TWO_FRAMES = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+CANVAS = """() => {
+  const box = window.__viserMutable.canvas.getBoundingClientRect();
+  return [box.left, box.top, box.width, box.height];
+}"""
+
+
+def chromium_path() -> str:
+    """Return the path of the browser, or skip the test on a machine that has none."""
+    for name in NAMES:
+        if (path := shutil.which(name)) is not None:
+            return path
+    pytest.skip(f"none of {', '.join(NAMES)} is installed; on Debian: apt-get install chromium libatomic1")
+
+
+@contextlib.contextmanager
+def started_browser() -> Iterator[Browser]:
+    """Start the browser without a window."""
+    path = chromium_path()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+class BrowserWindow:
+    """A page in the browser, with what went wrong in it."""
+
+    _fences = itertools.count(1)
+
+    def __init__(self, browser: Browser, address: str, size: tuple[int, int] = SIZE, *, dark: bool = False) -> None:
+        """Open a page and wait until it is drawn."""
+        context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, accept_downloads=True,
+            color_scheme="dark" if dark else "light",
+        )  # fmt: skip
+        self.browser_page: Page = context.new_page()
+        self.browser_page.set_default_timeout(WAIT)
+        self.faults: list[str] = []
+        self.browser_page.on("pageerror", lambda error: self.faults.append(f"page: {error}"))
+        self.browser_page.on("console", self._hear)
+        self.browser_page.on("request", self._watch)
+        self._own = address.partition("?")[0].rstrip("/")
+        separator = "&" if "?" in address else "?"
+        self.browser_page.goto(f"{address}{separator}fixedDpr=1")
+        self.wait_until_ready()
+
+    def wait_until_ready(self) -> None:
+        """Wait until the page has drawn what it was sent when it was loaded, and close viser's notice of slowness."""
+        self.browser_page.wait_for_function(READY)
+        slow = self.browser_page.locator(".mantine-Notification-root", has_text="Software WebGL")
+        with contextlib.suppress(TimeoutError):
+            slow.locator("button").first.click(timeout=2000)
+            slow.wait_for(state="detached")
+
+    def wait_for(self, condition: Callable[[], Any], what: str = "") -> None:
+        """Wait until a condition of this process holds, while the page goes on."""
+        for _ in range(WAIT // 20):
+            if condition():
+                return
+            self.browser_page.wait_for_timeout(20)
+        raise AssertionError(f"waited for {WAIT // 1000} s in vain: {what}")
+
+    def close(self) -> None:
+        """Close the page."""
+        self.browser_page.context.close()
+
+    def press(self, label: str, option: str | None = None) -> None:
+        """Press a button, or one option of a row of buttons."""
+        self.button(option or label).click()
+
+    def button(self, name: str) -> Locator:
+        """Return the button with exactly this name."""
+        return self.browser_page.get_by_role("button", name=name, exact=True).first
+
+    def page_button(self, name: str) -> None:
+        """Open a page, or the section in which it stands, by the navigation."""
+        self.browser_page.locator(f'button[data-value="{name}"]').first.click()
+
+    def row(self, label: str) -> Locator:
+        """Return the row of an input, with its label."""
+        named = self.browser_page.locator("label").get_by_text(label, exact=True)
+        return named.locator("xpath=ancestor::div[contains(@class,'mantine-Flex-root')][1]")
+
+    def type(self, label: str, value: object) -> None:
+        """Type a value into a number, a slider or a text, and leave it."""
+        field = self.row(label).locator("input, textarea").last
+        field.click()
+        field.fill(str(value))
+        field.press("Tab")
+
+    def tick(self, label: str, value: bool = True) -> None:
+        """Tick a box, or remove the tick."""
+        self.browser_page.get_by_label(label, exact=True).set_checked(value)
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose an option of a list."""
+        self.row(label).locator("input").first.click()
+        self.browser_page.get_by_role("option", name=option, exact=True).click()
+
+    def act(self, action: str, value: str = "") -> None:
+        """Click an element of HTML by its action and its value."""
+        self.browser_page.locator(f'[data-action="{action}"][data-value="{value}"]').first.click()
+
+    def upload(self, path: Path, nth: int = 0) -> None:
+        """Choose a file for an upload; ``nth`` counts the uploads of the panel."""
+        self.browser_page.locator("input[type=file]").nth(nth).set_input_files(str(path))
+
+    def downloaded(self, act: Callable[[], object]) -> tuple[str, bytes]:
+        """Return the name and the content of the file that an action sends."""
+        with self.browser_page.expect_download() as download:
+            act()
+        return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+    def key(self, key: str) -> None:
+        """Press a key, such as ``Control+z``, with the focus on the scene."""
+        self.browser_page.evaluate("() => document.activeElement && document.activeElement.blur()")
+        self.browser_page.keyboard.press(key)
+
+    def wait_for_text(self, text: str) -> None:
+        """Wait until a text can be read in the page."""
+        self.browser_page.get_by_text(text).first.wait_for()
+
+    def notices(self) -> list[str]:
+        """Return the texts of the notices that stand in the page."""
+        return self.browser_page.locator(".mantine-Notification-root").all_inner_texts()
+
+    def screenshot(self, path: Path | None = None) -> bytes:
+        """Return a picture of the whole page as a PNG file, and write it if there is a path."""
+        return self.browser_page.screenshot(path=path)
+
+    def place(self, share: Sequence[float]) -> tuple[float, float]:
+        """Return the place in the page of a place on the scene, (0, 0) its upper left corner and (1, 1) the other."""
+        left, top, width, height = self.browser_page.evaluate(CANVAS)
+        return left + share[0] * width, top + share[1] * height
+
+    def _hear(self, message: ConsoleMessage) -> None:
+        if message.type == "error" and not any(part in message.text for part in HARMLESS):
+            self.faults.append(f"console: {message.text}")
+
+    def _watch(self, request: Request) -> None:
+        if not request.url.startswith((self._own, f"blob:{self._own}", "data:")):
+            self.faults.append(f"request of another machine: {request.url}")
+
+
+class Rig(BrowserWindow):
+    """The application and a page that shows it, in one process."""
+
+    def __init__(self, browser: Browser, opened: OpenServer, app: App, size: tuple[int, int], *, dark: bool) -> None:
+        """Open a page of an application that runs."""
+        self.app, self.opened, self._browser = app, opened, browser
+        self._fence = opened.server.gui.add_html(_fence_text(0))
+        super().__init__(browser, opened.address, size, dark=dark)
+        self.settle()
+
+    @property
+    def client(self) -> Any:
+        """The browser as viser knows it; the newest one."""
+        return self.opened.server.get_clients()[max(self.opened.server.get_clients())]
+
+    def another_window(self, size: tuple[int, int] = SIZE) -> BrowserWindow:
+        """Open a second browser on the same application."""
+        return BrowserWindow(self._browser, self.opened.address, size)
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function in the thread of the events, and return its value."""
+        found: list[Any] = []
+        self.app.post(lambda: found.append(function(*arguments)))
+        self.wait_for(lambda: found, "a call in the thread of the events")
+        return found[0]
+
+    def settle(self) -> None:
+        """Wait until no task runs, no event waits, and the page has drawn everything that it was sent."""
+        self.wait_for(lambda: self.app.tasks.current is None, "the task ends")
+        self.app.queue.settle()
+        number = next(self._fences)
+        self._fence.content = _fence_text(number)
+        page = self.browser_page
+        page.wait_for_function(f"() => document.querySelector('[data-fence=\"{number}\"]') !== null")
+        page.evaluate(TWO_FRAMES)
+        page.wait_for_function("() => window.__viserMutable.messageQueue.length === 0")
+
+    def on_page(self, point: Sequence[float]) -> tuple[float, float]:
+        """Return the place in the page at which a point of the scene is drawn [cm]."""
+        share = view_of(self.client).on_screen(np.asarray([point], dtype=np.float64))[0]
+        assert np.isfinite(share).all() and (share >= 0.0).all() and (share <= 1.0).all(), f"{point} is not in view"
+        return self.place(share)
+
+    def click_at(self, point: Sequence[float], modifier: str | None = None) -> None:
+        """Click where a point of the scene is drawn; ``modifier`` is ``Shift`` or ``Control``."""
+        self.click_page(self.on_page(point), modifier)
+
+    def click_page(self, place: Sequence[float], modifier: str | None = None) -> None:
+        """Click at a place in the page, and wait until the click has been handled."""
+        page = self.browser_page
+        page.mouse.move(place[0], place[1])
+        with self._held(modifier):
+            page.mouse.click(place[0], place[1])
+        page.wait_for_timeout(120)  # Viser joins clicks that follow each other within 50 ms.
+        self.settle()
+
+    def drag(self, points: Sequence[Sequence[float]], modifier: str | None = None) -> None:
+        """Drag over points of the scene."""
+        self.drag_page([self.on_page(point) for point in points], modifier)
+
+    def drag_page(self, places: Sequence[Sequence[float]], modifier: str | None = None) -> None:
+        """Drag over places in the page."""
+        page = self.browser_page
+        page.mouse.move(*places[0])
+        with self._held(modifier):
+            page.mouse.down()
+            for place in places[1:]:
+                page.mouse.move(*place, steps=8)
+                page.wait_for_timeout(60)  # Viser sends the moves of a drag twenty times a second.
+            page.mouse.up()
+        page.wait_for_timeout(120)
+        self.settle()
+
+    @contextlib.contextmanager
+    def _held(self, modifier: str | None) -> Iterator[None]:
+        if modifier is not None:
+            self.browser_page.keyboard.down(modifier)
+        yield
+        if modifier is not None:
+            self.browser_page.keyboard.up(modifier)
+
+
+@contextlib.contextmanager
+def running_app(folder: Path) -> Iterator[tuple[OpenServer, App]]:
+    """Run the application on the project of a folder, without a browser."""
+    opened = open_server(port=0)
+    app = App(Project.open_or_create(folder), ViserFront(opened.server))
+    app.post(lambda: app.open_page(app.last_page()))
+    app.queue.settle()
+    try:
+        yield opened, app
+    finally:
+        app.close()
+        opened.stop()
+
+
+@contextlib.contextmanager
+def rig_on(
+    browser: Browser, folder: Path, page: str | None = None, size: tuple[int, int] = SIZE, *, dark: bool = False
+) -> Iterator[Rig]:
+    """Run the application on a folder, with a page that shows it; see the text of this module."""
+    errors = _ErrorLog()
+    logging.getLogger("stitchmesh").addHandler(errors)
+    try:
+        with running_app(folder) as (opened, app):
+            if page is not None:
+                app.post(app.open_page, page)
+                app.queue.settle()
+            rig = Rig(browser, opened, app, size, dark=dark)
+            yield rig
+            rig.settle()
+            rig.close()
+            if faults := rig.faults + errors.lines:
+                raise AssertionError("; ".join(faults))
+    finally:
+        logging.getLogger("stitchmesh").removeHandler(errors)
+
+
+class _ErrorLog(logging.Handler):
+    """Keeps what was logged as an error."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.lines.append(self.format(record))
+
+
+def _fence_text(number: int) -> str:
+    return f'<span data-fence="{number}" style="display:none"></span>'

@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pieces of HTML are well formed, say everything in words, and let no text of a user become HTML."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import pytest
+
+from stitchmesh.app.controls.html_pieces import colour_bar, figures, legend, verdict
+
+HOSTILE = '<script>alert(1)</script> & "quotes"'
+PIECES = {
+    "legend": legend([(HOSTILE, (10, 20, 30)), ("knit", (1, 2, 3))], HOSTILE),
+    "colour_bar": colour_bar([[0, 0, 0], [255, 255, 255]], [HOSTILE, "1"], HOSTILE),
+    "figures": figures([(HOSTILE, HOSTILE)], HOSTILE),
+    "verdict": verdict("bad", HOSTILE),
+}
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_a_piece_is_well_formed_and_shows_texts_as_they_are(name):
+    tree = ElementTree.fromstring(f"<div>{PIECES[name]}</div>")
+    assert HOSTILE in "".join(tree.itertext())
+    assert tree.find(".//script") is None
+
+
+def test_grades_differ_without_colour():
+    signs = {"".join(ElementTree.fromstring(verdict(grade, "")).itertext()) for grade in ("good", "fair", "bad")}
+    assert len(signs) == 3
+
+
+def test_the_colours_of_a_legend_are_those_of_the_entries():
+    assert "#0a141e" in PIECES["legend"] and "#000000,#ffffff" in PIECES["colour_bar"]

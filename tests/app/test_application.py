@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The application opens pages, passes on events, and turns errors into notices."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.app import application
+from stitchmesh.app.application import App
+from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.scene.drawing import Lines
+from stitchmesh.app.scene.scene import Pick
+from stitchmesh.errors import ParameterError
+
+
+class Plain(Page):
+    """A page that notes what happens to it."""
+
+    name = "Label"
+    hint = "Click a border."
+
+    def __init__(self, app):
+        super().__init__(app)
+        self.seen = []
+
+    def build(self):
+        self.app.controls.button("Fail", "Fails.", self.fail)
+        self.app.scene.show("rows", Lines(np.zeros((1, 2, 3)), (0, 0, 0)))
+
+    def fail(self):
+        raise ParameterError("rows: got 0; expected at least 1")
+
+    def picked(self, pick):
+        self.seen.append("pick")
+
+    def refresh(self):
+        self.seen.append("refresh")
+
+    def leave(self):
+        self.seen.append("leave")
+
+
+class Later(Page):
+    """A page that needs something first."""
+
+    name = "Divide"
+    hint = "Choose a size."
+
+    def unavailable(self):
+        return "Label the mesh first."
+
+
+@pytest.fixture
+def app(tmp_path, monkeypatch):
+    monkeypatch.setattr(application, "PAGES", {"Label": Plain, "Divide": Later})
+    app = App(Project.create(tmp_path / "hat"), NullFront())
+    yield app
+    app.close()
+
+
+def do(app, function, *arguments):
+    app.post(function, *arguments)
+    app.queue.settle()
+
+
+def test_an_open_page_has_its_controls_and_drawings_and_gets_events(app):
+    do(app, app.open_page, "Label")
+    page = app.page
+    assert [control.label for control in app.controls.made] == ["Fail"] and list(app.scene.drawings) == ["rows"]
+    assert "Click a border." in app.front.navigation.text_shown()
+    do(app, app.front.listener.picked, Pick(np.zeros(3), np.ones(3)))
+    do(app, app.refresh)
+    do(app, app.open_page, "Divide")
+    assert page.seen == ["pick", "refresh", "leave"]
+    assert app.controls.made == [] and app.scene.drawings == {}
+
+
+def test_an_unavailable_page_says_what_to_do_first(app):
+    do(app, app.open_page, "Divide")
+    assert "Label the mesh first." in app.front.navigation.text_shown()
+    assert app.controls.made == []
+
+
+def test_an_error_of_the_library_is_a_notice_and_the_application_lives_on(app):
+    do(app, app.open_page, "Label")
+    do(app, app.controls.press, "Fail")
+    assert app.front.notices == [("Not possible", "rows: got 0; expected at least 1", "error")]
+    do(app, app.open_page, "Nowhere")
+    assert "expected one of Label, Divide" in app.front.notices[-1][1]
+
+
+def test_an_error_of_ours_is_a_notice_too_and_is_logged(app, caplog):
+    do(app, lambda: {}["missing"])
+    title, text, kind = app.front.notices[-1]
+    assert (title, kind) == ("Internal error", "error") and "KeyError" in text
+    assert "Traceback" in caplog.text
+
+
+def test_the_page_is_remembered_by_the_project(app):
+    do(app, app.open_page, "Divide")
+    assert app.last_page() == "Divide"
+    folder = app.project.folder
+    do(app, app.project.close)
+    again = Project.open(folder)
+    assert again.settings(application.APP_SETTINGS)["page"] == "Divide"
+    do(app, setattr, app, "project", again)
+
+
+def test_the_navigation_opens_pages_and_marks_the_open_one(app):
+    do(app, app.open_page, "Label")
+    do(app, app.front.navigation.act, "page", "Divide")
+    assert isinstance(app.page, Later)
+    shown = app.front.navigation.text_shown()
+    assert shown.index('aria-current="page"') > shown.index('data-value="Divide"')
+    do(app, app.front.navigation.act, "section", "Garment")
+    assert isinstance(app.page, Later), "a section opens on the page on which it was left"
