@@ -46,6 +46,7 @@ TOOL_STYLE = """<style>
  border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default);
  color:var(--mantine-color-text)}
 .sm-tools button[aria-pressed=true]{background:#1f5673;border-color:#1f5673;color:#fff;font-weight:600}
+.sm-tools button:disabled{opacity:.45;cursor:default}
 .sm-tools button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
 </style>"""
 
@@ -74,8 +75,7 @@ class EditPage(Page):
         """Make the controls, and draw the fabric."""
         self.session.view.forget()
         controls = self.app.controls
-        self._undo = controls.button("Undo (Ctrl+Z)", "Undo the last edit", self.undo)
-        self._redo = controls.button("Redo (Ctrl+Y)", "Make the edit again that was undone last", self.redo)
+        self._history = controls.html("", lambda action, _: self.undo() if action == "undo" else self.redo())
         self._bar = controls.html("", lambda _, name: self.take_up(name))
         self._words = controls.markdown("")
         for tool in self.tools.values():
@@ -215,7 +215,7 @@ class EditPage(Page):
     def _show_state(self) -> None:
         """Show what can be undone, and the counts."""
         project, fabric = self.app.project, self.session.fabric
-        self._undo.disabled, self._redo.disabled = not project.can_undo, not project.can_redo
+        self._history.content = _history_row(project.can_undo, project.can_redo)
         last = f"last edit: {escape(project.edits[-1].name.replace('_', ' '))}" if project.edits else "no edits yet"
         counts = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows, {len(project.edits)} edits"
         self._status.content = _status(f"{counts}; {last}")
@@ -246,6 +246,19 @@ def _face_words(fabric: StitchMesh, face: int) -> str:
     name = "panel" if stitch == Stitch.PANEL else "bind-off" if stitch == Stitch.BIND_OFF else name_of(stitch)
     loops = f"{fabric.n_bottom[face]} below, {fabric.n_top[face]} above"
     return f"Stitch {face}: <b>{escape(name)}</b>, row {fabric.row[face]}, loops {loops}, yarn {fabric.yarn[face]}"
+
+
+def _history_row(can_undo: bool, can_redo: bool) -> str:
+    buttons = "".join(
+        f'<button type="button" data-action="{action}" data-value="" title="{hint}"{"" if possible else " disabled"}>'
+        f"{words}</button>"
+        for action, words, hint, possible in (
+            ("undo", "Undo", "Undo the last edit: Ctrl+Z", can_undo),
+            ("redo", "Redo", "Make the edit again that was undone last: Ctrl+Y", can_redo),
+        )
+    )
+    columns = "grid-template-columns:1fr 1fr;margin:0"
+    return f'{TOOL_STYLE}<div class="sm-tools" style="{columns}" role="group" aria-label="History">{buttons}</div>'
 
 
 def _tool_bar(chosen: str) -> str:

@@ -24,6 +24,8 @@ INK: Colour = (38, 34, 30)
 """Colour of crossed and twisted loops, sRGB."""
 LIFT = 0.06
 """Distance of marks from the surface, divided by the mean side length."""
+LOOP_WIDTH = 2.5
+"""Width of the lines of crossed and twisted loops [pixels]."""
 LINE_WIDTH = 4.0
 """Width of the lines around marked faces [pixels]."""
 MOST_EDGED = 12_000
@@ -54,7 +56,7 @@ class FabricView:
         """Draw a fabric."""
         colours = colours_of_faces(fabric, self.colour_by)
         self._blocks.show(fabric, colours, edges=self.draws_edges(fabric), takes_strokes=self.takes_strokes)
-        self._show_lines("loops", loop_lines(fabric, self._height(fabric)), INK, LINE_WIDTH)
+        self._show_lines("loops", loop_lines(fabric, 2 * self._height(fabric)), INK, LOOP_WIDTH)
 
     def select(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the selected faces, by colour and by a line around them."""

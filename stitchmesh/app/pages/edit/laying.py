@@ -123,7 +123,8 @@ class LayPatterns(Tool):
         if not self.pattern or where is None:
             raise ParameterError(f"pattern: {self._missing()}")
         arguments: dict[str, object] = {"pattern": self.pattern, **where, "remainder": self.remainder}
-        self.session.edit("paste_pattern", arguments, self._at())
+        if self.session.edit("paste_pattern", arguments, self._at()):
+            self._say(f"**{self._read().name}** is laid.")
 
     def discard(self) -> None:
         """Show the fabric without the pattern."""
@@ -149,6 +150,8 @@ class LayPatterns(Tool):
     def _missing(self) -> str:
         if not self.pattern:
             return "choose one on the left, or read one from a file"
+        if self.area == "Whole fabric":
+            return "choose another pattern, or another place"
         return "select stitches first" if self.area == "Selection" else "click a stitch of the fabric"
 
     def _preview(self) -> None:
@@ -177,6 +180,7 @@ class LayPatterns(Tool):
     def _show(self, laid: LaidPattern) -> None:
         view = self.session.view
         view.unmark()
+        self.session.colour_by("yarn" if self._read().yarn_count > 1 else "stitch")
         view.select(laid.fabric, NO_FACES)
         view.show(laid.fabric)
         view.mark_left_out(laid.fabric, np.flatnonzero(laid.reason >= 0))

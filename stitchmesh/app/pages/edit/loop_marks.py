@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
@@ -13,6 +15,8 @@ REACH = 0.42
 """Part of the face above and below a course line over which the lines of its loops reach."""
 GAP = 0.36
 """Part of the line of a loop behind that is left out in its middle."""
+STEPS = 4
+"""Number of pieces into which the line from one loop to its neighbour is divided."""
 TWIST_WIDTH = 0.28
 """Half the width of the mark of a twisted loop, divided by the length of its side."""
 
@@ -27,46 +31,69 @@ def loop_lines(fabric: StitchMesh, height: float) -> FloatArray:
     Returns:
         Ends of the lines [cm], shape (n, 2, 3).
     """
-    parts = [_cable(fabric, group) for group in cable_groups(fabric)]
-    twisted = np.flatnonzero(fabric.twist)
-    if len(twisted):
-        parts.append(_twists(fabric, twisted))
-    if not parts:
+    paths = [path for group in cable_groups(fabric) for path in _cable(fabric, group)]
+    paths += [path for side in np.flatnonzero(fabric.twist).tolist() for path in _twist(fabric, side)]
+    if not paths:
         return np.zeros((0, 2, 3))
-    starts, ends, behind, sides = (np.concatenate(column) for column in zip(*parts, strict=True))
+    segments = np.concatenate([np.stack([path.points[:-1], path.points[1:]], axis=1) for path in paths])
+    sides = np.repeat([path.side for path in paths], [len(path.points) - 1 for path in paths])
     normal = fabric.face_vector_area[fabric.side_face[sides]]
     lift = height * normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    return _broken(starts + lift, ends + lift, behind)
+    lifted: FloatArray = segments + lift[:, None]
+    return lifted
 
 
-_Loops = tuple[FloatArray, FloatArray, np.ndarray, IntArray]
-"""Starts and ends of lines, whether each lies behind another, and the side of each."""
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """A line of a loop, or a piece of it."""
+
+    points: FloatArray
+    """Points [cm], shape (n, 3)."""
+    side: int
+    """Top side of the loop."""
 
 
-def _cable(fabric: StitchMesh, group: CableGroup) -> _Loops:
-    """Return the lines of a cable: from below the place of each loop to above the place to which it moves."""
-    middle, up = _middles(fabric, group.sides), _upwards(fabric, group.sides)
-    place = np.arange(len(group.sides))
-    crosses = (place[:, None] < place) != (group.destination[:, None] < group.destination)
-    behind = (crosses & (group.layer[:, None] < group.layer)).any(axis=1)
-    return middle - up, middle[group.destination] + up[group.destination], behind, group.sides
+def _cable(fabric: StitchMesh, group: CableGroup) -> list[_Path]:
+    """Return the lines of a cable: from below the place of each loop to above the place to which it moves.
 
-
-def _twists(fabric: StitchMesh, sides: IntArray) -> _Loops:
-    """Return the two legs of each twisted loop; at twist 1 the leg that comes from the left is in front."""
-    middle, up = _middles(fabric, sides), 0.7 * _upwards(fabric, sides)
-    corners = fabric.corner_position
-    across = TWIST_WIDTH * (corners[sides] - corners[fabric.side_next[sides]])  # Top sides run from right to left.
-    starts = np.concatenate([middle - across - up, middle + across - up])
-    ends = np.concatenate([middle + across + up, middle - across + up])
-    from_left_behind = fabric.twist[sides] < 0
-    return starts, ends, np.concatenate([from_left_behind, ~from_left_behind]), np.concatenate([sides, sides])
-
-
-def _middles(fabric: StitchMesh, sides: IntArray) -> FloatArray:
+    A line passes the places between, so that it follows the surface.
+    """
     position = fabric.corner_position
-    middles: FloatArray = 0.5 * (position[sides] + position[fabric.side_next[sides]])
-    return middles
+    middle, up = 0.5 * (position[group.sides] + position[fabric.side_next[group.sides]]), _upwards(fabric, group.sides)
+    places = np.arange(len(group.sides))
+    crosses = (places[:, None] < places) != (group.destination[:, None] < group.destination)
+    behind = (crosses & (group.layer[:, None] < group.layer)).any(axis=1)
+    paths: list[_Path] = []
+    for first, last in enumerate(group.destination.tolist()):
+        share = np.linspace(0.0, 1.0, STEPS * abs(last - first) + 1)
+        place = first + (last - first) * share
+        line = np.stack([np.interp(place, places, middle[:, axis]) for axis in range(3)], axis=1)
+        rise = np.stack([np.interp(place, places, up[:, axis]) for axis in range(3)], axis=1)
+        points = line + (2.0 * share - 1.0)[:, None] * rise
+        if last == first:
+            points = np.stack([middle[first] - up[first], middle[first] + up[first]])
+        paths += _pieces(points, int(group.sides[first]), behind=bool(behind[first]))
+    return paths
+
+
+def _twist(fabric: StitchMesh, side: int) -> list[_Path]:
+    """Return the two legs of a twisted loop; at twist 1 the leg that comes from the left is in front."""
+    position, up = fabric.corner_position, 0.7 * _upwards(fabric, np.array([side]))[0]
+    right, left = position[side], position[fabric.side_next[side]]  # A top side runs from right to left.
+    middle, across = 0.5 * (left + right), TWIST_WIDTH * (right - left)
+    share = np.linspace(-1.0, 1.0, 2 * STEPS + 1)[:, None]
+    legs = [middle + share * (up + across), middle + share * (up - across)]
+    from_left_behind = bool(fabric.twist[side] < 0)
+    first = _pieces(legs[0], side, behind=from_left_behind)
+    return first + _pieces(legs[1], side, behind=not from_left_behind)
+
+
+def _pieces(points: FloatArray, side: int, *, behind: bool) -> list[_Path]:
+    """Return a line, in two pieces if it is behind."""
+    if not behind:
+        return [_Path(points, side)]
+    first = max(round((0.5 - GAP / 2) * (len(points) - 1)), 1)
+    return [_Path(points[: first + 1], side), _Path(points[len(points) - 1 - first :], side)]
 
 
 def _upwards(fabric: StitchMesh, sides: IntArray) -> FloatArray:
@@ -77,12 +104,3 @@ def _upwards(fabric: StitchMesh, sides: IntArray) -> FloatArray:
     high = 0.5 * (position[fabric.side_next[right]] + position[left])
     upwards: FloatArray = REACH * (high - low)
     return upwards
-
-
-def _broken(starts: FloatArray, ends: FloatArray, behind: np.ndarray) -> FloatArray:
-    """Return the lines, those behind in two pieces."""
-    along = ends - starts
-    first, second = starts + (0.5 - GAP / 2) * along, starts + (0.5 + GAP / 2) * along
-    whole = np.stack([starts, ends], axis=1)[~behind]
-    pieces = [np.stack([starts, first], axis=1)[behind], np.stack([second, ends], axis=1)[behind]]
-    return np.concatenate([whole, *pieces])

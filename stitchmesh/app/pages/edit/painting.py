@@ -22,6 +22,9 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.change import Marks, apply_change
 from stitchmesh.mesh.picking import PickedPlace
 
+BRUSH_LABELS = {"stitch": "Brush", "yarn": "Yarn brush"}
+"""Label of the choice of the brush, by what is painted."""
+
 
 class Painting(Tool):
     """A tool that gives all faces under a brush the same number. A drag is painted at once and is one edit."""
@@ -49,8 +52,7 @@ class Painting(Tool):
     def build(self, controls: Controls) -> None:
         """Make the choice of the brush, and the button that fills the selection."""
         hint = "What one click covers; drag for more, or from corner to corner of a rectangle"
-        label = f"Brush of the {self.kind}"
-        self._brush = controls.choice(label, hint, BRUSHES, self.session.brush, self._set_brush)
+        self._brush = controls.choice(BRUSH_LABELS[self.kind], hint, BRUSHES, self.session.brush, self._set_brush)
         fill = f"Fill the selection with the {self.kind}"
         controls.button(fill, f"Give all selected stitches the chosen {self.kind}", self.fill_selection)
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The palette of patterns: a button with a thumbnail for each pattern of the library.
 
-A thumbnail takes some hundredths of a second. The palette therefore stands there at once with names, and the thumbnails
-follow one after another, each in an event of its own, so that the page answers meanwhile.
+A thumbnail takes some hundredths of a second. The palette therefore stands there at once with names. When it is
+first shown, the thumbnails follow one after another, each in an event of its own, so that the page answers meanwhile.
 """
 
 from __future__ import annotations
@@ -52,8 +52,7 @@ class PatternPalette:
         self._blocks: list[Control] = [
             controls.html(_block(names), lambda _, name: chosen(name)) for names in self._names
         ]
-        self._open = True
-        post(lambda: self._draw(0))
+        self._open, self._begun = True, False
 
     @property
     def visible(self) -> bool:
@@ -64,6 +63,9 @@ class PatternPalette:
     def visible(self, visible: bool) -> None:
         for control in (self._mark, *self._blocks):
             control.visible = visible
+        if visible and not self._begun:
+            self._begun = True
+            self._post(lambda: self._draw(0))
 
     def show_chosen(self, name: str) -> None:
         """Mark the button of a pattern."""

@@ -40,20 +40,21 @@ class Pointer:
         """Return the places that the pointer passed since the last report of a drag, in order."""
         origin, direction = np.asarray(ray.ray_origin), np.asarray(ray.ray_direction)
         direction = direction / np.linalg.norm(direction)
-        found = [self._pick(origin, between) for between in self._directions(direction)]
+        found = [self._pick(*between) for between in self._rays(origin, direction)]
         places = [place for place in found if place is not None]
         depth = places[-1].depth if places else self._before[2] if self._before else 0.0
         self._before = origin, direction, depth
         return places
 
-    def _directions(self, direction: FloatArray) -> list[FloatArray]:
-        """Return directions from the last one to this one, so close that no stitch between them is missed."""
+    def _rays(self, origin: FloatArray, direction: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Return rays from the last one to this one, so close that no stitch between them is missed."""
         if self._before is None:
-            return [direction]
-        _, last, depth = self._before
-        distance = float(np.linalg.norm(direction - last)) * depth
+            return [(origin, direction)]
+        start, last, depth = self._before
+        distance = float(np.linalg.norm(direction - last)) * depth + float(np.linalg.norm(origin - start))
         count = int(np.clip(np.ceil(distance / (STEP * self._side_length)), 1, MOST_RAYS))
-        return [last + share * (direction - last) for share in (np.arange(count) + 1) / count]
+        shares = (np.arange(count) + 1) / count
+        return [(start + share * (origin - start), last + share * (direction - last)) for share in shares]
 
     @property
     def _side_length(self) -> float:

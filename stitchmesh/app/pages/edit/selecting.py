@@ -31,7 +31,7 @@ class SelectStitches(Tool):
     def build(self, controls: Controls) -> None:
         """Make the choice of the brush."""
         hint = "What one click covers; drag for more, or from corner to corner of a rectangle"
-        self._brush = controls.choice("Brush of the selection", hint, BRUSHES, self.session.brush, self._set_brush)
+        self._brush = controls.choice("Selects", hint, BRUSHES, self.session.brush, self._set_brush)
 
     def taken_up(self) -> None:
         """Show the brush that the tools share."""

@@ -22,7 +22,7 @@ class SelectionPanel:
             self._count = controls.markdown("")
             self._text = controls.text("Select by words", WORDS_HINT, "", lambda text: None)
             controls.button("Select these", "Select the stitches that the words name", self._by_words)
-            controls.buttons("Select", "All stitches, none, or all that are not selected", ("All", "None", "Others"),
+            controls.buttons("Choose", "All stitches, none, or all that are not selected", ("All", "None", "Others"),
                              self._simple)  # fmt: skip
             self._name = controls.text("Name", "Name under which the selection is saved", "", lambda text: None)
             controls.button("Save the selection", "Keep the selection under the name", self._save)
