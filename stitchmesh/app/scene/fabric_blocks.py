@@ -109,7 +109,7 @@ class FabricBlocks:
             if same and before is not None:
                 shapes.append((before.points, before.triangles, found.face[part]))
                 continue
-            points = fabric.corner_position[first:last].astype(np.float32)
+            points = fabric.corner_position[first:last]
             triangles = found.corners[part] - first
             if before is not None:
                 points, triangles = _kept(before.points, points), _kept(before.triangles, triangles)
@@ -133,7 +133,7 @@ class FabricBlocks:
         return lines
 
 
-def lifted_sides(fabric: StitchMesh, sides: IntArray, height: float) -> NDArray[np.float32]:
+def lifted_sides(fabric: StitchMesh, sides: IntArray, height: float) -> FloatArray:
     """Return the ends of some sides, shifted from the surface along the normals of their faces, shape (n, 2, 3).
 
     Args:
@@ -147,7 +147,8 @@ def lifted_sides(fabric: StitchMesh, sides: IntArray, height: float) -> NDArray[
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     shift = height * normal / np.where(length > 0.0, length, 1.0)
     ends = fabric.corner_position[np.stack([sides, fabric.side_next[sides]], axis=1)]
-    return (ends + shift[:, None]).astype(np.float32)
+    lifted: FloatArray = ends + shift[:, None]
+    return lifted
 
 
 def _same_shape(one: StitchMesh, other: StitchMesh) -> bool:
