@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from stitchmesh.app.pages.divide import DividePage
+from stitchmesh.app.pages.edit.edit_page import EditPage
 from stitchmesh.app.pages.even_out import EvenOutPage
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
@@ -15,6 +16,7 @@ _CLASSES: tuple[type[Page], ...] = (
     ProjectPage,
     LabelPage,
     DividePage,
+    EditPage,
     EvenOutPage,
     SwatchPage,
 )
