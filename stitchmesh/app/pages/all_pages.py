@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from stitchmesh.app.pages.divide import DividePage
+from stitchmesh.app.pages.edit.edit_page import EditPage
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import ProjectPage
@@ -14,6 +15,7 @@ _CLASSES: tuple[type[Page], ...] = (
     ProjectPage,
     LabelPage,
     DividePage,
+    EditPage,
     SwatchPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
