@@ -62,6 +62,8 @@ from .periodic.weave.library import weave_names as weave_names
 from .periodic.weave.weave import Weave as Weave
 from .periodic.weave.yarns import weave_yarns as weave_yarns
 from .quality import Quality as Quality
+from .recipe.estimate import GarmentEstimate as GarmentEstimate
+from .recipe.estimate import estimate_garment as estimate_garment
 from .recipe.knit_recipe import knit_recipe as knit_recipe
 from .recipe.recipe import Recipe as Recipe
 from .recipe.recipe_file import read_recipe as read_recipe

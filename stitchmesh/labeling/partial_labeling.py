@@ -270,6 +270,16 @@ class PartialLabeling(Labels):
         flipped = self.row_is_reversed != turned_rows(self.mesh, self, np.flatnonzero(self.seeded).tolist())
         return renumbered_rows(below, above, flipped)
 
+    def faces_of_row(self, number: int) -> IntArray:
+        """Return the faces of a row by its number in the finished mesh, in ascending order, shape (n,).
+
+        Raises:
+            ParameterError: there is no such row.
+        """
+        if not 0 <= number < self.row_count:
+            raise ParameterError(f"row {number}: does not exist; the mesh has {self.row_count} rows, counted from 0")
+        return np.flatnonzero(self.labeled & (self.row_number()[self.row] == number))
+
     def _matched_seams(self) -> tuple[IntArray, IntArray]:
         """The rows below and above each seam edge at which the wale directions match, shape (n,) each."""
         left, right = self.directed_wales()

@@ -7,31 +7,29 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.growth import COURSE
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.render.camera import camera_around, picture_axes
+from stitchmesh.render.labeling_drawing import (
+    FAULT_COLOUR,
+    MISMATCH_COLOUR,
+    UNLABELED_COLOUR,
+    faces_at_fault,
+    labeling_arrowheads,
+    labeling_colours,
+)
 from stitchmesh.render.lettering import INK, Colour
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.stage import KEY_LEFT, PAPER, WHOLE, Viewport, look, picture
 from stitchmesh.render.surface import add_faces, lifted_corners
 from stitchmesh.render.view import FLAT, view_directions
-from stitchmesh.yarn.colours import row_colours
 
 if TYPE_CHECKING:
     import pyvista
 
-UNLABELED_COLOUR: Colour = (196, 194, 190)
-"""Colour of faces without a row, sRGB."""
-FAULT_COLOUR: Colour = (205, 30, 38)
-"""Colour of faces that cannot be labeled, sRGB."""
-MISMATCH_COLOUR: Colour = (214, 66, 176)
-"""Colour of the edges at which two wale directions do not match, sRGB."""
-MOST_ARROWS = 6_000
-"""Largest number of faces with an arrow each; on a larger mesh only some faces have one."""
 PANELS = KEY_LEFT - 0.01
 """Width of the views, divided by the width of the picture; the legend is beside them."""
 SIZE = (1600, 1000)
@@ -56,7 +54,7 @@ def render_labeling(
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
     """
-    mesh, at_fault = labeling.mesh, _faces_at_fault(labeling)
+    mesh, at_fault = labeling.mesh, faces_at_fault(labeling)
     mismatched = labeling.mismatched_sides()
     towards, up = view_directions(mesh.corner_position)
     extent = np.sort(np.ptp(mesh.corner_position, axis=0))
@@ -69,7 +67,7 @@ def render_labeling(
         plotter.set_background(PAPER)  # One colour, so that the panels have no visible borders.
         for number, direction in enumerate(views, start=1):
             plotter.subplot(0, number)
-            add_faces(plotter, mesh, _face_colours(labeling, at_fault))
+            add_faces(plotter, mesh, labeling_colours(labeling, at_fault))
             _add_edges(plotter, labeling, mismatched)
             _add_arrows(plotter, labeling)
             look(plotter, camera_around(mesh.corner_position, direction, up, aspect))
@@ -88,11 +86,6 @@ def _panels(
     return (0.0, 0.5, PANELS, 1.0), (0.0, 0.0, PANELS, 0.5)
 
 
-def _faces_at_fault(labeling: PartialLabeling) -> IntArray:
-    """The faces that cannot be labeled, in ascending order."""
-    return np.unique(np.array([face for fault in labeling.faults for face in fault.faces], dtype=np.int64))
-
-
 def _caption(labeling: PartialLabeling, at_fault: IntArray) -> str:
     labeled = np.count_nonzero(labeling.labeled)
     faults = f", {len(at_fault)} at fault" if len(at_fault) else ""
@@ -106,16 +99,6 @@ def _key(labeling: PartialLabeling, at_fault: IntArray, mismatched: IntArray) ->
     if len(mismatched):
         entries.append(("wales do not match", MISMATCH_COLOUR))
     return entries
-
-
-def _face_colours(labeling: PartialLabeling, at_fault: IntArray) -> NDArray[np.uint8]:
-    """Colour of each face, sRGB, shape (F, 3)."""
-    colours = np.tile(np.array(UNLABELED_COLOUR, dtype=np.uint8), (labeling.mesh.face_count, 1))
-    labeled = labeling.labeled
-    if labeled.any():
-        colours[labeled] = row_colours(labeling.row_number()[labeling.row[labeled]])
-    colours[at_fault] = FAULT_COLOUR
-    return colours
 
 
 def _add_edges(plotter: pyvista.Plotter, labeling: PartialLabeling, mismatched: IntArray) -> None:
@@ -146,27 +129,9 @@ def _add_arrows(plotter: pyvista.Plotter, labeling: PartialLabeling) -> None:
     """Add an arrowhead along the wale to each labeled face, or to some faces of a large mesh."""
     import pyvista
 
-    faces = np.flatnonzero(labeling.labeled)
-    faces = faces[:: -(-len(faces) // MOST_ARROWS) or 1]
-    if not len(faces):
+    points = labeling_arrowheads(labeling)
+    if not len(points):
         return
-    triangles = np.arange(3 * len(faces)).reshape(-1, 3)
-    points = _arrowheads(labeling, faces).reshape(-1, 3).astype(np.float32)
-    plotter.add_mesh(
-        pyvista.PolyData.from_regular_faces(points, triangles), color=INK, lighting=False, opacity=0.85
-    )
-
-
-def _arrowheads(labeling: PartialLabeling, faces: IntArray) -> FloatArray:
-    """The tip and the two ends of the base of the arrowhead of each of these faces [cm], shape (n, 3, 3)."""
-    mesh = labeling.mesh
-    left, right = (wale[faces] for wale in labeling.directed_wales())
-    position = lifted_corners(mesh)
-    low_left, low_right = position[mesh.side_next[left]], position[right]
-    high_right, high_left = position[mesh.side_next[right]], position[left]
-    bottom, top = (low_left + low_right) / 2, (high_left + high_right) / 2
-    across, wale = (low_right + high_right - low_left - high_left) / 2, top - bottom
-    middle = (bottom + top) / 2
-    return np.stack(
-        [middle + 0.22 * wale, middle - 0.15 * wale - 0.14 * across, middle - 0.15 * wale + 0.14 * across], axis=1
-    )
+    triangles = np.arange(3 * len(points)).reshape(-1, 3)
+    arrows = pyvista.PolyData.from_regular_faces(points.reshape(-1, 3).astype(np.float32), triangles)
+    plotter.add_mesh(arrows, color=INK, lighting=False, opacity=0.85)

@@ -8,13 +8,16 @@ mean length divided by the stitch height, so that the two wale edges of every fa
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 
 import numpy as np
 
 from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
-from stitchmesh.tessellate.reached_size import check_reached_size, unit_hint
+from stitchmesh.tessellate.reached_size import doubt_of_size, unit_hint
+
+logger = logging.getLogger(__name__)
 
 EdgeName = int | tuple[int, int]
 
@@ -47,6 +50,19 @@ def edge_counts(
         TessellationError: two given counts of one row differ, the stitches would not fit in memory, or the faces of
             the mesh are so small that stitches of this size are far from possible.
     """
+    counts, doubt = counts_and_doubt(labeled, stitch_width, stitch_height, given)
+    if doubt:
+        logger.warning(doubt)
+    return counts
+
+
+def counts_and_doubt(
+    labeled: StitchMesh, stitch_width: float, stitch_height: float, given: Mapping[EdgeName, int]
+) -> tuple[IntArray, str]:
+    """Return the number of stitches along each edge, shape (E,), and why the size may be wrong, or no text.
+
+    The arguments and the errors are those of ``edge_counts``.
+    """
     _check_size(labeled, stitch_width, stitch_height)
     first = labeled.edge_side
     length = labeled.side_length[first]
@@ -56,8 +72,8 @@ def edge_counts(
     counts[wale] = rows[labeled.row[labeled.side_face[first[wale]]]]
     _refuse_too_many(labeled, counts, stitch_width)
     whole = counts.astype(np.int64)
-    check_reached_size(labeled, whole, stitch_width, stitch_height)
-    return _with_given(labeled, whole, given)
+    doubt = doubt_of_size(labeled, whole, stitch_width, stitch_height)
+    return _with_given(labeled, whole, given), doubt
 
 
 def whole_count(quotient: FloatArray) -> FloatArray:

@@ -9,17 +9,13 @@ asked for is not possible.
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
 
 from stitchmesh.errors import TessellationError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 
-logger = logging.getLogger(__name__)
-
 ALLOWED_DEVIATION = 0.2
-"""Relative deviation of the median from the size that was asked for, above which a warning is logged."""
+"""Relative deviation of the median from the size that was asked for, above which a warning is given."""
 SMALLEST_RATIO = 0.25
 """Median divided by the size that was asked for, below which the size is refused."""
 DIGITS = 9
@@ -39,8 +35,8 @@ def reached_sizes(fabric: StitchMesh) -> dict[str, dict[str, float]]:
     return {name: _percentiles(length[part]) for name, part in (("width_cm", ~wale), ("height_cm", wale))}
 
 
-def check_reached_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, stitch_height: float) -> None:
-    """Refuse a stitch size that is far from possible, and log a warning where it is not met.
+def doubt_of_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, stitch_height: float) -> str:
+    """Refuse a stitch size that is far from possible, and say in one line where it is not met; no text if it is met.
 
     Args:
         labeled: the labeled mesh.
@@ -65,13 +61,11 @@ def check_reached_size(labeled: StitchMesh, counts: IntArray, stitch_width: floa
                 f"possible, so use a smaller size or a mesh with larger faces{hint}"
             )
         if abs(round(ratio - 1.0, DIGITS)) > ALLOWED_DEVIATION:
-            logger.warning(
+            return (
                 f"stitch {name}: asked for {asked:g} cm, reached {median:.3g} cm (median), because each edge of the "
                 f"mesh is divided into whole stitches and faces have a {name} of {face:.3g} cm (median){hint}"
             )
-            return
-    if hint:
-        logger.warning(hint.removeprefix("; "))
+    return hint.removeprefix("; ")
 
 
 def unit_hint(labeled: StitchMesh) -> str:

@@ -13,7 +13,8 @@ from PIL import Image
 from stitchmesh.errors import DisplayError, FileError
 from stitchmesh.labeling import PartialLabeling, start_labeling
 from stitchmesh.render import check_display
-from stitchmesh.render.labeling_picture import FAULT_COLOUR, MISMATCH_COLOUR, render_labeling
+from stitchmesh.render.labeling_drawing import FAULT_COLOUR, MISMATCH_COLOUR
+from stitchmesh.render.labeling_picture import render_labeling
 from tests.gallery import grid, odd_corner, tube
 
 SIZE = (480, 300)

@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
 
-_CLASSES: tuple[type[Page], ...] = ()
+_CLASSES: tuple[type[Page], ...] = (
+    LabelPage,
+)
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Legends: what the colours and lines of a scene mean, as HTML for a panel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from stitchmesh.app.scene.drawing import Colour
+
+SQUARE = 14
+"""Width and height of a coloured square [CSS pixels]."""
+BORDER = "1px solid var(--mantine-color-default-border)"
+"""Border of a square, so that it can be seen on light and on dark panels."""
+
+
+@dataclass(frozen=True)
+class LegendEntry:
+    """One line of a legend."""
+
+    text: str
+    """What the mark means."""
+    colours: tuple[Colour, ...]
+    """Colour of the mark; several colours stand side by side."""
+    line: bool = False
+    """Whether the mark is a line instead of a square."""
+
+
+def legend(entries: Sequence[LegendEntry]) -> str:
+    """Return a legend as HTML, a list with one item for each entry."""
+    items = "".join(
+        f'<li style="display:flex;align-items:center;gap:.5em;margin:.1em 0">{_mark(entry)}'
+        f"<span>{escape(entry.text)}</span></li>"
+        for entry in entries
+    )
+    return f'<ul aria-label="Legend" style="list-style:none;margin:0;padding:0;font-size:.86em">{items}</ul>'
+
+
+def _mark(entry: LegendEntry) -> str:
+    """The squares or the line of an entry; screen readers pass over them."""
+    height = 5 if entry.line else SQUARE
+    border = "" if entry.line else f"border:{BORDER};"
+    width = 2 * SQUARE if entry.line else SQUARE
+    parts = "".join(
+        f'<span style="display:inline-block;width:{width}px;height:{height}px;{border}'
+        f'background:rgb{colour!r}"></span>'
+        for colour in entry.colours
+    )
+    return f'<span aria-hidden="true" style="flex:none;display:inline-flex">{parts}</span>'

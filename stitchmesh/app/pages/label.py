@@ -1,0 +1,292 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Label: the rows of the mesh, found by clicks or all at once (Yuksel et al. 2012, section 5.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.app.controls.legend import legend
+from stitchmesh.app.pages.label_text import (
+    INK,
+    MOST_FAULTS,
+    START_COLOUR,
+    fault_list,
+    labeling_status,
+    legend_entries,
+    start_list,
+)
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.scene.drawing import Labels
+from stitchmesh.app.scene.mesh_drawing import MeshDrawing
+from stitchmesh.app.scene.scene import Pick, ViewName
+from stitchmesh.errors import ParameterError
+from stitchmesh.labeling import LabelingFault, PartialLabeling
+from stitchmesh.labeling.growth import COURSE
+from stitchmesh.labeling.pointed_step import free_border_sides, pointed_step
+from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.orientation import is_inside_out
+from stitchmesh.mesh.outline import outline_sides
+from stitchmesh.mesh.picking import PickedPlace, picking_table, side_near_ray
+from stitchmesh.mesh.picking import pick as pick_place
+from stitchmesh.render.labeling_drawing import (
+    FAULT_COLOUR,
+    MISMATCH_COLOUR,
+    faces_at_fault,
+    labeling_arrowheads,
+    labeling_colours,
+)
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+REACH = 0.008
+"""Largest angle between a click and a border that it means [rad], about nine pixels."""
+ROWS, FLIP, INSIDE, WALE, COURSE_EDGE, CLEAR = (
+    "makes a row", "flips a row", "starts at an inner edge", "sets a wale edge", "sets a course edge",
+    "clears an edge",
+)  # fmt: skip
+MEANINGS = {
+    ROWS: "Click an orange border for the first row, then click on for the next. Shift takes the whole border.",
+    FLIP: "Click a row to reverse its arrows.",
+    INSIDE: "Click beside an inner edge: a row grows from its edge loop, on the side of the click.",
+    WALE: "Click beside an edge to set it to wale: rows cross it.",
+    COURSE_EDGE: "Click beside an edge to set it to course: it runs along rows.",
+    CLEAR: "Click beside an edge that was set by hand to clear its label.",
+}
+"""What a click means, and the hint for it."""
+
+
+class LabelPage(Page):
+    """Labels the mesh of the project."""
+
+    name = "Label"
+    hint = "Click an orange border: it becomes the first row. Click on for the next rows, or press Label all."
+
+    def __init__(self, app: App) -> None:
+        """Make the page."""
+        super().__init__(app)
+        self._meaning = ROWS
+        self._mesh: Mesh | None = None
+
+    def unavailable(self) -> str | None:
+        """Say what is missing."""
+        if self.app.project.labeling is not None:
+            return None
+        if self.app.project.fabric is not None:
+            return "The imported file holds stitches, which are labeled already. Go on with Edit."
+        return "There is no mesh yet. Open the page Project and import one, or choose an example."
+
+    def build(self) -> None:
+        """Make the controls, and draw the mesh."""
+        controls = self.app.controls
+        self._status = controls.html("")
+        self._go_on = controls.button(
+            "Go on: divide into stitches", "All faces have rows. Open the page Divide.", self._divide, main=True
+        )
+        self._label_all = controls.button(
+            "Label all", "Label all rows that can be labeled (L).", self._step("label_all"), main=True
+        )
+        controls.buttons(
+            "Steps", "One row more (N), one step back (Ctrl+Z), one step forward (Ctrl+Y).",
+            ("Next row", "Undo", "Redo"), self._pressed,
+        )  # fmt: skip
+        controls.choice("A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean)
+        self._meaning_hint = controls.html("")
+        self._legend = controls.html("")
+        self._faults = controls.html("", self._clicked)
+        self._make_other_controls()
+        self._mesh = None
+        self.refresh()
+        self._drawing.look()
+
+    def _make_other_controls(self) -> None:
+        """Make the controls that are needed less often, and the keys."""
+        controls = self.app.controls
+        with controls.group("Without the mouse", opened=False):
+            self._starts = controls.html("", self._clicked)
+            self._row = controls.number(
+                "Row", "Number of a row, counted from 1.", 1, lambda _: self._show_row(), least=1, most=10_000, step=1
+            )
+            controls.button("Flip this row", "Reverse the arrows of the row with this number.", self._flip_row)
+        with controls.group("Whole mesh", opened=False):
+            controls.button("Start again", "Remove all labels; Undo brings them back.", self._step("clear_labels"))
+            controls.button(
+                "Turn inside out", "Make the other side of the mesh the outside, and remove all labels.",
+                self._step("turn_inside_out"),
+            )  # fmt: skip
+        for label, key, modifier, run in (
+            ("Label one row more", "N", None, self._step("label_rows", count=1)),
+            ("Label all rows", "L", None, self._step("label_all")),
+            ("Undo the last step", "Z", "ctrl", self._undo),
+            ("Redo the step", "Y", "ctrl", self._redo),
+            ("Redo the step again", "Z", "ctrl+shift", self._redo),
+        ):
+            controls.key(label, f"{label} of the labeling.", key, modifier, run)
+
+    def refresh(self) -> None:
+        """Show the labeling of the project."""
+        labeling = self.app.project.labeling
+        if labeling is None:
+            return
+        if labeling.mesh is not self._mesh:
+            self._take_mesh(labeling.mesh)
+        self._draw(labeling)
+        self._describe(labeling)
+
+    def picked(self, pick: Pick) -> None:
+        """Take the step that a click means."""
+        step = self._meant(pick)
+        if step is not None:
+            self._take(step)
+
+    def _take_mesh(self, mesh: Mesh) -> None:
+        """Prepare drawing and picking of a mesh."""
+        self._mesh, self._table = mesh, picking_table(mesh)
+        self._drawing = MeshDrawing(self.app.scene, mesh)
+        self._drawing.show_sides("edges", mesh.edge_side, INK, 1.0)
+        self._inside_out = is_inside_out(mesh)
+        self._starts.content = start_list(mesh)
+
+    def _draw(self, labeling: PartialLabeling) -> None:
+        drawing, mesh = self._drawing, labeling.mesh
+        drawing.show_faces("faces", labeling_colours(labeling, faces_at_fault(labeling)))
+        drawing.show_sides("courses", mesh.edge_side[labeling.edge_label == COURSE], INK, 3.0)
+        drawing.show_sides("starts", free_border_sides(labeling), START_COLOUR, 6.0)
+        drawing.show_sides("seams", labeling.mismatched_sides(), MISMATCH_COLOUR, 7.0)
+        drawing.show_arrowheads("arrows", labeling_arrowheads(labeling), INK)
+        self._draw_faults(labeling)
+        self._show_row()
+
+    def _draw_faults(self, labeling: PartialLabeling) -> None:
+        """Draw the outline and the number of each fault that is listed."""
+        faults = labeling.faults[:MOST_FAULTS]
+        mesh = labeling.mesh
+        faces = np.array([face for fault in faults for face in fault.faces], dtype=np.int64)
+        self._drawing.show_sides("faults", mesh.sides_of(faces), FAULT_COLOUR, 6.0)
+        if not faults:
+            self.app.scene.remove("fault numbers")
+            return
+        points = np.stack([_centre(mesh, fault) for fault in faults])
+        self.app.scene.show("fault numbers", Labels(points, tuple(str(n) for n in range(1, len(faults) + 1))))
+
+    def _show_row(self) -> None:
+        """Draw the outline of the row whose number is typed, once another row than the first is typed."""
+        labeling = self.app.project.labeling
+        faces = self._faces_of_typed_row(labeling)
+        if labeling is None or self._row.value == 1 or not len(faces):
+            self.app.scene.remove("row")
+            return
+        self._drawing.show_sides("row", outline_sides(labeling.mesh, faces), START_COLOUR, 5.0)
+
+    def _faces_of_typed_row(self, labeling: PartialLabeling | None) -> IntArray:
+        """The faces of the row whose number is typed; of the last row for a larger number."""
+        if labeling is None or labeling.row_count == 0:
+            return np.zeros(0, dtype=np.int64)
+        return labeling.faces_of_row(min(int(self._row.value), labeling.row_count) - 1)
+
+    def _describe(self, labeling: PartialLabeling) -> None:
+        """Show the numbers, the legend and the faults as text."""
+        done = bool(labeling.labeled.all())
+        self._go_on.visible, self._label_all.visible = done, not done
+        self._status.content = labeling_status(labeling, self._inside_out)
+        self._meaning_hint.content = f'<p style="margin:0;font-size:.86em">{escape(MEANINGS[self._meaning])}</p>'
+        self._legend.content = legend(legend_entries(labeling))
+        self._faults.content = fault_list(labeling.faults)
+
+    def _meant(self, pick: Pick) -> LabelStep | None:
+        """The step that a click means; None for a click beside the mesh."""
+        labeling = self.app.project.labeling
+        assert labeling is not None
+        ray = pick.ray_origin, pick.ray_direction
+        if self._meaning == ROWS:
+            border = side_near_ray(self._table, free_border_sides(labeling), *ray, REACH)
+            if border is not None:
+                whole = pick.modifier == "shift"
+                return LabelStep("start_at_border" if whole else "start_at_edge", {"edge": border})
+        place = pick_place(self._table, *ray)
+        return None if place is None else self._step_at(labeling, place)
+
+    def _step_at(self, labeling: PartialLabeling, place: PickedPlace) -> LabelStep:
+        steps: dict[str, Callable[[], LabelStep]] = {
+            ROWS: lambda: pointed_step(labeling, place.side),
+            FLIP: lambda: LabelStep("flip_row", {"face": place.face}),
+            INSIDE: lambda: LabelStep("start_at_edge", {"edge": place.side}),
+            WALE: lambda: LabelStep("set_edge", {"edge": place.side, "label": "wale"}),
+            COURSE_EDGE: lambda: LabelStep("set_edge", {"edge": place.side, "label": "course"}),
+            CLEAR: lambda: LabelStep("set_edge", {"edge": place.side, "label": None}),
+        }
+        return steps[self._meaning]()
+
+    def _take(self, step: LabelStep) -> None:
+        """Take a step, and say what it has removed."""
+        self._changed(self.app.project.apply_label_step(step))
+
+    def _changed(self, lost: tuple[str, ...]) -> None:
+        if lost:
+            self.app.notice(f"Other rows need other stitches. Removed: {', '.join(lost)}. Undo brings them back.")
+        self.app.refresh()
+
+    def _step(self, name: str, **arguments: object) -> Callable[[], None]:
+        """Return a function that takes a step."""
+        return lambda: self._take(LabelStep(name, arguments))
+
+    def _pressed(self, option: str) -> None:
+        {"Next row": self._step("label_rows", count=1), "Undo": self._undo, "Redo": self._redo}[option]()
+
+    def _undo(self) -> None:
+        self._changed(self.app.project.undo_label())
+
+    def _redo(self) -> None:
+        self._changed(self.app.project.redo_label())
+
+    def _mean(self, meaning: str) -> None:
+        self._meaning = meaning
+        self.refresh()
+
+    def _flip_row(self) -> None:
+        faces = self._faces_of_typed_row(self.app.project.labeling)
+        if not len(faces):
+            raise ParameterError("flip: there are no rows yet; label some first")
+        self._take(LabelStep("flip_row", {"face": faces[0]}))
+
+    def _clicked(self, action: str, value: str) -> None:
+        """Show a fault, or start at a border of the list."""
+        labeling = self.app.project.labeling
+        assert labeling is not None
+        if action == "start":
+            self._take(LabelStep("start_at_edge", {"edge": int(value)}))
+        elif action == "fault" and int(value) < len(labeling.faults):
+            self._show_fault(labeling.mesh, labeling.faults[int(value)])
+
+    def _show_fault(self, mesh: Mesh, fault: LabelingFault) -> None:
+        """Turn the camera to a fault."""
+        faces = np.array(fault.faces, dtype=np.int64)
+        points = mesh.corner_position[mesh.sides_of(faces)]
+        middle, size = points.mean(axis=0), 2.0 * np.ptp(points, axis=0).max()
+        self.app.scene.look_at(middle - size, middle + size, _view_of(mesh.face_vector_area[faces].sum(axis=0)))
+
+    def _divide(self) -> None:
+        self.app.open_page("Divide")
+
+
+def _centre(mesh: Mesh, fault: LabelingFault) -> FloatArray:
+    """The middle of the first face of a fault [cm], shape (3,)."""
+    position = mesh.corner_position[mesh.sides_of(np.array(fault.faces[:1], dtype=np.int64))]
+    centre: FloatArray = position.mean(axis=0)
+    return centre
+
+
+def _view_of(normal: FloatArray) -> ViewName:
+    """The view from which a face with this normal is seen best."""
+    x, y, z = normal
+    if y > max(abs(x), abs(z)):
+        return "top"
+    if abs(z) >= abs(x):
+        return "front" if z >= 0.0 else "back"
+    return "right" if x > 0.0 else "left"

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the page Label says of a labeling, as HTML: numbers, legend, reasons of faults, and borders to start at."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from stitchmesh.app.controls.legend import LegendEntry
+from stitchmesh.app.scene.drawing import Colour
+from stitchmesh.labeling import LabelingFault, PartialLabeling
+from stitchmesh.labeling.pointed_step import free_border_sides
+from stitchmesh.labeling.seeds import candidate_seeds
+from stitchmesh.mesh import Mesh
+from stitchmesh.render.labeling_drawing import FAULT_COLOUR, MISMATCH_COLOUR, UNLABELED_COLOUR
+from stitchmesh.yarn.colours import row_colours
+
+INK: Colour = (58, 54, 50)
+"""Colour of edges and arrows."""
+START_COLOUR: Colour = (232, 140, 20)
+"""Colour of borders at which a row can start."""
+MOST_FAULTS = 5
+"""Number of faults that are listed."""
+MOST_STARTS = 8
+"""Number of borders that are listed."""
+BUTTON = (
+    "font:inherit;font-size:.95em;display:block;width:100%;text-align:left;margin:.15em 0;padding:.3em .4em;"
+    "border-radius:6px;cursor:pointer;background:transparent;color:inherit;border:1px solid"
+)
+"""Style of a button of a list, up to the colour of its border."""
+
+
+def labeling_status(labeling: PartialLabeling, inside_out: bool) -> str:
+    """The numbers in one or two lines."""
+    done, faces = int(labeling.labeled.sum()), labeling.mesh.face_count
+    lines = [f"<strong>{labeling.row_count} rows</strong>, {done} of {faces} faces labeled"]
+    seams = len(labeling.mismatched_sides())
+    if seams:
+        lines.append(
+            f"At {seams} edge{'s' * (seams != 1)} the arrows of two rows do not match. Flip one of the rows, or keep "
+            "it: small rings of yarn will join them."
+        )
+    if inside_out:
+        lines.append("The mesh seems to be inside out: its purl side would be outside. See <em>Whole mesh</em>.")
+    return "".join(f'<p role="status" style="margin:0 0 .3em;font-size:.92em">{line}</p>' for line in lines)
+
+
+def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
+    """What can be seen."""
+    entries = []
+    if labeling.row_count:
+        rows = [tuple(colour) for colour in row_colours(np.arange(6)).tolist()]
+        entries.append(LegendEntry("rows; arrows along the wales", tuple(rows)))
+    if not labeling.labeled.all():
+        entries.append(LegendEntry("no row yet", (UNLABELED_COLOUR,)))
+    if len(free_border_sides(labeling)):
+        entries.append(LegendEntry("border: click it to start a row", (START_COLOUR,), line=True))
+    if labeling.row_count:
+        entries.append(LegendEntry("course edge, between rows", (INK,), line=True))
+    if len(labeling.mismatched_sides()):
+        entries.append(LegendEntry("seam where arrows do not match", (MISMATCH_COLOUR,), line=True))
+    if labeling.faults:
+        entries.append(LegendEntry("cannot be labeled (numbered)", (FAULT_COLOUR,)))
+    return entries
+
+
+def fault_list(faults: tuple[LabelingFault, ...]) -> str:
+    """The reasons why faces cannot be labeled; each reason is a button that shows its faces."""
+    if not faults:
+        return ""
+    items = "".join(
+        f'<li><button type="button" data-action="fault" data-value="{number}" title="Show the faces" '
+        f'style="{BUTTON} rgb{FAULT_COLOUR!r}">{escape(fault.reason)}</button></li>'
+        for number, fault in enumerate(faults[:MOST_FAULTS])
+    )
+    more = len(faults) - MOST_FAULTS
+    rest = f'<p style="margin:0;font-size:.86em">and {more} more</p>' if more > 0 else ""
+    return (
+        '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
+        f'<ol style="margin:0;padding-left:1.4em;font-size:.86em">{items}</ol>{rest}'
+    )
+
+
+def start_list(mesh: Mesh) -> str:
+    """Buttons for the borders from which rows may start, best first."""
+    buttons = []
+    for chain in candidate_seeds(mesh)[:MOST_STARTS]:
+        length = float(mesh.side_length[chain].sum())
+        height = float(mesh.corner_position[chain, 1].mean() - mesh.vertices[:, 1].min())
+        buttons.append(
+            f'<button type="button" data-action="start" data-value="{chain[0]}" '
+            f'style="{BUTTON} var(--mantine-color-default-border)">'
+            f"Start at the border of {length:.0f} cm, {height:.0f} cm above the lowest point</button>"
+        )
+    return "".join(buttons) or "<p>The mesh has no border. Choose that a click starts at an inner edge.</p>"

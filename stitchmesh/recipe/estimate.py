@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a garment will cost, estimated from its labeled mesh and the sizes alone: yarn, control points, time and memory.
+
+The numbers of stitches and rows are exact, because the mesh is divided by the same rule. Yarn length and control points
+follow from the size of each stitch. Time and memory are those of one core of a shared server processor; another
+machine may be twice as fast or as slow. ``benchmarks/estimates.py`` compares all of them with garments that were made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.errors import check_kind
+from stitchmesh.mesh import BOTTOM, TOP, FloatArray, StitchMesh
+from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
+from stitchmesh.tessellate.counts import EdgeName
+from stitchmesh.tessellate.planned_stitches import PlannedStitches, planned_stitches
+
+YARN_PER_WIDTH, YARN_PER_HEIGHT = 1.0, 4.0
+"""Yarn in a plain stitch: centimetres for each centimetre of its width and of its height."""
+YARN_PER_BIND_OFF = 1.0
+"""Yarn of the bind-off for each loop, divided by the stitch width."""
+POINTS_PER_BIND_OFF = 0.6
+"""Control points of the bind-off for each loop, divided by those of a plain stitch."""
+POINTS_PER_SHAPED_LOOP = 0.65
+"""Additional control points for each loop that is increased or decreased, divided by those of a plain stitch."""
+SMALL_GARMENT = 20_000
+"""Number of stitches of a garment that needs ``ITERATIONS``."""
+ITERATIONS = 100.0
+"""Iterations in which the yarns of such a garment come to rest at quality ``draft``, with the shape kept."""
+SMALLER_NEEDS_MORE = 0.4
+"""Exponent of the increase of iterations with decreasing numbers of stitches."""
+FEWEST_ITERATIONS = 80.0
+"""Iterations that a large garment needs too."""
+FINER_NEEDS_MORE = 0.5
+"""Exponent of the increase of iterations with decreasing tolerance."""
+SECONDS_PER_STITCH = {"tessellate": 35e-6, "meshrelax": 140e-6}
+"""Time of the stages before the yarns [s]."""
+SECONDS_OF_YARNGEN = 0.08, 4e-6
+"""Time of the generation of yarns: always, and for each control point [s]."""
+SECONDS_PER_POINT_ITERATION = {"cpu": 1.05e-6, "cuda": 1.0e-9}
+"""Time of the relaxation of yarns for each control point and iteration, with lists of contacts and assessments [s]."""
+SECONDS_PER_ITERATION = {"cpu": 2e-4, "cuda": 1e-4}
+"""Additional time of each iteration [s]."""
+SECONDS_TO_START = {"cpu": 0.2, "cuda": 0.2}
+"""Time until the first iteration, with loaded kernels [s]."""
+BASE_MEMORY = 275e6
+"""Memory of the program with its libraries [bytes]."""
+BYTES_PER_STITCH = {"tessellate": 2_000.0, "meshrelax": 12_000.0}
+"""Memory of the stages before the yarns [bytes]."""
+BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 2_900.0}
+"""Memory of the stages of yarns for each control point [bytes]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageCost:
+    """Estimated cost of one stage."""
+
+    seconds: float
+    """Time [s]."""
+    memory: float
+    """Largest memory of the program in this stage [bytes]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GarmentEstimate:
+    """What a garment will cost."""
+
+    stitches: int
+    """Number of stitches; exact."""
+    rows: int
+    """Number of rows of stitches; exact."""
+    yarn_length: float
+    """Length of all yarns as generated, within a few percent [cm]."""
+    control_points: int
+    """Number of control points, within a few percent."""
+    stages: Mapping[str, StageCost]
+    """Cost of each stage (``tessellate``, ``meshrelax``, ``yarngen``, ``yarnrelax``), within a factor of two."""
+    doubt: str
+    """Why the size of the stitches may be wrong, in one line; no text if the size is met."""
+
+    @property
+    def seconds(self) -> float:
+        """Time of all stages [s]."""
+        return sum(cost.seconds for cost in self.stages.values())
+
+    @property
+    def memory(self) -> float:
+        """Largest memory of any stage [bytes]."""
+        return max(cost.memory for cost in self.stages.values())
+
+
+def estimate_garment(
+    labeled: StitchMesh, *, stitch_width: float, stitch_height: float | None = None,
+    counts: Mapping[EdgeName, int] | None = None, quality: str | Quality = DEFAULT_QUALITY, device: str | None = None,
+) -> GarmentEstimate:  # fmt: skip
+    """Estimate what a garment of plain stitches will cost, before any stage is run.
+
+    Args:
+        labeled: a labeled mesh (``label``).
+        stitch_width: wale spacing [cm].
+        stitch_height: course spacing [cm]; by default 0.77 times the width.
+        counts: number of stitches along single edges, as for ``tessellate``.
+        quality: name of a preset, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+
+    Raises:
+        ParameterError: as for ``tessellate``, or there is no such quality or device.
+        TessellationError: as for ``tessellate``.
+    """
+    check_kind("estimate_garment", labeled, StitchMesh, "sm.label(mesh)")
+    planned = planned_stitches(labeled, stitch_width=stitch_width, stitch_height=stitch_height, counts=counts)
+    chosen = quality_named(quality)
+    points = _control_points(planned, chosen)
+    return GarmentEstimate(
+        stitches=planned.total,
+        rows=planned.rows,
+        yarn_length=_yarn_length(labeled, planned),
+        control_points=points,
+        stages=_stages(planned.total, points, chosen, "cuda" if device_named(device).is_cuda else "cpu"),
+        doubt=planned.doubt,
+    )
+
+
+def _control_points(planned: PlannedStitches, quality: Quality) -> int:
+    loops = planned.total + POINTS_PER_BIND_OFF * planned.bind_off + POINTS_PER_SHAPED_LOOP * planned.shaped
+    return round(quality.control_points_per_stitch * loops)
+
+
+def _yarn_length(labeled: StitchMesh, planned: PlannedStitches) -> float:
+    """Length of all yarns [cm]."""
+    width, height = _stitch_sizes(labeled, planned)
+    loops = YARN_PER_WIDTH * width + YARN_PER_HEIGHT * height
+    return float(planned.in_panel @ loops + YARN_PER_BIND_OFF * planned.bind_off * width.mean())
+
+
+def _stitch_sizes(labeled: StitchMesh, planned: PlannedStitches) -> tuple[FloatArray, FloatArray]:
+    """Mean width and height of the stitches of each panel [cm], shape (F,) each."""
+    first, loops = labeled.face_start[:-1], planned.along[labeled.side_edge]
+    course = (labeled.side_role == BOTTOM) | (labeled.side_role == TOP)
+    length = np.add.reduceat(np.where(course, labeled.side_length, 0.0), first)
+    width = length / np.add.reduceat(np.where(course, loops, 0), first)
+    wales = labeled.side_length[labeled.left_wale] + labeled.side_length[labeled.right_wale]
+    return width, wales / 2 / planned.courses
+
+
+def _stages(stitches: int, points: int, quality: Quality, device: str) -> dict[str, StageCost]:
+    seconds = {name: time * stitches for name, time in SECONDS_PER_STITCH.items()}
+    seconds["yarngen"] = SECONDS_OF_YARNGEN[0] + SECONDS_OF_YARNGEN[1] * points
+    work = quality.contact_samples / PRESETS["draft"].contact_samples * (2.0 if quality.precision == "float64" else 1.0)
+    an_iteration = SECONDS_PER_ITERATION[device] + SECONDS_PER_POINT_ITERATION[device] * points * work
+    seconds["yarnrelax"] = SECONDS_TO_START[device] + _iterations(stitches, quality) * an_iteration
+    memory = {name: size * stitches for name, size in BYTES_PER_STITCH.items()}
+    memory |= {name: size * points for name, size in BYTES_PER_POINT.items()}
+    return {name: StageCost(seconds=time, memory=BASE_MEMORY + memory[name]) for name, time in seconds.items()}
+
+
+def _iterations(stitches: int, quality: Quality) -> float:
+    """Iterations until the yarns are at rest, with the shape kept."""
+    needed = max(FEWEST_ITERATIONS, ITERATIONS * (SMALL_GARMENT / max(stitches, 1)) ** SMALLER_NEEDS_MORE)
+    finer = (PRESETS["draft"].tolerance / quality.tolerance) ** FINER_NEEDS_MORE
+    return min(needed * finer, float(quality.max_iterations))

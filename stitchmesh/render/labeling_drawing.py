@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What pictures show of a partly labeled mesh, as arrays: colours of faces, and arrows along the wales."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.labeling import PartialLabeling
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.render.lettering import Colour
+from stitchmesh.render.surface import lifted_corners
+from stitchmesh.yarn.colours import row_colours
+
+UNLABELED_COLOUR: Colour = (196, 194, 190)
+"""Colour of faces without a row, sRGB."""
+FAULT_COLOUR: Colour = (205, 30, 38)
+"""Colour of faces that cannot be labeled, sRGB."""
+MISMATCH_COLOUR: Colour = (214, 66, 176)
+"""Colour of the edges at which two wale directions do not match, sRGB."""
+MOST_ARROWS = 6_000
+"""Largest number of faces with an arrow each; on a larger mesh only some faces have one."""
+
+
+def faces_at_fault(labeling: PartialLabeling) -> IntArray:
+    """Return the faces that cannot be labeled, in ascending order, shape (n,)."""
+    return np.unique(np.array([face for fault in labeling.faults for face in fault.faces], dtype=np.int64))
+
+
+def labeling_colours(labeling: PartialLabeling, at_fault: IntArray) -> NDArray[np.uint8]:
+    """Return the colour of each face, sRGB, shape (F, 3): that of its row, grey without a row, red at fault."""
+    colours = np.tile(np.array(UNLABELED_COLOUR, dtype=np.uint8), (labeling.mesh.face_count, 1))
+    labeled = labeling.labeled
+    if labeled.any():
+        colours[labeled] = row_colours(labeling.row_number()[labeling.row[labeled]])
+    colours[at_fault] = FAULT_COLOUR
+    return colours
+
+
+def labeling_arrowheads(labeling: PartialLabeling) -> FloatArray:
+    """Return the tip and the two ends of the base of an arrowhead along the wale of each labeled face [cm].
+
+    Arrowheads stand a little in front of the faces. On a large mesh only some faces have one. Shape (n, 3, 3).
+    """
+    faces = np.flatnonzero(labeling.labeled)
+    faces = faces[:: -(-len(faces) // MOST_ARROWS) or 1]
+    mesh = labeling.mesh
+    left, right = (wale[faces] for wale in labeling.directed_wales())
+    position = lifted_corners(mesh)
+    low_left, low_right = position[mesh.side_next[left]], position[right]
+    high_right, high_left = position[mesh.side_next[right]], position[left]
+    bottom, top = (low_left + low_right) / 2, (high_left + high_right) / 2
+    across, wale = (low_right + high_right - low_left - high_left) / 2, top - bottom
+    middle = (bottom + top) / 2
+    return np.stack(
+        [middle + 0.22 * wale, middle - 0.15 * wale - 0.14 * across, middle - 0.15 * wale + 0.14 * across], axis=1
+    )
