@@ -15,8 +15,7 @@ from typing import Any, Literal
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table
-from stitchmesh.mesh.palette import Palette, checked_palette, colour_text, colours_of, make_palette, recolour_palette
-from stitchmesh.patterns import Pattern, format_pattern, parse_pattern
+from stitchmesh.patterns import format_pattern, parse_pattern
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, GAMMAS, SPACING, TAKE_UP, YARN_RADIUS
 from stitchmesh.periodic.weave.text import format_weave, parse_weave
@@ -150,7 +149,6 @@ class _Table:
 
     kind: Literal["knit", "weave"]
     text: str
-    palette: tuple[str, ...] = ()
     dials: SwatchDials = SwatchDials()
     quality: str = "draft"
 
@@ -167,28 +165,6 @@ def acting_dials(source: Source) -> frozenset[str]:
     return frozenset(common | {"loop_length", "columns", "rows"} | floats | held)
 
 
-def colour_count(source: Source) -> int:
-    """Return the number of colours that a pattern or a weave uses: one more than its highest number."""
-    if isinstance(source, Pattern):
-        return source.yarn_count
-    return 1 + max(thread.colour for thread in (*source.wefts, *source.warps))
-
-
-def yarn_colours(source: Source) -> list[str]:
-    """Return the colour of each yarn number that the pattern uses, as ``#rrggbb``."""
-    numbers = list(range(colour_count(source)))
-    return [colour_text(colour) for colour in colours_of(numbers, _palette(source))]
-
-
-def recoloured(source: Source, number: int, colour: str) -> Source:
-    """Return a pattern with another colour of one yarn number.
-
-    Raises:
-        ParameterError: the text is no colour.
-    """
-    return _with_palette(source, recolour_palette(_palette(source), {number: make_palette([colour])[0]}))
-
-
 def design_table(design: SwatchDesign) -> dict[str, Any]:
     """Return a design as JSON can hold it; ``read_design`` returns the design."""
     source = design.pattern
@@ -196,7 +172,6 @@ def design_table(design: SwatchDesign) -> dict[str, Any]:
     return {
         "kind": "weave" if woven else "knit",
         "text": format_weave(source) if isinstance(source, Weave) else format_pattern(source),
-        "palette": [colour_text(colour) for colour in _palette(source)],
         "dials": asdict(design.dials),
         "quality": design.quality,
     }
@@ -211,12 +186,4 @@ def read_design(table: Mapping[str, Any]) -> SwatchDesign:
     """
     read = check_table(dict(table), _Table)
     source: Source = parse_weave(read.text) if read.kind == "weave" else parse_pattern(read.text)
-    return SwatchDesign(_with_palette(source, make_palette(read.palette)), read.dials, read.quality)
-
-
-def _palette(source: Source) -> Palette:
-    return checked_palette(source.palette, ParameterError)
-
-
-def _with_palette(source: Source, palette: Palette) -> Source:
-    return replace(source, palette=tuple((red, green, blue) for red, green, blue in palette.tolist()))
+    return SwatchDesign(source, read.dials, read.quality)

@@ -9,7 +9,7 @@ machine may be twice as fast or as slow. ``benchmarks/estimates.py`` compares al
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,22 +67,33 @@ class StageCost:
     """Largest memory of the program in this stage [bytes]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class GarmentEstimate:
     """What a garment will cost."""
 
-    stitches: int
-    """Number of stitches; exact."""
-    rows: int
-    """Number of rows of stitches; exact."""
+    planned: PlannedStitches
+    """Numbers of stitches along the edges and in the faces; exact."""
     yarn_length: float
     """Length of all yarns as generated, within a few percent [cm]."""
     control_points: int
     """Number of control points, within a few percent."""
     stages: Mapping[str, StageCost]
     """Cost of each stage (``tessellate``, ``meshrelax``, ``yarngen``, ``yarnrelax``), within a factor of two."""
-    doubt: str
-    """Why the size of the stitches may be wrong, in one line; no text if the size is met."""
+
+    @property
+    def stitches(self) -> int:
+        """Number of stitches; exact."""
+        return self.planned.total
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of stitches; exact."""
+        return self.planned.rows
+
+    @property
+    def doubt(self) -> str:
+        """Why the size of the stitches may be wrong, in one line; no text if the size is met."""
+        return self.planned.doubt
 
     @property
     def seconds(self) -> float:
@@ -97,7 +108,8 @@ class GarmentEstimate:
 
 def estimate_garment(
     labeled: StitchMesh, *, stitch_width: float, stitch_height: float | None = None,
-    counts: Mapping[EdgeName, int] | None = None, quality: str | Quality = DEFAULT_QUALITY, device: str | None = None,
+    counts: Mapping[EdgeName, int] | None = None, marked: Sequence[EdgeName] = (),
+    quality: str | Quality = DEFAULT_QUALITY, device: str | None = None,
 ) -> GarmentEstimate:  # fmt: skip
     """Estimate what a garment of plain stitches will cost, before any stage is run.
 
@@ -106,6 +118,7 @@ def estimate_garment(
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm]; by default 0.77 times the width.
         counts: number of stitches along single edges, as for ``tessellate``.
+        marked: marked wale edges, as for ``tessellate``; they change no number.
         quality: name of a preset, or a ``Quality``.
         device: Warp's name of the device; None for the preferred device.
 
@@ -114,16 +127,16 @@ def estimate_garment(
         TessellationError: as for ``tessellate``.
     """
     check_kind("estimate_garment", labeled, StitchMesh, "sm.label(mesh)")
-    planned = planned_stitches(labeled, stitch_width=stitch_width, stitch_height=stitch_height, counts=counts)
+    planned = planned_stitches(
+        labeled, stitch_width=stitch_width, stitch_height=stitch_height, counts=counts, marked=marked
+    )
     chosen = quality_named(quality)
     points = _control_points(planned, chosen)
     return GarmentEstimate(
-        stitches=planned.total,
-        rows=planned.rows,
+        planned=planned,
         yarn_length=_yarn_length(labeled, planned),
         control_points=points,
         stages=_stages(planned.total, points, chosen, "cuda" if device_named(device).is_cuda else "cpu"),
-        doubt=planned.doubt,
     )
 
 

@@ -29,6 +29,8 @@ MOST_VERTICES = 120_000
 """Largest number of vertices of one repeat, if there is a detail with so few; every frame sends them."""
 MOST_COPIES = 10_000
 """Largest number of copies of a repeat."""
+MOST_PARTS = 24
+"""Largest number of parts; more colours are rounded to fewer, for example those of a continuous scale."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +84,8 @@ def draw_tiles(
     Args:
         yarns: a set of yarns on a lattice.
         tiles: numbers of copies along the courses and along the wales.
-        colours: colour of each control point (sRGB), shape (N, 3); the colours of the yarns by default.
+        colours: colour of each control point (sRGB), shape (N, 3); the colours of the yarns by default. More than
+            ``MOST_PARTS`` colours are rounded.
         before: the drawing of an earlier frame. Where the same yarns have only moved, the new drawing takes its
             triangles, as the same arrays, so that only positions need to be sent.
 
@@ -93,7 +96,7 @@ def draw_tiles(
     lattice = _checked_lattice(yarns, tiles)
     detail = detail_of_tiles(len(yarns.rest_length), tiles[0] * tiles[1])
     tubes = _tubes(yarns, detail)
-    own = colours_of(yarns.colour, yarns.palette)[yarns.point_yarn] if colours is None else colours
+    own = _few(colours_of(yarns.colour, yarns.palette)[yarns.point_yarn] if colours is None else colours)
     if before is not None and before.detail == detail and np.array_equal(before.segments, yarns.segment_points):
         control_point, parts = before.control_point, _moved(before, tubes, own)
     else:
@@ -132,6 +135,15 @@ def _checked_lattice(yarns: YarnSet, tiles: tuple[int, int]) -> Lattice:
         number = int(np.flatnonzero(~yarns.closed)[0])
         raise YarnError(f"draw_tiles: yarn {number} ends inside of the repeat; expected yarns that all continue")
     return yarns.lattice
+
+
+def _few(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return colours of which at most ``MOST_PARTS`` differ: the middles of equal intervals of each channel."""
+    step, few = 8, colours
+    while len(np.unique(few, axis=0)) > MOST_PARTS:
+        few = (colours // step * step + step // 2).astype(np.uint8)
+        step *= 2
+    return few
 
 
 def _tubes(yarns: YarnSet, detail: tuple[int, int]) -> TubeMesh:

@@ -72,19 +72,47 @@ def read_edge_settings(path: str | PathLike[str]) -> EdgeSettings:
         FileError: the file cannot be read, or a line has another form; the message names the line.
         ParameterError: two counts for one edge differ.
     """
+    return parse_edge_settings(read_lines(path), fspath(path))
+
+
+def parse_edge_settings(lines: Iterable[str], name: str) -> EdgeSettings:
+    """Parse counts and marked edges, one in each line.
+
+    Args:
+        lines: the lines.
+        name: what holds the lines, for messages.
+
+    Raises:
+        FileError: a line has another form; the message names the line.
+        ParameterError: two counts for one edge differ.
+    """
     settings = EdgeSettings()
-    for number, line in enumerate(read_lines(path), start=1):
+    for number, line in enumerate(lines, start=1):
         text = line.split("#", 1)[0].strip()
         if not text:
             continue
         found = WORD.fullmatch(text)
         if not found:
             expected = f"an edge V,W that is marked, or {COUNT_FORM}"
-            raise FileError(f"{fspath(path)}:{number}: got {text!r}; expected {expected}")
+            raise FileError(f"{name}:{number}: got {text!r}; expected {expected}")
         edge = int(found[1]), int(found[2])
         line_setting = EdgeSettings(marked=(edge,)) if found[3] is None else EdgeSettings({edge: int(found[3])})
         settings = settings.joined(line_setting)
     return settings
+
+
+def edge_settings_text(settings: EdgeSettings) -> str:
+    """Return the lines of some settings; ``parse_edge_settings`` reads them.
+
+    Raises:
+        ParameterError: an edge is named by the number of a side.
+    """
+    lines = []
+    for edge, count in settings.counts.items():
+        if not isinstance(edge, tuple):
+            raise ParameterError(f"count of side {edge}: expected an edge, named by its two vertices")
+        lines.append(f"{edge[0]},{edge[1]}={count}\n")
+    return "".join(lines) + "".join(f"{first},{second}\n" for first, second in settings.marked)
 
 
 def _set_count(counts: dict[EdgeName, int], edge: EdgeName, count: int) -> None:

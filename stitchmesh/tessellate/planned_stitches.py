@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
 from stitchmesh.tessellate.counts import EdgeName, counts_and_doubt
 from stitchmesh.tessellate.courses import loops_per_course
-from stitchmesh.tessellate.tessellate import COURSE_OVER_WALE_SPACING
+from stitchmesh.tessellate.tessellate import COURSE_OVER_WALE_SPACING, marked_sides
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,7 +44,7 @@ class PlannedStitches:
 
 def planned_stitches(
     labeled: StitchMesh, *, stitch_width: float, stitch_height: float | None = None,
-    counts: Mapping[EdgeName, int] | None = None,
+    counts: Mapping[EdgeName, int] | None = None, marked: Sequence[EdgeName] = (),
 ) -> PlannedStitches:  # fmt: skip
     """Count the stitches that ``tessellate`` would make with the same arguments.
 
@@ -53,6 +53,7 @@ def planned_stitches(
         TessellationError: as for ``tessellate``.
     """
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
+    marked_sides(labeled, marked)  # The check comes here, because the numbers do not depend on marks.
     along, doubt = counts_and_doubt(labeled, stitch_width, height, counts or {})
     loops = along[labeled.side_edge]
     border = labeled.twin == BORDER

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
@@ -58,11 +59,16 @@ def tessellate(
         raise TessellationError(f"face {stitches[0]}: is a stitch already; tessellate the result of `label`")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     along = edge_counts(labeled, stitch_width, height, counts or {})
-    marks = _marked_sides(labeled, marked)
+    marks = marked_sides(labeled, marked)
     return _Tessellation(labeled, along, marks).stitch_mesh()
 
 
-def _marked_sides(labeled: StitchMesh, marked: Sequence[EdgeName]) -> np.ndarray:
+def marked_sides(labeled: StitchMesh, marked: Sequence[EdgeName]) -> NDArray[np.bool_]:
+    """Return whether each side lies on a marked edge, shape (C,).
+
+    Raises:
+        ParameterError: an edge does not exist, or is a course edge.
+    """
     edges = [edge_named(labeled, name) for name in marked]
     for name, edge in zip(marked, edges, strict=True):
         if not labeled.is_wale[labeled.edge_side[edge]]:

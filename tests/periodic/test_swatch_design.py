@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 
@@ -17,11 +17,8 @@ from stitchmesh.periodic.swatch_design import (
     SwatchDesign,
     SwatchDials,
     acting_dials,
-    colour_count,
     design_table,
     read_design,
-    recoloured,
-    yarn_colours,
 )
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
@@ -69,7 +66,7 @@ def test_settings_of_the_first_design_are_the_defaults_of_a_swatch():
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_design_comes_back_from_json(name):
-    source = recoloured(sm.resolve_pattern(name), 1, "navy")
+    source = replace(sm.resolve_pattern(name), palette=((1, 2, 3), (250, 128, 0)))
     design = SwatchDesign(source, quality="standard").turned(gamma=1.25, width=3.5, mass=33.0)
     assert read_design(json.loads(json.dumps(design_table(design)))) == design
 
@@ -87,10 +84,9 @@ def test_an_old_design_without_some_dials_has_their_defaults():
         ({"dials": {"gamma": 99.0}}, ParameterError, "gamma: got 99; expected 0.1 to 10"),
         ({"dials": {"held": "a"}}, ParameterError, "expected a number"),
         ({"quality": "best"}, ParameterError, "quality: got 'best'"),
-        ({"palette": ["navyy"]}, ParameterError, "navy"),
         ({"text": "round 1: k1 z2"}, PatternError, "line 1"),
     ],
-    ids=["unknown dial", "out of bounds", "no number", "quality", "colour", "text"],
+    ids=["unknown dial", "out of bounds", "no number", "quality", "text"],
 )
 def test_a_damaged_table_is_refused(change, error, message):
     table = design_table(SwatchDesign(sm.resolve_pattern("rib2x2"))) | change
@@ -103,11 +99,3 @@ def test_a_damaged_table_is_refused(change, error, message):
 def test_numbers_out_of_bounds_are_refused(dial, value):
     with pytest.raises(ParameterError, match=f"{dial.replace('_', ' ')}: got .*; expected"):
         SwatchDials(**{dial: value})
-
-
-def test_another_colour_of_a_yarn_changes_that_colour_only():
-    source = sm.resolve_pattern("peerie")
-    before = yarn_colours(source)
-    after = yarn_colours(recoloured(source, 1, "#0a141e"))
-    assert colour_count(source) == len(before) == 2
-    assert after == [before[0], "#0a141e"]

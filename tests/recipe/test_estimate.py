@@ -90,6 +90,7 @@ REFUSED = {
     "larger than the faces": {"stitch_width": 15.0},
     "too many": {"stitch_width": 1e-4},
     "count": {"stitch_width": 0.5, "counts": {0: 0}},
+    "mark on a course edge": {"stitch_width": 0.5, "marked": [int(SHAPES["tube"].face_start[0])]},
     "no edge": {"stitch_width": 0.5, "counts": {(0, 0): 4}},
     "too few courses": {"stitch_width": 0.5, "counts": {0: 600}},
 }

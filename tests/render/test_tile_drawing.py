@@ -17,6 +17,7 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.tile_drawing import (
     DETAILS,
+    MOST_PARTS,
     MOST_TRIANGLES,
     MOST_VERTICES,
     TileDrawing,
@@ -64,6 +65,17 @@ def test_parts_divide_the_triangles_of_the_tubes():
     many = draw_tiles(yarns, (1, 1), colours=striped)
     assert (len(one.parts), len(many.parts)) == (1, 5)
     np.testing.assert_array_equal(triangle_points(one), triangle_points(many))
+
+
+def test_many_colours_become_few_that_are_near():
+    yarns = repeat("honeycomb")
+    shades = np.linspace(0, 255, len(yarns.points)).astype(np.uint8)
+    drawing = draw_tiles(yarns, (1, 1), colours=np.stack([shades, shades, 255 - shades], axis=1))
+    assert len(drawing.parts) <= MOST_PARTS
+    shown = np.array([part.colour for part in drawing.parts])
+    # A scale of at most 24 steps over 256 shades has steps of 16.
+    assert np.abs(shown[:, 0] + shown[:, 2] - 255).max() <= 16
+    assert np.abs(np.diff(np.sort(shown[:, 0]))).max() <= 16
 
 
 def test_yarns_that_have_only_moved_keep_the_arrays_of_their_triangles():

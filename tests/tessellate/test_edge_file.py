@@ -7,7 +7,13 @@ from __future__ import annotations
 import pytest
 
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.tessellate.edge_file import EdgeSettings, parse_edge_counts, read_edge_settings
+from stitchmesh.tessellate.edge_file import (
+    EdgeSettings,
+    edge_settings_text,
+    parse_edge_counts,
+    parse_edge_settings,
+    read_edge_settings,
+)
 
 
 def test_a_file_holds_counts_marked_edges_and_comments(tmp_path):
@@ -40,3 +46,11 @@ def test_an_error_in_a_file_names_its_line(tmp_path):
         read_edge_settings(path)
     with pytest.raises(FileError, match="no such file"):
         read_edge_settings(tmp_path / "missing.txt")
+
+
+def test_settings_written_as_text_are_read_again():
+    settings = EdgeSettings({(0, 1): 24, (2, 1): 12}, ((5, 9), (9, 10)))
+    assert parse_edge_settings(edge_settings_text(settings).splitlines(), "edges") == settings
+    assert edge_settings_text(EdgeSettings()) == ""
+    with pytest.raises(ParameterError, match="count of side 3: expected an edge"):
+        edge_settings_text(EdgeSettings({3: 4}))

@@ -103,6 +103,19 @@ class ViserControl:
             setattr(self.handle, name, value)
 
 
+class ColourControl(ViserControl):
+    """A colour; viser has it as three numbers, and pages have it as ``#rrggbb``."""
+
+    @property
+    def value(self) -> str:
+        """The colour, ``#rrggbb``."""
+        return colour_text(self.handle.value)
+
+    @value.setter
+    def value(self, value: str) -> None:
+        self._set("value", tuple(parse_colour(value).tolist()))
+
+
 class HtmlControl(ViserControl):
     """A piece of HTML, in an element by which the bridge knows it."""
 
@@ -214,7 +227,7 @@ class ViserControls:
         """Add a colour."""
         with self._place():
             handle = self._server.gui.add_rgb(label, tuple(parse_colour(value).tolist()), hint=hint)
-        return self._input(handle, lambda given: changed(colour_text(given)))
+        return self._input(handle, lambda given: changed(colour_text(given)), ColourControl)
 
     def markdown(self, text: str) -> ViserControl:
         """Add a text with marks."""
@@ -288,7 +301,9 @@ class ViserControls:
         """Return the context in which the next control is placed."""
         return self._groups[-1] if self._groups else self._container()
 
-    def _input(self, handle: Any, changed: Callable[[Any], object]) -> ViserControl:
+    def _input(
+        self, handle: Any, changed: Callable[[Any], object], kind: type[ViserControl] = ViserControl
+    ) -> ViserControl:
         """Keep an input, and post its new values; a stream of values never fills the queue."""
 
         async def post(event: viser.GuiEvent) -> None:
@@ -296,7 +311,7 @@ class ViserControls:
                 self._queue.post_newest(handle._impl.uuid, changed, event.target.value)
 
         handle.on_update(post)
-        return self._keep(handle)
+        return self._keep_control(kind(handle))
 
     def _act(self, action: Callable[[str, str], object], message: dict[str, Any], client: int | None) -> None:
         self._queue.post(self._call_for, client, action, str(message.get("action", "")), str(message.get("value", "")))

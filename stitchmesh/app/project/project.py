@@ -254,13 +254,17 @@ class Project:
         step, *rest = self._state.undone_label_steps
         return self._label((*self.label_steps, step), tuple(rest), self._values.with_label_step(step))
 
-    def divide(self, division: Division) -> tuple[str, ...]:
+    def divide(self, division: Division, fabric: StitchMesh | None = None) -> tuple[str, ...]:
         """Divide the labeled mesh into stitches.
+
+        Args:
+            division: how the mesh is divided.
+            fabric: the result of the division, if it was made already, such as in a worker thread.
 
         Raises:
             StitchMeshError: the mesh is not labeled, or it cannot be divided so.
         """
-        values = self._values.divided(division)
+        values = self._values.divided(division, fabric)
         return self._change(with_division(self._state, division), values)
 
     def apply_edit(self, edit: Edit) -> tuple[str, ...]:

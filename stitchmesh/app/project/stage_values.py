@@ -88,16 +88,15 @@ class StageValues:
             values = values.edited(edit)
         return values
 
-    def divided(self, division: Division) -> StageValues:
-        """Return the values after a division.
+    def divided(self, division: Division, fabric: StitchMesh | None = None) -> StageValues:
+        """Return the values after a division; ``fabric`` is its result, if it is known.
 
         Raises:
             StitchMeshError: the mesh is not labeled, or it cannot be divided so.
         """
         if self.labeled is None:
             raise ParameterError("divide: the mesh is not labeled completely; label all its faces first")
-        fabric = division.divide(self.labeled)
-        return replace(self, fabric=fabric, inverses=(), last_changes=())
+        return replace(self, fabric=fabric or division.divide(self.labeled), inverses=(), last_changes=())
 
     def edited(self, edit: Edit) -> StageValues:
         """Return the values after an edit.

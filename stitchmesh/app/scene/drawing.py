@@ -122,6 +122,20 @@ class Labels:
 
 
 @dataclass(frozen=True, eq=False)
+class Copies:
+    """A surface with smooth normals and one colour that is drawn at several places; it is sent once for all of them."""
+
+    points: FloatArray | NDArray[np.float32]
+    """Positions, shape (V, 3)."""
+    triangles: IntArray | NDArray[np.uint32]
+    """Corners of the triangles, anticlockwise seen from outside, shape (T, 3)."""
+    colour: Colour
+    """Colour of all copies."""
+    offsets: FloatArray | NDArray[np.float32]
+    """Displacement of each copy, shape (n, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
 class YarnTubes:
     """Yarns as tubes, whose detail follows the distance from the camera of each browser (``levels_of_detail``).
 
@@ -145,7 +159,7 @@ class YarnTubes:
             raise ParameterError(f"tubes: got copies of shape {self.copies.shape}; expected (n, 3)")
 
 
-Drawing: TypeAlias = Surface | Lines | Arrows | Labels | YarnTubes
+Drawing: TypeAlias = Surface | Lines | Arrows | Labels | Copies | YarnTubes
 """What a scene draws under one name."""
 
 

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from stitchmesh.app.browser.bridge import Bridge, colour_script
 from stitchmesh.app.scene.camera_view import CameraView
-from stitchmesh.app.scene.drawing import Arrows, Colours, Drawing, Labels, Lines, Surface, YarnTubes
+from stitchmesh.app.scene.drawing import Arrows, Colour, Colours, Copies, Drawing, Labels, Lines, Surface, YarnTubes
 from stitchmesh.app.scene.levels_of_detail import add_tubes, update_tubes
 from stitchmesh.app.scene.scene import Modifier, Stroke, ViewName
 from stitchmesh.errors import DisplayError
 from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh.palette import linear_colour
 
 FIELD_OF_VIEW = np.radians(35.0)
 """Vertical field of view; a small one, so that a garment is hardly distorted."""
@@ -149,10 +150,25 @@ class ViserScene:
                 shown.nodes[0].points = np.asarray(drawing.segments, dtype=np.float32)
                 shown.nodes[0].colors = np.asarray(drawing.colour, dtype=np.uint8)
             return len(before.segments) == len(drawing.segments)
+        if isinstance(before, Copies) and isinstance(drawing, Copies):
+            return self._copies_updated(shown.nodes[0], before, drawing)
         if isinstance(before, YarnTubes) and isinstance(drawing, YarnTubes):
             with self._server.atomic():
                 return update_tubes(shown.nodes[0], before, drawing)
         return False
+
+    def _copies_updated(self, node: Any, before: Copies, now: Copies) -> bool:
+        """Move copies of which there are as many, with the same triangles."""
+        if before.triangles is not now.triangles or len(before.offsets) != len(now.offsets):
+            return False
+        with self._server.atomic():
+            if before.points is not now.points:
+                node.vertices = np.asarray(now.points, dtype=np.float32)
+            if before.offsets is not now.offsets:
+                node.batched_positions = np.asarray(now.offsets, dtype=np.float32)
+            if before.colour != now.colour:
+                node.batched_colors = _linear_bytes(now.colour)
+        return True
 
     def _surface_updated(self, shown: _Shown, before: Surface, now: Surface) -> bool:
         alike = (before.flat, before.opacity, before.takes_strokes) == (now.flat, now.opacity, now.takes_strokes)
@@ -186,6 +202,8 @@ class ViserScene:
                     head_radius=2.5 * drawing.radius, head_length=5.0 * drawing.radius,
                 )
             ]  # fmt: skip
+        if isinstance(drawing, Copies):
+            return [self._add_copies(name, drawing)]
         if isinstance(drawing, YarnTubes):
             return [add_tubes(scene, name, drawing)]
         assert isinstance(drawing, Labels)
@@ -205,6 +223,14 @@ class ViserScene:
         if surface.takes_strokes:
             node.on_drag("left")(self._drag)
         return node
+
+    def _add_copies(self, name: str, copies: Copies) -> Any:
+        offsets = np.asarray(copies.offsets, dtype=np.float32)
+        return self._server.scene.add_batched_meshes_simple(
+            name, np.asarray(copies.points, dtype=np.float32), np.asarray(copies.triangles, dtype=np.uint32),
+            np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(offsets), 1)), offsets,
+            batched_colors=_linear_bytes(copies.colour), lod="off", cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
 
     async def _drag(self, event: viser.SceneNodeDragEvent) -> None:
         """Pass on a drag as a stroke; the function is asynchronous because viser keeps the order of such functions."""
@@ -236,6 +262,11 @@ def modifier_of(modifier: str | None) -> Modifier:
         if modifier is not None and theirs in modifier:
             return ours  # type: ignore[return-value]
     return ""
+
+
+def _linear_bytes(colour: Colour) -> NDArray[np.uint8]:
+    """Return the bytes of a colour in linear light; the colours of copies reach WebGL as they are."""
+    return np.rint(255.0 * linear_colour(np.array(colour) / 255.0)).astype(np.uint8)
 
 
 def _vertices(surface: Surface) -> NDArray[np.float32]:

@@ -148,13 +148,25 @@ class SwatchSession:
             SolverError: the iterations are not done in this time, or the session was closed before.
             Exception: the ``error`` of the frame.
         """
+        with self._condition:
+            self.request_steps(frames)
+            return self._wait_until_quiet("the step did not end", timeout)
+
+    def request_steps(self, frames: int = 1) -> None:
+        """Stop the relaxation, and do the iterations of some frames, as ``step``; returns at once.
+
+        Args:
+            frames: number of frames, in addition to frames that were requested and are not made yet.
+
+        Raises:
+            ParameterError: the session is closed, or the number is less than 1.
+        """
         _checked_count("step", frames)
         with self._condition:
             self._check_open("step")
             self._steps = frames + (self._steps if self._stopped else 0)
             self._stopped = True
             self._wake()
-            return self._wait_until_quiet("the step did not end", timeout)
 
     def set(self, **changes: Any) -> None:
         """Change settings of the swatch; returns at once.

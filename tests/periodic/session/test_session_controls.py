@@ -252,3 +252,15 @@ def test_measures_of_the_frame_at_rest_are_those_of_the_report_of_its_swatch(pat
     # The rounding error of the scaling by gamma and back.
     assert frame.measures.areal_density == pytest.approx(mass / frame.lattice.area, rel=1e-12)
     assert frame.measures.gauge.stitches * frame.size[0] == pytest.approx(10.0 * frame.measures.wales, rel=1e-12)
+
+
+def test_requested_steps_are_made_as_waited_for_steps():
+    with session(stopped=True) as asked, session(stopped=True) as waited:
+        asked.request_steps(2)
+        asked.request_steps()
+        frame = asked.step(timeout=SAFETY)
+        assert_same_bits(frame, waited.step(4, timeout=SAFETY))
+    with pytest.raises(ParameterError, match="got a step after the session was closed"):
+        asked.request_steps()
+    with pytest.raises(ParameterError, match="step: got 0"):
+        waited.request_steps(0)

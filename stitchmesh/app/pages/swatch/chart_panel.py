@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The panel on the left: the library of patterns, and the chart in which a pattern is painted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from stitchmesh.app.controls.chart_editor import ChartEditor
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.patterns import pattern_names
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.weave.library import weave_names
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+OWN = "own chart"
+"""Entry of the list of patterns while the chart is painted by hand."""
+
+
+class ChartPanel:
+    """Library and chart."""
+
+    def __init__(
+        self, app: App, source: Source, text: str, changed: Callable[[Source], object], edited: Callable[[str], object]
+    ) -> None:
+        """Make the controls.
+
+        Args:
+            app: the application.
+            source: the last valid pattern.
+            text: the text of the chart, valid or not; the pattern is shown if it is empty.
+            changed: called with each new pattern.
+            edited: called with the text of the chart after each change.
+        """
+        self._app, self._changed, self._edited = app, changed, edited
+        self._build(source, text)
+
+    def show(self, source: Source, text: str) -> None:
+        """Show the chart of another variant, whose steps are its own."""
+        self._app.left_controls.clear()
+        self._build(source, text)
+
+    def _build(self, source: Source, text: str) -> None:
+        controls = self._app.left_controls
+        names = (OWN, *pattern_names(), *weave_names())
+        self._library = controls.choice("Start from", "A pattern of the library; Undo brings the present chart back",
+                                        names, OWN, self._choose)  # fmt: skip
+        self._editor = self._make_editor(text or source, source)
+
+    def _make_editor(self, shown: Source | str, otherwise: Source) -> ChartEditor:
+        """Make the editor of a text; of the pattern, if the text cannot be read."""
+        try:
+            return ChartEditor(self._app.left_controls, shown, self._painted, download=self._app.download,
+                               edited=self._edited)  # fmt: skip
+        except StitchMeshError as error:
+            if shown is otherwise:
+                raise
+            self._app.notice(f"the saved chart cannot be read ({error}); the last good one is shown", "warning")
+            return self._make_editor(otherwise, otherwise)
+
+    def _choose(self, name: str) -> None:
+        """Take a pattern of the library."""
+        if name != OWN:
+            self._editor.show(resolve_pattern(name))
+            self._library.value = name
+
+    def _painted(self, source: Source) -> None:
+        self._library.value = OWN
+        self._changed(source)

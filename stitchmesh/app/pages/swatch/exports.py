@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Files of a swatch for other programs: yarns, textures, pictures and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stitchmesh.app.pages.swatch.state import Look
+from stitchmesh.io.yarns import write_yarns
+from stitchmesh.periodic.session.frames import Frame
+from stitchmesh.periodic.stretch import StretchCurve
+from stitchmesh.periodic.stretch_table import write_stretch
+from stitchmesh.periodic.swatch_design import SwatchDesign
+from stitchmesh.periodic.textures.files import texture_archive
+from stitchmesh.periodic.textures.textures import texture_maps
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+FORMATS = {
+    "one repeat, exact (.h5)": ("h5", False), "one repeat (.pyp)": ("pyp", False),
+    "piece, curves (.bcc)": ("bcc", True), "piece, curves (.usda)": ("usda", True),
+    "piece, curves (.obj)": ("obj", True), "piece, tubes (.glb)": ("glb", True),
+}  # fmt: skip
+"""Suffix of each format of yarns, and whether it holds the piece that is shown."""
+PICTURE = (1600, 1000)
+"""Width and height of a picture [pixels]."""
+FOLDER = "exports"
+"""Folder of the project in which the files are made."""
+
+
+class ExportPanel:
+    """Controls of the downloads."""
+
+    def __init__(self, app: App, shown: Callable[[], tuple[SwatchDesign, Frame | None, Look]]) -> None:
+        """Make the controls; ``shown`` returns the edited design, its newest frame and the look."""
+        self._app, self._shown = app, shown
+        self._format, self._pixels = next(iter(FORMATS)), 512
+        controls = app.controls
+        with controls.group("Download", opened=False):
+            controls.choice("Yarns as", "Format of the file of yarns; a piece has the repeats that are shown",
+                            tuple(FORMATS), self._format, self._set_format)  # fmt: skip
+            controls.button("Download the yarns", "The yarns as they are now, for other programs", self.yarns)
+            controls.number("Width of the textures [pixels]", "The height follows from the shape of the repeat",
+                            self._pixels, self._set_pixels, least=16, most=4096, step=1)  # fmt: skip
+            controls.button("Download the textures", "Colour, height, normals, opacity and direction of one repeat",
+                            self.textures)  # fmt: skip
+            controls.button("Download a picture", "The scene as it is seen now, 1600 x 1000 pixels", self.picture)
+
+    def yarns(self) -> None:
+        """Send the yarns of the newest frame."""
+        design, frame, look = self._shown()
+        if frame is None:
+            return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
+        suffix, tiled = FORMATS[self._format]
+        path = self._path(f"{file_stem(design)}.{suffix}")
+        write_yarns(path, frame.yarns, tiles=(look.columns, look.rows) if tiled else None)
+        self._app.download(path.name, path.read_bytes())
+
+    def textures(self) -> None:
+        """Compute the textures of the newest frame in the background, and send them."""
+        design, frame, _look = self._shown()
+        if frame is None:
+            return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
+        yarns, pixels, name = frame.yarns, self._pixels, f"{file_stem(design)}-textures.zip"
+        self._app.notice(f"textures of {pixels} pixels are being made")
+        self._app.tasks.start(
+            "making textures", lambda control: texture_archive(texture_maps(yarns, width=pixels)),
+            lambda content: self._app.download(name, content),
+        )  # fmt: skip
+
+    def picture(self) -> None:
+        """Send a picture of the scene."""
+        self._app.download(f"{file_stem(self._shown()[0])}.png", self._app.scene.screenshot(*PICTURE))
+
+    def curve(self, name: str, curve: StretchCurve) -> None:
+        """Send the table of a stretch curve."""
+        path = self._path(f"{file_stem(self._shown()[0])}-{name}-{curve.direction}.csv")
+        write_stretch(path, curve)
+        self._app.download(path.name, path.read_bytes())
+
+    def _set_format(self, name: str) -> None:
+        self._format = name
+
+    def _set_pixels(self, pixels: float) -> None:
+        self._pixels = int(pixels)
+
+    def _path(self, name: str) -> Path:
+        return self._app.project.folder / FOLDER / name
+
+
+def file_stem(design: SwatchDesign) -> str:
+    """Return the name of the pattern as part of a file name."""
+    kept = "".join(letter if letter.isalnum() else "-" for letter in design.pattern.name.lower())
+    return "-".join(part for part in kept.split("-") if part)[:60] or "swatch"

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The fabric of one variant, or of two beside each other, in the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stitchmesh.app.pages.swatch.variant import Variant
+from stitchmesh.app.scene.drawing import Copies, Labels
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import FloatArray
+from stitchmesh.render.tile_drawing import TileDrawing
+
+GAP = 0.12
+"""Gap between two variants over the width of the wider one."""
+AXIS = np.array([1.0, 0.0, 0.0])
+"""Direction from one variant to the next."""
+REFIT = 1.3
+"""Factor by which the fabric grows or shrinks before the camera is placed again."""
+
+
+class FabricDrawing:
+    """Shows drawings of variants by the names of their parts."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Start with an empty scene."""
+        self._scene = scene
+        self._parts: dict[Variant, int] = {}
+        self._shown: FloatArray | None = None
+
+    def show(self, variants: Sequence[Variant]) -> None:
+        """Show the drawings of all variants that have one."""
+        drawings = [(variant, variant.drawing) for variant in variants if variant.drawing is not None]
+        if not drawings:
+            return
+        places = _places([drawing for _, drawing in drawings])
+        for (variant, drawing), place in zip(drawings, places, strict=True):
+            self._show_one(variant, drawing, place)
+        self._label([(variant.name, drawing) for variant, drawing in drawings], places)
+        self._fit([drawing for _, drawing in drawings], places)
+
+    def remove(self, variant: Variant) -> None:
+        """Draw a variant no more."""
+        for number in range(self._parts.pop(variant, 0)):
+            self._scene.remove(_name(variant, number))
+
+    def _show_one(self, variant: Variant, drawing: TileDrawing, place: float) -> None:
+        offsets = drawing.offsets + (place * AXIS).astype(np.float32)
+        for number, part in enumerate(drawing.parts):
+            self._scene.show(_name(variant, number), Copies(part.vertices, part.triangles, part.colour, offsets))
+        for number in range(len(drawing.parts), self._parts.get(variant, 0)):
+            self._scene.remove(_name(variant, number))
+        self._parts[variant] = len(drawing.parts)
+
+    def _label(self, drawings: Sequence[tuple[str, TileDrawing]], places: Sequence[float]) -> None:
+        """Name the variants if there are two."""
+        if len(drawings) < 2:
+            return self._scene.remove("names of variants")
+        top = max(drawing.high[1] for _, drawing in drawings)
+        points = np.array([[place, 1.06 * top, 0.0] for place in places])
+        self._scene.show("names of variants", Labels(points, tuple(name for name, _ in drawings)))
+
+    def _fit(self, drawings: Sequence[TileDrawing], places: Sequence[float]) -> None:
+        """Place the camera if the fabric has another size than when the camera was placed."""
+        moves = np.stack([place * AXIS for place in places])
+        low = (np.stack([drawing.low for drawing in drawings]) + moves).min(axis=0)
+        high = (np.stack([drawing.high for drawing in drawings]) + moves).max(axis=0)
+        size = (high - low)[:2]
+        if self._shown is None or not (size / self._shown < REFIT).all() or not (self._shown / size < REFIT).all():
+            self._shown = size
+            self._scene.look_at(low, high)
+
+
+def _places(drawings: Sequence[TileDrawing]) -> list[float]:
+    """Return the middle of each fabric along x [cm]; the middle of the gap between two lies at 0."""
+    if len(drawings) == 1:
+        return [0.0]
+    half = [float(drawing.high[0]) for drawing in drawings]
+    gap = GAP * max(half)
+    return [-half[0] - gap, half[1] + gap]
+
+
+def _name(variant: Variant, number: int) -> str:
+    return f"fabric {id(variant)} {number}"

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the fabric measures, and what it is doing, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.swatch.variant import Variant
+from stitchmesh.periodic.gauge import FabricMeasures
+from stitchmesh.periodic.session.frames import Frame
+
+STYLE = """<style>
+.sm-measures{border-collapse:collapse;width:100%;font-size:.86em;font-variant-numeric:tabular-nums}
+.sm-measures th{text-align:left;font-weight:500}
+.sm-measures td,.sm-measures thead th:not(:first-child){text-align:right;padding-left:.8em}
+.sm-measures thead th{font-weight:700;border-bottom:1px solid var(--mantine-color-default-border)}
+.sm-state{margin:.1em 0 .45em;font-size:.86em;line-height:1.35}
+.sm-state.sm-wrong{border-left:4px solid #c45a00;padding-left:.5em}
+</style>"""
+MILLIMETRES = 10.0
+"""Millimetres in a centimetre."""
+GRAMS_PER_SQUARE_METRE = 1e4
+"""1 g/cm^2 in g/m^2."""
+
+
+class MeasuresPanel:
+    """A line about each variant, and a table with a column for each."""
+
+    def __init__(self, controls: Controls) -> None:
+        """Make the panel; it stays empty until ``show``."""
+        self._html = controls.html("")
+
+    def show(self, variants: Sequence[Variant]) -> None:
+        """Show the newest frames."""
+        several = len(variants) > 1
+        states = "".join(_state(variant, several) for variant in variants)
+        shown = [variant for variant in variants if variant.frame is not None]
+        table = _table(shown, several) if shown else ""
+        self._html.content = f"{STYLE}{states}{table}"
+
+
+def state_of(variant: Variant) -> tuple[str, bool]:
+    """Return in words what a variant is doing, and whether something is wrong."""
+    frame = variant.frame
+    if variant.refusal is not None:
+        return variant.refusal, True
+    if frame is None:
+        return "The yarns are being drawn.", False
+    if frame.error is not None:
+        return f"Not possible: {frame.error}", True
+    iteration = frame.report["iteration"]
+    if frame.report["at_rest"]:
+        return f"At rest after {iteration} iterations.", False
+    if frame.report["running"]:
+        return f"Relaxing: iteration {iteration}{_residual(frame)}.", False
+    if variant.stopped:
+        return f"Stopped at iteration {iteration}{_residual(frame)}.", False
+    return f"Not at rest after {iteration} iterations{_residual(frame)}; relax again, or turn a dial back.", True
+
+
+def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
+    """Return the names and the values of the measures that a designer asks for."""
+    across, upwards = ("Warps", "Wefts") if woven else ("Stitches", "Rows")
+    return [
+        (f"{across} in 10 cm", f"{measures.gauge.stitches:.1f}"),
+        (f"{upwards} in 10 cm", f"{measures.gauge.rows:.1f}"),
+        ("Repeat [cm]", f"{measures.width:.2f} x {measures.height:.2f}"),
+        ("Yarn at a crossing [mm]" if woven else "Loop length [mm]", f"{MILLIMETRES * measures.loop_length:.1f}"),
+        ("Thickness [mm]", f"{MILLIMETRES * measures.thickness:.1f}"),
+        ("Weight [g/m2]", f"{GRAMS_PER_SQUARE_METRE * measures.areal_density:.0f}"),
+    ]
+
+
+def _state(variant: Variant, several: bool) -> str:
+    text, wrong = state_of(variant)
+    name = f"<b>{variant.name}</b> " if several else ""
+    return f'<p class="sm-state{" sm-wrong" if wrong else ""}" role="status">{name}{escape(text)}</p>'
+
+
+def _table(variants: Sequence[Variant], several: bool) -> str:
+    """Return the table; variants of which one is knitted and one woven have the words of the first."""
+    frames = [variant.frame for variant in variants if variant.frame is not None]
+    columns = [rows_of(frame.measures, frame.fabric is None) for frame in frames]
+    names = "".join(f'<th scope="col">{variant.name}</th>' for variant in variants)
+    head = f'<thead><tr><th scope="col">Fabric</th>{names}</tr></thead>' if several else ""
+    rows = "".join(
+        f'<tr><th scope="row">{escape(row[0][0])}</th>{"".join(f"<td>{escape(value)}</td>" for _, value in row)}</tr>'
+        for row in zip(*columns, strict=True)
+    )
+    return f'<table class="sm-measures" aria-label="Measures of the fabric">{head}<tbody>{rows}</tbody></table>'
+
+
+def _residual(frame: Frame) -> str:
+    residual = frame.report["residual"]
+    return "" if residual is None else f", residual {residual:.2g}"

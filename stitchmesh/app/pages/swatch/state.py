@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the user has set on the page: one or two designs, and how they are shown. The project keeps it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.checked import check_table, check_value
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch_design import SwatchDesign, design_table, read_design
+
+FIRST_PATTERN = "rib2x2"
+"""Pattern of a new project: its two kinds of stitches show at once what relaxation does."""
+NAMES = ("A", "B")
+"""Names of the variants."""
+COLOURINGS = ("yarn", "stitch", "row", "strain")
+"""What may decide the colours."""
+MOST_TILES = 12
+"""Largest number of repeats that are shown in one direction."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the fabric is shown.
+
+    Raises:
+        ParameterError: a value is out of bounds.
+    """
+
+    columns: int = 3
+    """Number of repeats that are shown side by side."""
+    rows: int = 3
+    """Number of repeats that are shown one above another."""
+    colour_by: str = "yarn"
+    """What decides the colours."""
+    blend: float = 0.7
+    """Weight of the colours of stitches or rows, from 0, those of the yarns, to 1."""
+
+    def __post_init__(self) -> None:
+        if not (1 <= self.columns <= MOST_TILES and 1 <= self.rows <= MOST_TILES):
+            raise ParameterError(f"tiles: got {self.columns} x {self.rows}; expected 1 to {MOST_TILES}")
+        if self.colour_by not in COLOURINGS:
+            raise ParameterError(f"colour by: got {self.colour_by!r}; expected one of {', '.join(COLOURINGS)}")
+        if not 0.0 <= self.blend <= 1.0:
+            raise ParameterError(f"blend: got {self.blend:g}; expected 0 to 1")
+
+
+@dataclass(frozen=True)
+class SwatchState:
+    """All that the page shows."""
+
+    designs: tuple[SwatchDesign, ...]
+    """One design, or two that are compared."""
+    edited: int = 0
+    """Number of the design that chart and dials change."""
+    look: Look = Look()
+    iterations: int = 20
+    """Iterations from one frame to the next."""
+    charts: tuple[str, ...] = ()
+    """The text of the chart of each design, valid or not; an empty text is that of its pattern."""
+
+    def __post_init__(self) -> None:
+        charts = (*self.charts, *[""] * len(self.designs))[: len(self.designs)]
+        object.__setattr__(self, "charts", charts)
+
+    @property
+    def design(self) -> SwatchDesign:
+        """The design that chart and dials change."""
+        return self.designs[self.edited]
+
+    def with_design(self, design: SwatchDesign) -> SwatchState:
+        """Return the state with another design in the place of the edited one."""
+        designs = list(self.designs)
+        designs[self.edited] = design
+        return replace(self, designs=tuple(designs))
+
+    def with_chart(self, text: str) -> SwatchState:
+        """Return the state with another text of the chart of the edited design."""
+        charts = list(self.charts)
+        charts[self.edited] = text
+        return replace(self, charts=tuple(charts))
+
+    def compared(self, compare: bool) -> SwatchState:
+        """Return the state with a second variant, a copy of the first one, or with the edited design alone."""
+        if compare == (len(self.designs) == 2):
+            return self
+        count, chart = (2 if compare else 1), self.charts[self.edited]
+        return replace(self, designs=(self.design,) * count, charts=(chart,) * count, edited=count - 1)
+
+
+def first_state() -> SwatchState:
+    """Return the state of a new project."""
+    return SwatchState((SwatchDesign(resolve_pattern(FIRST_PATTERN)),))
+
+
+def state_table(state: SwatchState) -> dict[str, Any]:
+    """Return the state as JSON can hold it."""
+    look = {"columns": state.look.columns, "rows": state.look.rows, "colour_by": state.look.colour_by,
+            "blend": state.look.blend}  # fmt: skip
+    designs = [design_table(design) for design in state.designs]
+    charts = list(state.charts)
+    return {
+        "designs": designs, "charts": charts, "edited": state.edited, "look": look, "iterations": state.iterations,
+    }  # fmt: skip
+
+
+def read_state(table: Mapping[str, Any]) -> SwatchState:
+    """Return the state of a table of ``state_table``; that of a new project if the table is empty.
+
+    Raises:
+        ParameterError: a key is missing, or a value is of another type or out of bounds.
+        PatternError: a text does not describe a pattern.
+    """
+    if not table:
+        return first_state()
+    designs = tuple(read_design(each) for each in check_value(table.get("designs"), list[dict[str, Any]]))
+    edited = check_value(table.get("edited", 0), int)
+    if not (1 <= len(designs) <= len(NAMES) and 0 <= edited < len(designs)):
+        raise ParameterError(f"swatch: got {len(designs)} designs, number {edited} edited; expected 1 or 2 designs")
+    iterations = min(max(check_value(table.get("iterations", 20), int), 1), 200)
+    charts = tuple(check_value(table.get("charts", []), list[str]))
+    return SwatchState(designs, edited, check_table(table.get("look", {}), Look), iterations, charts)

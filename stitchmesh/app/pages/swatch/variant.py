@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A variant of the swatch: a design, the session that relaxes it, and what the scene shows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stitchmesh.app.event_queue import EventQueue
+from stitchmesh.app.pages.swatch.frame_watcher import FrameWatcher
+from stitchmesh.app.pages.swatch.state import Look
+from stitchmesh.errors import ParameterError
+from stitchmesh.patterns import Pattern, parse_pattern
+from stitchmesh.periodic.session.frames import Frame
+from stitchmesh.periodic.session.session import SwatchSession
+from stitchmesh.periodic.swatch_design import SwatchDesign
+from stitchmesh.render.colouring import colour_yarns
+from stitchmesh.render.tile_drawing import TileDrawing, draw_tiles
+
+PLAIN = parse_pattern("round 1: k1")
+"""Pattern with which a session begins. The design follows as a change, so that a design that cannot be generated is an
+error of a frame, and the thread of events does not wait until a large design is generated."""
+MOST_STITCHES = 10_000
+"""Number of stitches up to which a chart is relaxed live; a frame of so many takes a second on one core."""
+
+
+class Variant:
+    """A variant of the swatch. All methods belong to the event thread."""
+
+    def __init__(
+        self, name: str, queue: EventQueue, iterations: int, stopped: bool, deliver: Callable[[Variant, Frame], object]
+    ) -> None:
+        """Start a session that relaxes nothing yet.
+
+        Args:
+            name: name of the variant.
+            queue: the queue of the event thread.
+            iterations: iterations from one frame to the next.
+            stopped: whether the yarns wait for ``start`` or ``step``.
+            deliver: called with the variant and each of its frames.
+        """
+        self.name = name
+        self.frame: Frame | None = None
+        """The newest frame of the design; None before the first one."""
+        self.drawing: TileDrawing | None = None
+        """What the scene shows of the newest frame."""
+        self.refusal: str | None = None
+        """Why the design is not relaxed; None if it is."""
+        self.session = SwatchSession(PLAIN, quality="draft", stopped=True, iterations_per_frame=iterations)
+        self._stopped = stopped
+        self._watcher = FrameWatcher(self.session, queue, lambda frame: deliver(self, frame))
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the yarns wait for ``start`` or ``step``."""
+        return self._stopped
+
+    def change(self, design: SwatchDesign) -> None:
+        """Move to another design, from the present state if the yarns are the same."""
+        self._watcher.hurry()
+        try:
+            check_size(design)
+        except ParameterError as error:
+            self.refusal = str(error)
+            self.session.stop()
+            return
+        self.refusal = None
+        self.session.set(**design.settings())
+        if not self._stopped:
+            self.session.start()
+
+    def start(self) -> None:
+        """Let the yarns relax."""
+        self._stopped = False
+        self._watcher.hurry()
+        self.session.start()
+
+    def stop(self) -> None:
+        """Let the yarns stand."""
+        self._stopped = True
+        self.session.stop()
+
+    def step(self) -> None:
+        """Relax for one frame; a session that runs stops."""
+        self._stopped = True
+        self._watcher.hurry()
+        self.session.request_steps()
+
+    def restart(self) -> None:
+        """Return to the yarns as drawn."""
+        self._watcher.hurry()
+        self.session.restart()
+
+    def draw(self, frame: Frame, look: Look) -> TileDrawing:
+        """Take a frame, and return its drawing."""
+        self.frame = frame
+        fabric = frame.fabric
+        by = look.colour_by if fabric is not None else "yarn"
+        coloured = colour_yarns(frame.yarns, by, fabric=fabric, blend=look.blend)
+        self.drawing = draw_tiles(
+            frame.yarns, (look.columns, look.rows), colours=coloured.points, before=self.drawing
+        )
+        return self.drawing
+
+    def slow_down(self, seconds: float) -> None:
+        """Leave at least this time between two frames [s]."""
+        self._watcher.seconds = seconds
+
+    def close(self) -> None:
+        """End the session."""
+        self.session.close()
+
+
+def check_size(design: SwatchDesign) -> None:
+    """Check that a design is small enough to be relaxed live.
+
+    Raises:
+        ParameterError: it has more than ``MOST_STITCHES`` stitches.
+    """
+    source, dials = design.pattern, design.dials
+    if isinstance(source, Pattern):
+        stitches = source.width * source.height * dials.columns * dials.rows
+    else:
+        stitches = len(source.wefts) * len(source.warps)
+    if stitches > MOST_STITCHES:
+        found = f"swatch: got a repeat of {stitches:,} stitches; expected at most {MOST_STITCHES:,} to relax live"
+        raise ParameterError(f"{found}; make the chart smaller, or relax it with the command swatch")
