@@ -14,7 +14,6 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_lines
 
-
 NUMBERS = ["iteration", "seconds", "residual"]
 """First columns of a table."""
 UNIT = "_erg"

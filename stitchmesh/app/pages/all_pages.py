@@ -7,10 +7,12 @@ from __future__ import annotations
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.swatch.page import SwatchPage
+from stitchmesh.app.pages.view.page import ViewPage
 
 _CLASSES: tuple[type[Page], ...] = (
     LabelPage,
     SwatchPage,
+    ViewPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""
