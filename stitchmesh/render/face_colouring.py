@@ -47,7 +47,7 @@ def _by_stretch(mesh: StitchMesh) -> Coloured:
         raise ParameterError("stretch: the stitch mesh has none; relax the mesh first")
     values = mesh.face_stretch - 1.0
     scale = diverging_scale(values, LEAST_STRAIN)
-    return Coloured(scale.of(values), scale.key(lambda mark: f"{100 * mark:+.1f} % stretch"))
+    return Coloured(scale.of(values), scale.key(lambda mark: f"{100 * mark:+.1f} % stretch"), scale)
 
 
 def _everywhere(mesh: Mesh, colour: NDArray[np.uint8]) -> NDArray[np.uint8]:

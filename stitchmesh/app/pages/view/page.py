@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.controls.html_pieces import figures, legend
+from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
 from stitchmesh.app.pages.view.folder_watch import FolderWatch
 from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
+from stitchmesh.app.pages.view.legend_of_colours import legend_of
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.residual_plot import residual_figure
 from stitchmesh.app.pages.view.thing_view import ThingView, view_of_thing
@@ -50,6 +51,8 @@ FACE_COLOURS = {
 ONE_COLOUR = "#c9b89a"
 """The one colour at first."""
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
+DEFAULTS = {"show": "", "path": "", "yarn colour": "Rows", "face colour": "Stitch types", "one colour": ONE_COLOUR}
+"""Settings of the page at first: what is shown, the path of what was opened, and the colours."""
 LARGEST_PICTURE = 4096
 """Largest side of a saved picture [pixels]."""
 BOX = "clip box"
@@ -73,8 +76,7 @@ class ViewPage(Page):
         self._watch: FolderWatch | None = None
         self._measurement = Measurement()
         self._shares: dict[str, float] = {}
-        self._settings = {"show": "", "path": "", "yarn colour": "Rows", "face colour": "Stitch types",
-                          "one colour": ONE_COLOUR, **app.project.settings(self.name)}  # fmt: skip
+        self._settings = _checked({**DEFAULTS, **app.project.settings(self.name)})
 
     def build(self) -> None:
         """Make the controls, and draw."""
@@ -82,7 +84,9 @@ class ViewPage(Page):
         self._make_colours()
         self._make_tools()
         if self._settings["path"] and self._opened is None:
+            shown = self._settings["show"] or OPENED
             self._attempt(lambda: self.open_path(self._settings["path"]))
+            self._keep(show=shown)
         self._look_again = True
         self.refresh()
 
@@ -125,19 +129,24 @@ class ViewPage(Page):
         else:
             self._opened = read_viewed(path)
         self._keep(show=OPENED, path=str(path.absolute()))
+        self._path.value = str(path.absolute())
 
     # ---- controls ----------------------------------------------------------------------------------------------------
 
     def _make_sources(self) -> None:
         controls = self.app.controls
         self._list = controls.html("", lambda _, name: self._chosen(name))
-        with controls.group("Open", opened=self._settings["path"] == ""):
+        with controls.group("Open", opened=not self._sources()):
             controls.upload("Open a file", "Open a file that StitchMesh wrote, or any mesh.", SUFFIXES, self._uploaded)
             self._path = controls.text(
                 "Path", "A file, or the output folder of a job that runs, on the computer of StitchMesh.",
                 self._settings["path"], lambda _: None,
             )  # fmt: skip
             controls.button("Open path", "Open the file, or follow the job in the folder.", self._open_typed)
+            controls.upload(
+                "Open a body", "Open the mesh of a body, from which distances are measured.", SUFFIXES,
+                self._body_received,
+            )  # fmt: skip
         self._status = controls.html("")
         self._picture = controls.html("")
         self._plot = controls.plot(None)
@@ -154,9 +163,6 @@ class ViewPage(Page):
         )  # fmt: skip
         self._one_colour = controls.colour(
             "Colour", "The colour of everything.", kept["one colour"], lambda word: self._recolour("one colour", word)
-        )
-        self._body_upload = controls.upload(
-            "Open a body", "Open the mesh of a body, from which distances are measured.", SUFFIXES, self._body_received
         )
         self._legend = controls.html("")
 
@@ -218,7 +224,6 @@ class ViewPage(Page):
         self._yarn_colour.visible = yarns
         self._face_colour.visible = isinstance(thing, StitchMesh)
         self._one_colour.visible = (yarns or faces) and self._colour_word().startswith("#")
-        self._body_upload.visible = yarns and self._settings["yarn colour"] == "Distance from a body"
 
     def _describe(self) -> None:
         """Show the figures, the picture, the text and the plot of what is shown."""
@@ -258,7 +263,7 @@ class ViewPage(Page):
         if view is not self._view:
             return  # Something else is shown by now.
         self._coloured = coloured
-        self._legend.content = legend(coloured.key) if coloured.key else ""
+        self._legend.content = legend_of(coloured)
         self._draw()
 
     def _draw(self) -> None:
@@ -401,6 +406,16 @@ class ViewPage(Page):
 
 FRAMES = '<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>'
 """The element that the script ``frame_rate.js`` fills."""
+
+
+def _checked(settings: dict[str, str]) -> dict[str, str]:
+    """Return settings in which colours that the page does not know are those at first."""
+    known = {"yarn colour": YARN_COLOURS, "face colour": FACE_COLOURS}
+    return {
+        name: value if isinstance(value, str) and value in known.get(name, (value,)) else DEFAULTS[name]
+        for name, value in settings.items()
+        if name in DEFAULTS
+    }
 
 
 def _nothing(value: float) -> None:
