@@ -39,6 +39,7 @@ class App:
         self.page: Page | None = None
         self._pages: dict[str, Page] = {}
         self._navigation = Navigation(front.navigation, self.open_page)
+        self._watch_project()
         front.listen(Listener(self._picked, self._stroked, self._boxed, self._camera_moved))
 
     @property
@@ -104,6 +105,7 @@ class App:
         self._close_page()
         self.project.close()
         self.project = project
+        self._watch_project()
         self._pages.clear()
         self.open_page(self.last_page())
 
@@ -119,6 +121,17 @@ class App:
         self.queue.post(self.project.close)
         self.queue.stop()
         self.front.close()
+
+    def _watch_project(self) -> None:
+        """Say it when the project cannot be saved, and when it can be saved again."""
+        self.project.on_trouble = lambda message: self.post(self._say_trouble, message)
+
+    def _say_trouble(self, message: str | None) -> None:
+        if message is None:
+            self.notice("The project is saved again.")
+        else:
+            self.notice(f"{message}. It is tried again every few seconds.", "error", "Not saved")
+        self.refresh()
 
     def _close_page(self) -> None:
         if self.page is not None:

@@ -32,13 +32,22 @@ class Front(Protocol):
 
     queue: EventQueue
     """The queue in which all functions are called."""
-    scene: Scene
-    navigation: Controls
-    """Controls above those of the page."""
-    controls: Controls
-    """Controls of the page, in the panel on the right."""
-    left_controls: Controls
-    """Controls in a panel on the left, which is shown while it has any."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+
+    @property
+    def navigation(self) -> Controls:
+        """Controls above those of the page."""
+
+    @property
+    def controls(self) -> Controls:
+        """Controls of the page, in the panel on the right."""
+
+    @property
+    def left_controls(self) -> Controls:
+        """Controls in a panel on the left, which is shown while it has any."""
 
     def listen(self, listener: Listener) -> None:
         """Call the functions of a listener from now on."""

@@ -24,7 +24,11 @@ from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from stitchmesh.errors import ParameterError
 
-LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
+LOOPBACK = "127.0.0.1"
+"""Host that only this machine reaches."""
+PORT = 8080
+"""Port where none is asked for."""
+LOOPBACK_NAMES = frozenset({LOOPBACK, "localhost", "::1"})
 """Names of this machine in the header ``Host``."""
 LARGEST_UPLOAD = 300 * 2**20
 """Largest file that the server takes [bytes]."""

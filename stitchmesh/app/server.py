@@ -20,13 +20,9 @@ from viser import _messages
 from websockets import Headers
 from websockets.http11 import Response
 
-from stitchmesh.app.guard import Guard, UploadGuard, guarded, is_loopback
+from stitchmesh.app.guard import LOOPBACK, PORT, Guard, UploadGuard, guarded, is_loopback
 from stitchmesh.errors import ParameterError
 
-LOOPBACK = "127.0.0.1"
-"""Host that only this machine reaches."""
-PORT = 8080
-"""Port where none is asked for."""
 PORTS_TRIED = 100
 """Number of ports that are tried from the one that was asked for."""
 

@@ -13,9 +13,18 @@ from stitchmesh.app.browser.bridge import Bridge
 from stitchmesh.app.controls.viser_controls import ViserControls
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.front import Listener, NoticeKind
+from stitchmesh.app.guard import LARGEST_UPLOAD
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.app.scene.viser_scene import ViserScene, modifier_of, view_of
 
+DROP = "drop"
+"""Name under which a browser says that it takes no file that was dropped or chosen."""
+FILE_PROBLEMS = {
+    "suffix": "no upload of this page takes such a file",
+    "page": "this page takes no files; open the page Project and drop the file there",
+    "size": f"is larger than {LARGEST_UPLOAD // 2**20} MiB; give its path to the program at the start",
+}
+"""Reasons for which a file is not taken."""
 BRAND = (31, 86, 115)
 """Blue of the marks of controls."""
 PANEL_WIDTH = 350.0
@@ -41,6 +50,8 @@ class ViserFront:
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(PANEL_WIDTH)
         self.bridge = Bridge(server)
+        self.bridge.receive(DROP, lambda message, client: self.queue.post(self._refuse_file, message))
+        self.bridge.on_connect(lambda client: self.bridge.run(f"stitchmeshDrop.largest={LARGEST_UPLOAD};", client))
         self.scene = ViserScene(server, self.bridge, lambda stroke: self._post("stroked", stroke))
         self.navigation = ViserControls(server, self.bridge, self.queue)
         self.controls = ViserControls(server, self.bridge, self.queue)
@@ -57,6 +68,11 @@ class ViserFront:
         scene.on_click(modifier="cmd/ctrl")(self._click)
         scene.on_rect_select(modifier="shift")(self._box)
         server.on_client_connect(self._watch_camera)
+
+    def _refuse_file(self, message: dict[str, Any]) -> None:
+        """Say why a file that was dropped or chosen is not taken."""
+        name, reason = str(message.get("name", "")), FILE_PROBLEMS.get(str(message.get("problem")), "is refused")
+        self.notice("Not possible", f"{name}: {reason}", "error")
 
     def listen(self, listener: Listener) -> None:
         """Call the functions of a listener from now on."""

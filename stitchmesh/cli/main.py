@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import BAD_INPUT, parse
+from stitchmesh.cli.commands.app import App
 from stitchmesh.cli.commands.check import Check
 from stitchmesh.cli.commands.convert import Convert
 from stitchmesh.cli.commands.edit import Edit
@@ -37,7 +38,7 @@ INTERRUPTED = 130
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch,
-    Info, Select, Check, Patterns, Instructions, Convert, Render,
+    Info, Select, Check, Patterns, Instructions, Convert, Render, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""
 

@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.errors import PatternError
+from stitchmesh.errors import FileError, PatternError
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
 from stitchmesh.patterns.charts.chart_image import png_of_numbers
@@ -33,6 +34,11 @@ Chart = KnitChart | WeaveChart
 ChartText = KnitChartText | WeaveChartText
 CHART_SUFFIXES = (".knit", ".weave", ".leaf", ".txt", ".png")
 """Suffixes of files that hold charts."""
+
+
+MOST_CHARACTERS = 80
+"""Number of characters of the name of a file that messages show."""
+_UNSAFE = re.compile(r"[^\w. -]")
 
 
 def chart_of(source: Source) -> Chart:
@@ -80,7 +86,7 @@ def read_chart(name: str, content: bytes) -> ChartText:
         PatternError: the file describes no pattern and no weave.
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
     """
-    own = Path(name).name or "chart"
+    own = _UNSAFE.sub("-", Path(name).name)[-MOST_CHARACTERS:].lstrip(".") or "chart"
     if own.lower().endswith((".knit", ".weave")) and content and b"\0" not in content:
         text = content.decode("utf-8-sig", errors="replace")
         return parse_chart(text, own, digits_are_weave=own.lower().endswith(WEAVE_SUFFIX))
@@ -89,8 +95,8 @@ def read_chart(name: str, content: bytes) -> ChartText:
         path.write_bytes(content)
         try:
             return write_chart(chart_of(resolve_pattern(path)))
-        except PatternError as error:
-            raise PatternError(str(error).replace(f"{folder}/", "")) from None
+        except (FileError, PatternError) as error:
+            raise type(error)(str(error).replace(f"{folder}/", "")) from None
 
 
 def chart_image(chart: Chart) -> tuple[str, bytes]:

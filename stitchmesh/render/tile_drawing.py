@@ -185,6 +185,8 @@ def _moved(before: TileDrawing, tubes: TubeMesh, colours: NDArray[np.uint8]) -> 
         red, green, blue = first[0].tolist()
         vertices = tubes.vertices[part.taken].astype(np.float32)
         moved.append(replace(part, colour=(red, green, blue), vertices=vertices))
+    if len({part.colour for part in moved}) < len(moved):
+        return _parts_of(tubes, own)
     return tuple(moved)
 
 

@@ -95,7 +95,10 @@ def test_other_colours_of_whole_parts_keep_the_triangles_and_other_divisions_do_
     assert {part.colour for part in after.parts} == {(9, 8, 7), (1, 2, 3)}
     assert after.parts[0].triangles is before.parts[0].triangles
     striped = colours_of(np.arange(len(yarns.points)) // 7 % 3, yarns.palette)
-    assert len(draw_tiles(yarns, (2, 2), colours=striped, before=before).parts) == 3
+    three = draw_tiles(yarns, (2, 2), colours=striped, before=before)
+    assert len(three.parts) == 3
+    one = draw_tiles(yarns, (2, 2), colours=np.zeros_like(striped), before=three)
+    assert len(one.parts) == 1 and one.triangle_count == three.triangle_count
 
 
 def test_another_pattern_is_drawn_from_the_start():

@@ -45,6 +45,7 @@ class ChartBoard:
         self.layer: int | None = None
         """Layer of a weave that is shown alone; None for all."""
         self._clipboard: Chart | None = None
+        self._stroke_began = False
         self._settle()
 
     @property
@@ -80,8 +81,11 @@ class ChartBoard:
         if isinstance(whole, WeaveChart) and isinstance(edited, WeaveChart) and self.layer is not None:
             edited = self._with_layer(whole, edited)
         written = write_chart(edited)
+        merge = merge and self._stroke_began
+        self._stroke_began = merge
         if written.text != write_chart(whole).text:
             self._step(written, merge=merge)
+            self._stroke_began = True
 
     def paint(self, places: Sequence[Sequence[int]], brush: Brush, *, merge: bool = False) -> None:
         """Paint squares one after another; rows and columns are those of the chart that is shown."""
@@ -241,8 +245,8 @@ class ChartBoard:
         self._step(written)
 
     def show(self, written: ChartText) -> None:
-        """Show another chart, as a step."""
-        self.layer = None
+        """Show another chart, as a step, with the brush that suits it."""
+        self.layer, self.selection, self.brush = None, None, Brush()
         self._step(written)
 
     def show_layer(self, layer: int | None) -> None:
@@ -277,6 +281,7 @@ class ChartBoard:
 
     def _return(self) -> None:
         self.text = self.history.value.text
+        self._stroke_began = False
         self._settle()
 
     def _step(self, written: ChartText, *, merge: bool = False) -> None:
@@ -292,7 +297,7 @@ class ChartBoard:
         if self.selection is not None and (self.selection.row_end > shape[0] or self.selection.column_end > shape[1]):
             self.selection = None
         woven = isinstance(self.chart, WeaveChart)
-        if self.brush == Brush() or woven != (self.brush.word in WeaveChart.words):
+        if (self.brush.word is None and self.brush.yarn is None) or woven != (self.brush.word in WeaveChart.words):
             self.brush = self._first_brush()
         self._check(self.history.value)
 

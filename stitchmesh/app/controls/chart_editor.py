@@ -25,6 +25,7 @@ from stitchmesh.app.controls.chart_palette import (
     tool_buttons,
 )
 from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.patterns.charts.grid import LONGEST_SIDE, Box, Brush
 from stitchmesh.periodic.chart_files import (
     CHART_SUFFIXES,
@@ -134,11 +135,15 @@ class ChartEditor:
 
     # What the user does; the names of the actions are those of ``browser/chart.js``.
 
-    def _act(self, action: str, value: str) -> None:
+    def act(self, action: str, value: str) -> None:
         """Do what an element of the browser asks for.
 
+        Args:
+            action: the name of an action: of a button, or of a gesture on the canvas such as ``stroke``.
+            value: the value of the button, or the values of the gesture as JSON.
+
         Raises:
-            ParameterError: the message cannot be read.
+            StitchMeshError: the message cannot be read, or the library refuses; the chart stays as it is.
         """
         simple = self._simple_actions()
         if action in simple:
@@ -191,10 +196,9 @@ class ChartEditor:
             board.edit_text(str(values.get("text", ""))[: 4 * LONGEST_SIDE * LONGEST_SIDE])
 
     def _brush_of(self, values: dict[str, Any]) -> Brush:
-        """Return the brush with which the browser painted; a weave has no yarns of squares."""
-        word = values.get("word")
-        brush = Brush(str(word) if word is not None else self._board.brush.word, self._board.brush.yarn)
-        return brush
+        """Return the brush with which the browser painted, which may have changed since."""
+        word, yarn = values.get("word"), values.get("yarn")
+        return Brush(None if word is None else str(word), None if yarn is None else check_yarn_number(_whole(yarn)))
 
     def _confirm(self, values: dict[str, Any]) -> None:
         """Remember the last message of a browser, which the answer confirms."""
@@ -268,18 +272,18 @@ class ChartEditor:
     # The controls.
 
     def _build(self, controls: Controls) -> None:
-        self._tools = controls.html("", self._act)
-        controls.html(_canvas(self._name), self._act)
+        self._tools = controls.html("", self.act)
+        controls.html(_canvas(self._name), self.act)
         self._data, self._changes = controls.html(""), controls.html("")
         self._fault = controls.html("")
         controls.buttons("Steps", "Undo or redo a step of the chart (Ctrl+Z, Ctrl+Y)", ("Undo", "Redo"), self._use)
-        self._stitches = controls.html("", self._act)
-        self._yarns = controls.html("", self._act)
+        self._stitches = controls.html("", self.act)
+        self._yarns = controls.html("", self.act)
         self._colour = controls.colour("Yarn colour", "Colour of the chosen yarn", "#ece2ce", self._set_colour)
         self._other = controls.text(
             "Other stitch", "A word of the pattern language to paint with, such as k3tog or c8f", "", self._other_stitch
         )
-        self._layers = controls.html("", self._act)
+        self._layers = controls.html("", self.act)
         self._build_operations(controls)
         self._build_text(controls)
 
@@ -301,7 +305,7 @@ class ChartEditor:
 
     def _build_text(self, controls: Controls) -> None:
         with controls.group("Text and files"):
-            controls.html(_text_area(self._name), self._act)
+            controls.html(_text_area(self._name), self.act)
             self._words_data = controls.html("")
             hint = "Read a chart from a text or an image of one pixel a stitch"
             controls.upload("Open a chart", hint, CHART_SUFFIXES, self._receive)
@@ -326,6 +330,7 @@ class ChartEditor:
         self._yarns.content = colour_buttons(self.chart, self._yarn_count, board.painted_yarn)
         self._colour.value = palette_of(self.chart, max(self._yarn_count, board.yarn + 1))[board.yarn]
         self._rows.value, self._columns.value = self.chart.shape
+        self._other.visible = not isinstance(self.chart, WeaveChart)
         self._layers.content = layer_buttons(board.layers(), board.layer)
         self._show_data()
         self._fault.content = _fault_message(board.fault)

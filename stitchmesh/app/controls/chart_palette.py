@@ -29,6 +29,7 @@ _STYLE = (
     "border:2px solid {edge};border-radius:4px;padding:1px;margin:0 3px 3px 0;min-width:28px;min-height:28px;"
     "cursor:pointer;vertical-align:middle;font:12px sans-serif;{more}"
 )
+_RAISED = '<span style="vertical-align:super">{}</span>'
 _PLAIN = "background:#fbfaf7;color:#1b1f24;"
 
 
@@ -45,7 +46,7 @@ def stitch_buttons(chart: Chart, words: Sequence[str], chosen: str) -> str:
     if isinstance(chart, WeaveChart):
         symbols = {"1": WEFT_OVER, "0": WARP_OVER}
         buttons = [
-            _button("stitch", word, hint, word == chosen, symbol_svg(symbols[word]) + f"&nbsp;{hint}&nbsp;", _PLAIN)
+            _button("stitch", word, hint, word == chosen, f"{symbol_svg(symbols[word])} {_RAISED.format(hint)}", _PLAIN)
             for word, hint in CROSSINGS.items()
         ]
         return _group("What passes over", buttons)

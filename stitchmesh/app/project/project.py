@@ -10,6 +10,7 @@ dropped. All methods run in one thread; another thread writes the newest state t
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -395,6 +396,18 @@ class Project:
             self.autosave.close()
         finally:
             self._lock.release()
+
+    def discard(self) -> None:
+        """Remove a project that was just created, with its folder.
+
+        Raises:
+            FileError: the folder cannot be removed.
+        """
+        self.close()
+        try:
+            shutil.rmtree(self.folder)
+        except OSError as error:
+            raise FileError(f"{self.folder}: cannot be removed ({error.strerror or error})") from error
 
     def _trouble(self, message: str | None) -> None:
         self.on_trouble(message)

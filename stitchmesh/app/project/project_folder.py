@@ -201,6 +201,16 @@ class ProjectFolder:
                 (self.folder / FILES / name).unlink(missing_ok=True)
 
 
+def stored_source(folder: Path) -> bytes | None:
+    """Return the bytes of the file from which the project in a folder was started; None if there are none to read."""
+    store = ProjectFolder(folder)
+    try:
+        table = store._table().source
+        return None if table is None else read_bytes(store._path(table.file))
+    except StitchMeshError:
+        return None
+
+
 def _number(name: str) -> int:
     found = re.search(r"-(\d+)", name)
     return int(found[1]) if found else 0

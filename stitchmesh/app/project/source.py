@@ -41,6 +41,11 @@ class Start:
     fabric: StitchMesh | None
     """The stitches; None if the file holds a mesh that is not divided."""
 
+    @property
+    def mesh(self) -> Mesh | None:
+        """The polygon mesh; None if the file holds stitches."""
+        return None if self.labeling is None else self.labeling.mesh
+
 
 def read_source(source: Source) -> Start:
     """Read an imported file: a polygon mesh, a labeled or partly labeled mesh, or stitches.

@@ -27,7 +27,7 @@ class Dial:
 
 
 FABRIC = (
-    Dial("gamma", "Tightness (gamma)", "More than 1 shortens all yarn at the same thickness; the fabric gets tighter",
+    Dial("gamma", "Tightness", "Gamma: more than 1 shortens all yarn at the same thickness, for a tighter fabric",
          0.6, 2.0, 0.01),
     Dial("loop_length", "Loop length [cm]", "Yarn in one plain stitch; the size of the stitches follows from it",
          1.0, 10.0, 0.01),

@@ -18,6 +18,10 @@ GAP = 0.12
 """Gap between two variants over the width of the wider one."""
 AXIS = np.array([1.0, 0.0, 0.0])
 """Direction from one variant to the next."""
+NAMES_OF_VARIANTS = "names of variants"
+"""Name of the drawing of the labels."""
+ABOVE = 1.08
+"""Height of the labels over half the height of the fabric."""
 REFIT = 1.3
 """Factor by which the fabric grows or shrinks before the camera is placed again."""
 
@@ -29,7 +33,10 @@ class FabricDrawing:
         """Start with an empty scene."""
         self._scene = scene
         self._parts: dict[Variant, int] = {}
-        self._shown: FloatArray | None = None
+        self._box: tuple[FloatArray, FloatArray] | None = None
+        self._fitted: FloatArray | None = None
+        self._named: FloatArray | None = None
+        self._settling = True
 
     def show(self, variants: Sequence[Variant]) -> None:
         """Show the drawings of all variants that have one."""
@@ -58,20 +65,43 @@ class FabricDrawing:
     def _label(self, drawings: Sequence[tuple[str, TileDrawing]], places: Sequence[float]) -> None:
         """Name the variants if there are two."""
         if len(drawings) < 2:
-            return self._scene.remove("names of variants")
-        top = max(drawing.high[1] for _, drawing in drawings)
-        points = np.array([[place, 1.06 * top, 0.0] for place in places])
-        self._scene.show("names of variants", Labels(points, tuple(name for name, _ in drawings)))
+            self._named = None
+            return self._scene.remove(NAMES_OF_VARIANTS)
+        top = ABOVE * max(float(drawing.high[1]) for _, drawing in drawings)
+        points = np.array([[place, top, 0.0] for place in places])
+        # A browser that is sent a label in every frame shows none of them.
+        if self._named is None or np.abs(points - self._named).max() > (ABOVE - 1.0) * top:
+            self._named = points
+            self._scene.show(NAMES_OF_VARIANTS, Labels(points, tuple(name for name, _ in drawings)))
+
+    def expect_other_size(self) -> None:
+        """Place the camera again when the fabric has come to rest, because another pattern was chosen."""
+        self._settling = True
+
+    def fit_next(self) -> None:
+        """Place the camera at the next drawing, because another number of copies or variants is shown."""
+        self._fitted = None
+
+    def fit_at_rest(self) -> None:
+        """Place the camera at the size of the fabric at rest, once after another pattern was chosen."""
+        if self._settling and self._box is not None:
+            self._settling = False
+            self._place_camera(self._box)
 
     def _fit(self, drawings: Sequence[TileDrawing], places: Sequence[float]) -> None:
-        """Place the camera if the fabric has another size than when the camera was placed."""
+        """Place the camera if the fabric has quite another size than when the camera was placed."""
         moves = np.stack([place * AXIS for place in places])
         low = (np.stack([drawing.low for drawing in drawings]) + moves).min(axis=0)
         high = (np.stack([drawing.high for drawing in drawings]) + moves).max(axis=0)
+        self._box = low, high
         size = (high - low)[:2]
-        if self._shown is None or not (size / self._shown < REFIT).all() or not (self._shown / size < REFIT).all():
-            self._shown = size
-            self._scene.look_at(low, high)
+        if self._fitted is None or not (size / self._fitted < REFIT).all() or not (self._fitted / size < REFIT).all():
+            self._place_camera(self._box)
+
+    def _place_camera(self, box: tuple[FloatArray, FloatArray]) -> None:
+        low, high = box
+        self._fitted = (high - low)[:2]
+        self._scene.look_at(low, high)
 
 
 def _places(drawings: Sequence[TileDrawing]) -> list[float]:

@@ -22,25 +22,32 @@ class LookPanel:
         """Make the controls; ``looked`` is called with another look."""
         self._look, self._design, self._looked = look, design, looked
         with controls.group("Look"):
-            controls.number("Repeats shown across", "Copies of the repeat side by side; they cost no computation",
-                            look.columns, lambda n: self._set(columns=int(n)), least=1, most=MOST_TILES, step=1)
-            controls.number("Repeats shown upwards", "Copies of the repeat one above another",
-                            look.rows, lambda n: self._set(rows=int(n)), least=1, most=MOST_TILES, step=1)
-            self._by = controls.choice("Colour by", "Colours of the yarns, of their stitches or rows, or of stretch",
-                                       COLOURINGS, look.colour_by, lambda name: self._set(colour_by=name))
+            self._columns = controls.number(
+                "Copies across", "Copies of the repeat side by side; they cost no computation", look.columns,
+                lambda count: self._set(columns=int(count)), least=1, most=MOST_TILES, step=1,
+            )  # fmt: skip
+            self._rows = controls.number(
+                "Copies upwards", "Copies of the repeat one above another; they cost no computation", look.rows,
+                lambda count: self._set(rows=int(count)), least=1, most=MOST_TILES, step=1,
+            )  # fmt: skip
+            self._by = controls.choice(
+                "Colour by", "Colours of the yarns, of their stitches or rows, or of stretch", COLOURINGS,
+                look.colour_by, lambda name: self._set(colour_by=name),
+            )  # fmt: skip
             self._blend = controls.slider(
-                "Strength of these colours", "0 shows the colours of the yarns alone", look.blend,
+                "Strength", "How much these colours cover those of the yarns; 0 shows the yarns alone", look.blend,
                 lambda part: self._set(blend=part), least=0.0, most=1.0, step=0.05,
-            )
-        self.show(design)
+            )  # fmt: skip
+        self.show(design, look)
 
-    def show(self, design: SwatchDesign) -> None:
-        """Show the controls that apply to a design."""
-        self._design = design
+    def show(self, design: SwatchDesign, look: Look) -> None:
+        """Show a look, with the controls that apply to a design."""
+        self._design, self._look = design, look
+        self._columns.value, self._rows.value = look.columns, look.rows
         self._by.visible = isinstance(design.pattern, Pattern)
         self._blend.visible = self._by.visible and self._look.colour_by in ("stitch", "row")
 
     def _set(self, **changes: object) -> None:
-        self._look = replace(self._look, **changes)  # type: ignore[arg-type]
-        self.show(self._design)
-        self._looked(self._look)
+        look = replace(self._look, **changes)  # type: ignore[arg-type]
+        self.show(self._design, look)
+        self._looked(look)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from html import escape
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import verdict
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.periodic.gauge import FabricMeasures
 from stitchmesh.periodic.session.frames import Frame
@@ -18,7 +19,6 @@ STYLE = """<style>
 .sm-measures td,.sm-measures thead th:not(:first-child){text-align:right;padding-left:.8em}
 .sm-measures thead th{font-weight:700;border-bottom:1px solid var(--mantine-color-default-border)}
 .sm-state{margin:.1em 0 .45em;font-size:.86em;line-height:1.35}
-.sm-state.sm-wrong{border-left:4px solid #c45a00;padding-left:.5em}
 </style>"""
 MILLIMETRES = 10.0
 """Millimetres in a centimetre."""
@@ -76,8 +76,8 @@ def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
 
 def _state(variant: Variant, several: bool) -> str:
     text, wrong = state_of(variant)
-    name = f"<b>{variant.name}</b> " if several else ""
-    return f'<p class="sm-state{" sm-wrong" if wrong else ""}" role="status">{name}{escape(text)}</p>'
+    named = f"{variant.name}: {text}" if several else text
+    return verdict("bad", named) if wrong else f'<p class="sm-state" role="status">{escape(named)}</p>'
 
 
 def _table(variants: Sequence[Variant], several: bool) -> str:

@@ -16,12 +16,19 @@ from stitchmesh.app.pages.swatch.exports import ExportPanel
 from stitchmesh.app.pages.swatch.fabric_drawing import FabricDrawing
 from stitchmesh.app.pages.swatch.look_panel import LookPanel
 from stitchmesh.app.pages.swatch.measures_panel import MeasuresPanel
-from stitchmesh.app.pages.swatch.state import NAMES, Look, SwatchState, first_state, read_state, state_table
+from stitchmesh.app.pages.swatch.state import (
+    NAMES,
+    Look,
+    SwatchState,
+    first_state,
+    read_state,
+    repeat_shape,
+    state_table,
+)
 from stitchmesh.app.pages.swatch.stretch_panel import StretchPanel
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.app.task import FRAME_SECONDS
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials
@@ -80,6 +87,8 @@ class SwatchPage(Page):
 
     def change(self, design: SwatchDesign) -> None:
         """Take another design of the edited variant, and let its fabric follow."""
+        if design.pattern != self.state.design.pattern:
+            self._drawing.expect_other_size()
         self._keep(self.state.with_design(design))
         self.variant.change(design)
         self._show()
@@ -138,6 +147,8 @@ class SwatchPage(Page):
             self.app.notice(f"{frame.error}", "error")
         drawing = variant.draw(frame, self.state.look)
         self._drawing.show(self.variants)
+        if frame.report["at_rest"]:
+            self._drawing.fit_at_rest()
         self._measures.show(self.variants)
         if variant is self.variant:
             self._dials.show(self.state.design, frame)
@@ -148,16 +159,20 @@ class SwatchPage(Page):
         """Show the state of the page in the controls."""
         design, compared = self.state.design, len(self.state.designs) > 1
         self._dials.show(design, self.variant.frame)
-        self._look.show(design)
+        self._look.show(design, self.state.look)
         self._edited.visible = compared
         self._edited.value = NAMES[self.state.edited]
         self._measures.show(self.variants)
 
     def _take_pattern(self, source: Source) -> None:
-        """Take a pattern of the chart; the sizes that were held were those of the old repeat."""
-        design = replace(self.state.design, pattern=source)
-        if design.pattern != self.state.design.pattern:
-            self.change(design.turned(width=None, height=None) if _resized(design, self.state.design) else design)
+        """Take a pattern of the chart; another size of the repeat has other numbers of copies, and no held size."""
+        design, before = replace(self.state.design, pattern=source), self.state.design
+        if design.pattern == before.pattern:
+            return
+        if repeat_shape(source) != repeat_shape(before.pattern):
+            design = design.turned(width=None, height=None)
+            self._keep(replace(self.state, look=self.state.look.fitted(source)))
+        self.change(design)
 
     def _take_text(self, text: str) -> None:
         self._keep(self.state.with_chart(text))
@@ -169,7 +184,10 @@ class SwatchPage(Page):
         self.change(replace(self.state.design, dials=SwatchDials()))
 
     def _set_look(self, look: Look) -> None:
+        before = self.state.look
         self._keep(replace(self.state, look=look))
+        if (look.columns, look.rows) != (before.columns, before.rows):
+            self._drawing.fit_next()
         for variant in self.variants:
             if variant.frame is not None:
                 variant.draw(variant.frame, look)
@@ -205,6 +223,8 @@ class SwatchPage(Page):
                 variant.close()
                 self.variants.remove(variant)
             self.variant.name = NAMES[0]
+        self._drawing.expect_other_size()
+        self._drawing.fit_next()
         self._drawing.show(self.variants)
         self._show()
 
@@ -216,14 +236,3 @@ class SwatchPage(Page):
 
     def _named_designs(self) -> list[tuple[str, SwatchDesign]]:
         return list(zip(NAMES, self.state.designs, strict=False))
-
-
-def _resized(design: SwatchDesign, before: SwatchDesign) -> bool:
-    """Whether the repeat of a pattern has another number of stitches than before."""
-    return _shape(design.pattern) != _shape(before.pattern)
-
-
-def _shape(source: Source) -> tuple[int, int]:
-    if isinstance(source, Pattern):
-        return source.width, source.height
-    return len(source.warps), len(source.wefts)

@@ -10,7 +10,8 @@ from typing import Any
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table, check_value
-from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign, design_table, read_design
 
 FIRST_PATTERN = "rib2x2"
@@ -19,6 +20,8 @@ NAMES = ("A", "B")
 """Names of the variants."""
 COLOURINGS = ("yarn", "stitch", "row", "strain")
 """What may decide the colours."""
+SHOWN_STITCHES = 12
+"""Number of stitches that a new pattern shows in a row, in whole repeats."""
 MOST_TILES = 12
 """Largest number of repeats that are shown in one direction."""
 
@@ -47,6 +50,13 @@ class Look:
             raise ParameterError(f"colour by: got {self.colour_by!r}; expected one of {', '.join(COLOURINGS)}")
         if not 0.0 <= self.blend <= 1.0:
             raise ParameterError(f"blend: got {self.blend:g}; expected 0 to 1")
+
+
+    def fitted(self, source: Source) -> Look:
+        """Return the look with so many repeats of a pattern that about ``SHOWN_STITCHES`` stitches stand in a row."""
+        across, upwards = repeat_shape(source)
+        columns, rows = (min(max(round(SHOWN_STITCHES / count), 1), MOST_TILES) for count in (across, upwards))
+        return replace(self, columns=columns, rows=rows)
 
 
 @dataclass(frozen=True)
@@ -92,9 +102,17 @@ class SwatchState:
         return replace(self, designs=(self.design,) * count, charts=(chart,) * count, edited=count - 1)
 
 
+def repeat_shape(source: Source) -> tuple[int, int]:
+    """Return the numbers of wales and courses of a repeat, or of warps and wefts."""
+    if isinstance(source, Pattern):
+        return source.width, source.height
+    return len(source.warps), len(source.wefts)
+
+
 def first_state() -> SwatchState:
     """Return the state of a new project."""
-    return SwatchState((SwatchDesign(resolve_pattern(FIRST_PATTERN)),))
+    source = resolve_pattern(FIRST_PATTERN)
+    return SwatchState((SwatchDesign(source),), look=Look().fitted(source))
 
 
 def state_table(state: SwatchState) -> dict[str, Any]:

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.app.controls.html_pieces import colour_bar, figures, legend
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
 from stitchmesh.app.pages.view.folder_watch import FolderWatch
 from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
-from stitchmesh.app.pages.view.legend_of_colours import legend_of
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.residual_plot import residual_figure
 from stitchmesh.app.pages.view.thing_view import ThingView, view_of_thing
@@ -420,6 +419,14 @@ def _checked(settings: dict[str, str]) -> dict[str, str]:
 
 def _nothing(value: float) -> None:
     """Do nothing; the value is read when it is needed."""
+
+
+def legend_of(coloured: Coloured) -> str:
+    """Return the legend of colours as HTML: names, or a bar for numbers; an empty text where they need none."""
+    if coloured.scale is None:
+        return legend(coloured.key) if coloured.key else ""
+    numbers, units = zip(*(text.split(" ", 1) for text, _ in reversed(coloured.key)), strict=True)
+    return colour_bar(coloured.scale.table(9), numbers, units[0])
 
 
 def _list_of(names: tuple[str, ...], chosen: str) -> str:

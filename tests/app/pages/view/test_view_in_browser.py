@@ -133,6 +133,7 @@ def test_yarns_that_are_removed_leave_nothing(app_in_browser):
         complete(rig)
         rig.call(rig.app.scene.remove, "viewed")
         rig.browser_page.wait_for_function("() => window.stitchmeshYarns.sets.size === 0")
+        assert rig.browser_page.evaluate("() => window.stitchmeshYarns.report()") == {}
 
 
 def test_a_second_browser_and_a_reload_see_the_same_yarns(app_in_browser):

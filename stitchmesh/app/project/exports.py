@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The files that a project can send to the user: each value in each format that can hold it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.app.project.project import Project
+from stitchmesh.editing.log import write_log
+from stitchmesh.hand_knitting import knitting_instructions
+from stitchmesh.io.atomic import write_json, write_text
+from stitchmesh.io.history import write_history
+from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
+from stitchmesh.io.meshes import write_mesh
+from stitchmesh.io.stitches import WRITABLE as STITCH_SUFFIXES
+from stitchmesh.io.stitches import write_stitches
+from stitchmesh.io.yarns import FORMATS as YARN_FORMATS
+from stitchmesh.io.yarns import write_yarns
+from stitchmesh.labeling import write_labeling
+from stitchmesh.labeling.steps import write_label_steps
+from stitchmesh.mesh import StitchMesh
+
+PERIODIC_SUFFIX = ".pyp"
+"""Suffix of a format that holds periodic yarns only, which a garment has not."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """A file that a project can send."""
+
+    what: str
+    """What the file holds, in words: ``Relaxed yarns``."""
+    name: str
+    """Name of the file, with its suffix."""
+    write: Callable[[Path], object]
+    """Writes the file."""
+
+    @property
+    def suffix(self) -> str:
+        """Suffix of the file."""
+        return Path(self.name).suffix
+
+    def content(self) -> bytes:
+        """Return the bytes of the file.
+
+        Raises:
+            StitchMeshError: the format cannot hold the value.
+        """
+        with tempfile.TemporaryDirectory(prefix="stitchmesh-") as folder:
+            path = Path(folder) / self.name
+            self.write(path)
+            return path.read_bytes()
+
+
+def exports(project: Project) -> list[Export]:
+    """Return the files that a project can send now, in the order of the stages."""
+    return [*_of_mesh(project), *_of_stitches(project), *_of_yarns(project), *_of_relaxation(project)]
+
+
+def _of_mesh(project: Project) -> Iterator[Export]:
+    if project.mesh is not None:
+        yield from _formats("Mesh", "mesh", MESH_FORMATS, write_mesh, project.mesh)
+    if project.label_steps:
+        yield Export("Steps of the labeling", "labeling.jsonl", partial(_swap(write_label_steps), project.label_steps))
+    if project.labeling is not None and project.labeled is None:
+        yield Export("Partly labeled mesh", "labeling.h5", partial(_swap(write_labeling), project.labeling))
+    if project.labeled is not None:
+        yield from _formats("Labeled mesh", "labeled", (".h5", ".smobj"), write_stitches, project.labeled)
+
+
+def _of_stitches(project: Project) -> Iterator[Export]:
+    if project.fabric is not None:
+        yield from _formats("Stitches", "stitches", STITCH_SUFFIXES, write_stitches, project.fabric)
+        yield Export("Knitting instructions", "instructions.txt", partial(_write_instructions, project.fabric))
+    if project.edits:
+        yield Export("Edits", "edits.jsonl", partial(_swap(write_log), project.edits))
+    if project.evened is not None:
+        yield from _formats("Evened stitches", "evened", STITCH_SUFFIXES, write_stitches, project.evened)
+
+
+def _of_yarns(project: Project) -> Iterator[Export]:
+    suffixes = [suffix for suffix in YARN_FORMATS if suffix != PERIODIC_SUFFIX]
+    for what, name, yarns in (("Yarns", "yarns", project.yarns), ("Relaxed yarns", "relaxed", project.relaxed)):
+        if yarns is not None:
+            yield from _formats(what, name, suffixes, write_yarns, yarns)
+
+
+def _of_relaxation(project: Project) -> Iterator[Export]:
+    if project.report is not None:
+        yield Export("Report of the relaxation", "report.json", partial(_swap(write_json), project.report))
+    if project.history:
+        yield Export("Convergence", "convergence.csv", partial(_swap(write_history), project.history))
+
+
+def _formats(what: str, name: str, suffixes: Any, write: Callable[..., object], value: object) -> Iterator[Export]:
+    for suffix in suffixes:
+        yield Export(what, f"{name}{suffix}", partial(_swap(write), value))
+
+
+def _swap(write: Callable[..., object]) -> Callable[[Any, Path], object]:
+    """Return a function of a value and a path that calls a function of a path and a value."""
+    return lambda value, path: write(path, value)
+
+
+def _write_instructions(fabric: StitchMesh, path: Path) -> None:
+    write_text(path, knitting_instructions(fabric))

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the application until the user ends it."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import webbrowser
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import FrameType
+
+from stitchmesh.app.application import App
+from stitchmesh.app.guard import LOOPBACK, PORT
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.project.recent import remember
+from stitchmesh.app.server import OpenServer, open_server
+from stitchmesh.app.viser_front import ViserFront
+from stitchmesh.errors import ParameterError
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """Where the application listens, and whether it opens a browser."""
+
+    host: str = LOOPBACK
+    """Address of this machine on which the server listens."""
+    port: int = PORT
+    """Port; the next free one is taken if it is in use."""
+    token: str | None = None
+    """Token that browsers need; None for none on this machine, and for a new one beyond it."""
+    browser: bool = True
+    """Whether the address is opened in the browser of the user."""
+
+
+def run_app(
+    project: Project, options: RunOptions, *, page: str | None = None, say: Callable[[str], object] = print
+) -> None:
+    """Run the application on a project until it is interrupted or terminated; then save the project.
+
+    Args:
+        project: the project.
+        options: where the application listens.
+        page: page that is opened first; None for the one on which the project was left.
+        say: called with each line for the user.
+
+    Raises:
+        ParameterError: as for ``open_server``; or there is no such page.
+    """
+    try:
+        opened = open_server(options.host, options.port, options.token)
+    except ParameterError:
+        project.close()
+        raise
+    app = App(project, ViserFront(opened.server))
+    remember(project)
+    app.post(lambda: app.open_page(page or app.last_page()))
+    for line in opening_lines(opened, options, project):
+        say(line)
+    try:
+        if options.browser:
+            webbrowser.open(opened.address)
+        _wait_for_end()
+    finally:
+        app.close()
+        opened.stop()
+
+
+def opening_lines(opened: OpenServer, options: RunOptions, project: Project) -> list[str]:
+    """Return what the user is told when the server has opened."""
+    lines = [f"{project.name}: {project.folder}", *project.notes]
+    if options.port not in (0, opened.port):
+        lines.append(f"port {options.port} is in use; took {opened.port}")
+    return [*lines, f"open {opened.address} (Ctrl+C ends the application; everything is saved)"]
+
+
+def _wait_for_end() -> None:
+    """Wait until the process is asked to end by SIGTERM; Ctrl+C raises KeyboardInterrupt."""
+    end = threading.Event()
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        end.set()
+
+    before = signal.signal(signal.SIGTERM, ask)
+    try:
+        end.wait()
+    finally:
+        signal.signal(signal.SIGTERM, before)

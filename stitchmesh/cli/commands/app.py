@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``app``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.options import Unit
+from stitchmesh.cli.serving import Serving
+from stitchmesh.io.units import DEFAULT_UNIT
+
+
+@dataclass(frozen=True)
+class App:
+    """Open the application in the browser: from a mesh to yarns by the mouse."""
+
+    file: Annotated[Positional[str | None], help_entry("FILE", "the last project")] = None
+    """polygon mesh or stitch mesh to start from, or the folder of a project"""
+    unit: Unit = DEFAULT_UNIT
+    project: Annotated[str | None, help_entry("DIR", "a folder in ~/StitchMesh")] = None
+    """folder of the project"""
+    serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
+
+    def run(self) -> None:
+        """Open the project, and run the application until it is interrupted."""
+        from stitchmesh.app.project.opening import project_for
+
+        self.serving.run(project_for(self.file, self.project, self.unit))

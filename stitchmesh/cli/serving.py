@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Options of the commands that open the application in the browser."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from stitchmesh.app.guard import LOOPBACK, PORT
+from stitchmesh.cli.arguments import Flag, help_entry
+
+if TYPE_CHECKING:
+    from stitchmesh.app.project.project import Project
+
+
+@dataclass(frozen=True)
+class Serving:
+    """Where the application listens."""
+
+    port: Annotated[int, help_entry("N")] = PORT
+    """port of the address; the next free one is taken if it is in use, and any free one for 0"""
+    host: Annotated[str, help_entry("ADDRESS")] = LOOPBACK
+    """address of this machine on which to listen; other machines reach an address such as 0.0.0.0, with a token"""
+    token: Annotated[str | None, help_entry("TEXT", "none on this machine, else a new one")] = None
+    """token that a browser needs"""
+    no_browser: Flag = False
+    """print the address only, and open no browser"""
+
+    def run(self, project: Project, page: str | None = None) -> None:
+        """Run the application on a project until it is interrupted."""
+        from stitchmesh.app.run import RunOptions, run_app
+
+        options = RunOptions(host=self.host, port=self.port, token=self.token, browser=not self.no_browser)
+        run_app(project, options, page=page)

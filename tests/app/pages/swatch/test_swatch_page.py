@@ -1,0 +1,328 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Swatch without a browser: the fabric follows the chart and the dials, and all of it is kept."""
+
+from __future__ import annotations
+
+import io
+import time
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.app.application import App
+from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.swatch.page import SwatchPage
+from stitchmesh.app.pages.swatch.state import state_table
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.scene.drawing import Copies, Labels
+from stitchmesh.errors import ParameterError
+from stitchmesh.periodic.swatch_design import SwatchDesign
+
+SAFETY = 60.0
+"""Seconds after which a waiting test fails; what it waits for takes a second."""
+
+
+class SwatchRig:
+    """The application on its page Swatch."""
+
+    def __init__(self, folder: Path) -> None:
+        self.front = NullFront()
+        self.app = App(Project.open_or_create(folder), self.front)
+        self.do(self.app.open_page, "Swatch")
+
+    @property
+    def page(self) -> SwatchPage:
+        assert isinstance(self.app.page, SwatchPage)
+        return self.app.page
+
+    def do(self, function: Callable[..., object], *arguments: object) -> None:
+        """Call a function in the event thread, and wait for it."""
+        self.app.post(function, *arguments)
+        self.front.queue.settle()
+
+    def set(self, label: str, value: object) -> None:
+        self.do(self.front.controls.set, label, value)
+
+    def press(self, label: str, option: str | None = None) -> None:
+        self.do(self.front.controls.press, label, option)
+
+    def choose(self, pattern: str) -> None:
+        self.do(self.front.left_controls.set, "Start from", pattern)
+
+    def until(self, condition: Callable[[], object]) -> None:
+        """Wait until a condition holds in the event thread."""
+        end = time.monotonic() + SAFETY
+        found: list[object] = []
+        while time.monotonic() < end:
+            self.do(lambda: found.append(condition()))
+            if found[-1]:
+                return
+            time.sleep(0.01)
+        raise AssertionError(f"waited in vain; {self.front.controls.text_shown()}")
+
+    def rest(self) -> None:
+        """Wait until the newest frames of all variants are shown, and rest."""
+
+        def is_shown() -> bool:
+            frames = [(variant.frame, variant.session.frame) for variant in self.page.variants]
+            return all(shown is newest and not newest.report["running"] for shown, newest in frames)
+
+        for variant in self.page.variants:
+            variant.session.wait_until_rest(SAFETY)
+        self.until(is_shown)
+
+    def copies(self) -> list[Copies]:
+        return [drawing for drawing in self.front.scene.drawings.values() if isinstance(drawing, Copies)]
+
+    def text(self) -> str:
+        return self.front.controls.text_shown()
+
+    def notices(self) -> str:
+        return "\n".join(text for _, text, _ in self.front.notices)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[SwatchRig]:
+    opened = SwatchRig(tmp_path / "project")
+    yield opened
+    opened.app.close()
+
+
+def rest_of(design: SwatchDesign) -> sm.YarnSet:
+    """The relaxed yarns of a design, made by the library alone."""
+    with sm.SwatchSession("stockinette", stopped=True, quality="draft") as session:
+        session.set(**design.settings())
+        session.start()
+        return session.wait_until_rest(SAFETY).yarns
+
+
+def test_the_first_swatch_relaxes_to_what_the_library_gives(rig):
+    rig.rest()
+    frame = rig.page.variant.frame
+    assert np.array_equal(frame.yarns.points, rest_of(rig.page.state.design).points)
+    assert f"{frame.measures.gauge.stitches:.1f}" in rig.text()
+    assert "At rest after" in rig.text()
+    look = rig.page.state.look
+    assert {len(drawing.offsets) for drawing in rig.copies()} == {look.columns * look.rows}
+    assert not rig.front.notices
+
+
+@pytest.mark.parametrize("name", ["peerie", "slip-stitch-honeycomb", "twill-2x1", "double-plain-stitched"])
+def test_a_pattern_of_the_library_is_shown_and_kept(rig, name):
+    rig.choose(name)
+    rig.rest()
+    assert np.array_equal(rig.page.variant.frame.yarns.points, rest_of(rig.page.state.design).points)
+    colours = set(map(tuple, np.unique(rig.page.variant.frame.yarns.colour)[:, None].tolist()))
+    assert len(rig.copies()) == len(colours)
+    assert rig.app.project.settings("Swatch") == state_table(rig.page.state)
+
+
+def test_dials_follow_the_kind_of_the_pattern(rig):
+    def shown() -> set[str]:
+        return {control.label for control in rig.front.controls.made if control.visible}
+
+    assert {"Loop length [cm]", "Tightness"} <= shown() and not {"Warp length", "Floats"} & shown()
+    rig.choose("twill-2x1")
+    assert {"Warp length", "Weft length", "Warp spacing [cm]"} <= shown() and "Loop length [cm]" not in shown()
+    rig.choose("slip-stitch-honeycomb")
+    assert {"Floats", "Held loops"} <= shown() and "Warp length" not in shown()
+
+
+@pytest.mark.parametrize(
+    ("label", "value", "smaller"),
+    [("Tightness", 1.3, True), ("Loop length [cm]", 5.0, False), ("Bending", 8.0, None)],
+    ids=str,
+)
+def test_a_dial_moves_the_fabric_from_its_present_state(rig, label, value, smaller):
+    rig.rest()
+    before = rig.page.variant.frame
+    rig.set(label, value)
+    rig.rest()
+    after = rig.page.variant.frame
+    assert after.number > before.number and after.report["at_rest"]
+    if smaller is not None:
+        assert (after.size[1] < before.size[1]) == smaller
+    assert not np.array_equal(after.yarns.points, before.yarns.points)
+
+
+def test_a_held_width_is_that_of_the_fabric_until_another_is_typed(rig):
+    rig.rest()
+    width = rig.page.variant.frame.size[0]
+    rig.set("Hold the width", True)
+    rig.rest()
+    # The number is rounded to a tenth of a millimetre, as it is shown.
+    assert rig.page.variant.frame.size[0] == pytest.approx(width, abs=0.005)
+    rig.set("Width of a repeat [cm]", 2.2)
+    rig.rest()
+    assert rig.page.variant.frame.size[0] == pytest.approx(2.2, abs=1e-4)  # float32 periods on the device
+    rig.set("Hold the width", False)
+    assert rig.page.state.design.dials.width is None
+
+
+def test_all_dials_set_back_lead_to_the_first_size(rig):
+    rig.set("Tightness", 1.5)
+    rig.press("Set all dials back")
+    assert rig.page.state.design.dials == SwatchDesign(rig.page.state.design.pattern).dials
+    assert rig.front.controls.find("Tightness").value == 1.0
+
+
+def test_a_stopped_fabric_steps_by_the_iterations_of_a_frame(rig):
+    rig.press("Yarns", "Stop")
+    rig.press("Yarns", "From the start")
+    rig.until(lambda: rig.page.variant.frame is not None and rig.page.variant.frame.report["iteration"] == 0)
+    rig.set("Iterations per frame", 5)
+    rig.press("Yarns", "Step")
+    rig.until(lambda: rig.page.variant.frame.report["iteration"] == 5)
+    assert "Stopped at iteration 5" in rig.text()
+    rig.press("One step of the yarns")
+    rig.until(lambda: rig.page.variant.frame.report["iteration"] == 10)
+    rig.press("Start or stop the yarns")
+    rig.rest()
+    assert "At rest" in rig.text()
+
+
+def test_two_variants_lie_beside_each_other_and_one_is_changed(rig):
+    rig.rest()
+    rig.set("Compare two variants", True)
+    rig.set("Tightness", 1.4)
+    rig.rest()
+    first, second = rig.page.variants
+    assert first.frame.report["gamma"] == 1.0 and second.frame.report["gamma"] == pytest.approx(1.4)
+    ends = [np.concatenate([part.points[:, None] + part.offsets for part in [drawing]])[..., 0]
+            for drawing in rig.copies()]  # fmt: skip
+    assert ends[0].max() < 0.0 < ends[1].min()
+    assert {label.texts for label in rig.front.scene.drawings.values() if isinstance(label, Labels)} == {("A", "B")}
+    rig.set("Chart and dials of", "A")
+    assert rig.front.controls.find("Tightness").value == 1.0
+    rig.choose("garter")
+    rig.rest()
+    assert rig.page.state.designs[1].pattern.name != rig.page.state.designs[0].pattern.name
+    rig.set("Compare two variants", False)
+    assert len(rig.copies()) == 1 and len(rig.page.variants) == 1
+    assert rig.page.state.design.pattern == sm.read_pattern("garter")
+
+
+def test_colours_by_stitch_and_copies_are_only_a_matter_of_drawing(rig):
+    rig.rest()
+    number = rig.page.variant.frame.number
+    rig.set("Colour by", "stitch")
+    assert len(rig.copies()) == 2  # knit and purl
+    rig.set("Copies across", 5)
+    assert {len(drawing.offsets) for drawing in rig.copies()} == {5 * rig.page.state.look.rows}
+    assert rig.page.variant.frame.number == number
+    rig.set("Colour by", "yarn")
+    assert len(rig.copies()) == 1
+
+
+def test_what_is_impossible_is_said_and_the_yarns_stay(rig):
+    rig.rest()
+    rig.set("Hold the width", True)
+    rig.rest()
+    before = rig.page.variant.frame.yarns
+    rig.set("Width of a repeat [cm]", 900.0)
+    rig.until(lambda: rig.page.variant.frame.error is not None)
+    assert "period width: got 900 cm; expected" in rig.notices()
+    assert "Not possible" in rig.text()
+    assert np.array_equal(rig.page.variant.frame.yarns.points, before.points)
+    rig.set("Hold the width", False)
+    rig.rest()
+    assert "Not possible" not in rig.text()
+
+
+def test_a_chart_that_is_too_large_to_relax_live_is_refused_in_words(rig):
+    rig.rest()
+    rig.set("Repeats across", 8)
+    large = sm.parse_pattern("\n".join(f"round {row}: k60" for row in range(1, 61)))
+    rig.do(lambda: rig.page.change(SwatchDesign(large).turned(columns=8)))
+    assert "got a repeat of 28,800 stitches; expected at most 10,000" in rig.text()
+    rig.choose("garter")
+    rig.rest()
+    assert "At rest" in rig.text()
+
+
+def test_a_project_is_reopened_with_its_swatch(tmp_path):
+    first = SwatchRig(tmp_path / "project")
+    first.choose("twill-2x1")
+    first.set("Warp length", 1.1)
+    first.set("Copies across", 4)
+    kept = state_table(first.page.state)
+    first.app.close()
+    again = SwatchRig(tmp_path / "project")
+    assert state_table(again.page.state) == kept
+    assert again.front.controls.find("Warp length").value == 1.1
+    again.rest()
+    again.app.close()
+
+
+def test_a_damaged_swatch_of_a_project_gives_a_new_one_and_a_notice(tmp_path):
+    project = Project.open_or_create(tmp_path / "project")
+    project.set_settings("Swatch", {"designs": [{"kind": "knit"}]})
+    project.close()
+    rig = SwatchRig(tmp_path / "project")
+    assert "the saved swatch cannot be shown" in rig.notices()
+    rig.rest()
+    rig.app.close()
+
+
+def test_leaving_the_page_ends_its_threads_and_coming_back_shows_the_fabric(rig):
+    rig.set("Tightness", 1.2)
+    session = rig.page.variant.session
+    rig.do(rig.page.leave)
+    rig.do(rig.app.open_page, "Swatch")
+    with pytest.raises(ParameterError, match="closed"):
+        session.start()
+    rig.rest()
+    assert rig.page.variant.frame.report["gamma"] == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize("name", ["one repeat, exact (.h5)", "piece, curves (.usda)"])
+def test_yarns_are_sent_as_the_library_writes_them(rig, tmp_path, name):
+    rig.rest()
+    rig.set("Yarns as", name)
+    rig.press("Download the yarns")
+    file, content = rig.front.downloads[-1]
+    look = rig.page.state.look
+    own = tmp_path / file
+    sm.write_yarns(own, rig.page.variant.frame.yarns, tiles=None if file.endswith("h5") else (look.columns, look.rows))
+    assert own.read_bytes() == content
+    assert file.startswith("2-x-2-rib") and (rig.app.project.folder / "exports" / file).read_bytes() == content
+
+
+def test_textures_are_sent_as_one_archive(rig):
+    rig.rest()
+    rig.set("Width of the textures [pixels]", 32)
+    rig.press("Download the textures")
+    rig.until(lambda: rig.front.downloads)
+    name, content = rig.front.downloads[-1]
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        assert {"colour.png", "height.png", "normal.png", "textures.json"} <= set(archive.namelist())
+    assert name.endswith(".zip")
+
+
+def test_a_stretch_test_gives_the_curve_of_the_library(rig):
+    rig.choose("plain")
+    rig.set("Strain [%]", 10)
+    rig.press("Run the stretch test")
+    rig.until(lambda: not rig.app.tasks.running)
+    plot = next(control.figure for control in rig.front.controls.made if control.kind == "plot")
+    design = rig.page.state.design
+    options = {name: value for name, value in design.options().items() if name != "period"}
+    curve = sm.stretch_test(design.pattern, course=(0.0, 0.1), steps=7, quality="draft", **options)
+    np.testing.assert_array_equal(plot.data[0].x, 100.0 * curve.column("strain"))
+    np.testing.assert_array_equal(plot.data[0].y, 1e-3 * curve.tension)
+    rig.press("Download the curve (CSV)")
+    assert rig.front.downloads[-1][0] == "plain-weave-A-course.csv"
+
+
+def test_a_stretch_test_can_be_stopped(rig):
+    rig.choose("honeycomb")
+    rig.press("Run the stretch test")
+    rig.press("Stop the test")
+    rig.until(lambda: not rig.app.tasks.running)
+    assert not rig.front.controls.find("Run the stretch test").disabled
+    assert not rig.front.notices

@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Project imports, says what a project holds, sends files, and changes to other projects."""
+
+from __future__ import annotations
+
+import pytest
+
+from stitchmesh.app.application import App
+from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.all_pages import PAGES
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.project_page import next_page
+from stitchmesh.app.project.exports import exports
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.project.recent import new_project_folder, recent_projects
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.any_file import read_any
+from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
+
+
+class Other(Page):
+    """A page in the place of another one, with nothing on it."""
+
+
+@pytest.fixture(autouse=True)
+def own_surroundings(tmp_path, monkeypatch):
+    for name in ("Label", "Divide", "Edit", "Even out", "Yarns", "Swatch", "View"):
+        monkeypatch.setitem(PAGES, name, type(name, (Other,), {"name": name, "hint": "Nothing."}))
+    monkeypatch.setenv("STITCHMESH_PROJECTS", str(tmp_path / "projects"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
+@pytest.fixture
+def opened(tmp_path):
+    """A function that opens the page on a project, and returns the application."""
+    apps = []
+
+    def open_app(project: Project) -> App:
+        app = App(project, NullFront())
+        apps.append(app)
+        app.open_page("Project")
+        return app
+
+    yield open_app
+    for app in apps:
+        app.close()
+
+
+def test_a_mesh_is_imported_into_an_empty_project(opened, tmp_path):
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.send("Import a mesh", "A Tube.obj", mesh_bytes(tmp_path))
+    assert app.project.mesh.face_count == 48 and app.project.name == "A Tube"
+    assert app.project.folder == tmp_path / "one"
+
+
+def test_a_mesh_starts_a_new_project_where_there_is_one_already(opened, tmp_path):
+    app = opened(divided_project(tmp_path / "one"))
+    app.controls.send("Import a mesh", "other.obj", mesh_bytes(tmp_path, around=8))
+    assert app.project.folder == tmp_path / "projects" / "other" and app.project.mesh.face_count == 32
+    before = Project.open(tmp_path / "one")
+    assert before.fabric is not None
+    before.close()
+
+
+def test_a_broken_file_changes_nothing(opened, tmp_path):
+    app = opened(divided_project(tmp_path / "one"))
+    with pytest.raises(FileError, match=r"^broken\.obj"):
+        app.controls.send("Import a mesh", "broken.obj", b"f 1 2 3\n")
+    assert app.project.folder == tmp_path / "one" and not (tmp_path / "projects" / "broken").exists()
+
+
+def test_an_example_is_taken(opened, tmp_path):
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.set("Unit", "mm")
+    app.controls.set("Example", "sock")
+    app.controls.press("Take the example")
+    assert app.project.source.name == "sock.obj" and app.project.source.unit == "cm"
+
+
+def test_the_next_page_follows_the_stages(tmp_path):
+    project = Project.create(tmp_path)
+    assert next_page(project) == "Project"
+    project.import_mesh("tube.obj", mesh_bytes(tmp_path))
+    assert next_page(project) == "Label"
+    project.apply_label_step(LABEL_ALL)
+    assert next_page(project) == "Divide"
+    project.close()
+    project = relaxed_project(tmp_path / "relaxed")
+    assert next_page(project) == "View"
+    project.undo()
+    assert next_page(project) == "Edit"
+    project.close()
+
+
+def test_the_page_says_what_the_project_holds(opened, tmp_path):
+    app = opened(relaxed_project(tmp_path / "one"))
+    shown = app.controls.text_shown()
+    for text in ("tube.obj, 48 faces", "<td>4</td>", "<td>96</td>", "<td>1</td>", "at rest", "Every change is saved"):
+        assert text in shown
+    app.project.autosave.trouble = "not saved: the disk is <full>"
+    app.refresh()
+    assert "not saved: the disk is &lt;full&gt;" in app.controls.text_shown()
+
+
+def test_names_of_projects_are_shown_as_text(opened, tmp_path):
+    project = Project.create(tmp_path / "one", "<script>alert(1)</script>")
+    opened(project)
+    other = opened(Project.create(tmp_path / "two"))
+    assert "<script>" not in other.controls.text_shown()
+    assert "&lt;script&gt;" in other.controls.text_shown()
+
+
+def test_every_export_is_written_and_read_again(tmp_path):
+    project = relaxed_project(tmp_path / "one")
+    files = exports(project)
+    assert len({file.name for file in files}) == len(files)
+    for file in files:
+        path = tmp_path / file.name
+        path.write_bytes(file.content())
+        if file.suffix in (".h5", ".smobj") and file.name.startswith(("stitches", "evened")):
+            assert same(read_any(path).face_vertex, project.fabric.face_vertex)
+    assert {file.what for file in files} >= {
+        "Mesh", "Steps of the labeling", "Labeled mesh", "Stitches", "Knitting instructions", "Edits",
+        "Evened stitches", "Yarns", "Relaxed yarns", "Report of the relaxation", "Convergence",
+    }  # fmt: skip
+    project.close()
+
+
+def test_a_download_is_sent(opened, tmp_path):
+    app = opened(relaxed_project(tmp_path / "one"))
+    app.controls.act("download", "report.json")
+    for _ in range(1000):
+        app.queue.settle()
+        if app.front.downloads:
+            break
+    ((name, content),) = app.front.downloads
+    assert name == "report.json" and b'"iterations": 7' in content
+
+
+def test_only_files_of_the_project_can_be_asked_for(opened, tmp_path):
+    app = opened(relaxed_project(tmp_path / "one"))
+    with pytest.raises(ParameterError, match="does not hold it"):
+        app.page._clicked("download", "../../project.json")
+    with pytest.raises(ParameterError, match="list of projects has changed"):
+        app.page._clicked("open", "-1")
+
+
+def test_projects_are_made_opened_and_remembered(opened, tmp_path):
+    app = opened(divided_project(tmp_path / "one"))
+    app.controls.set("New name", "My hat / 2")
+    app.controls.press("New project")
+    assert app.project.folder == tmp_path / "projects" / "My-hat-2" and app.project.name == "My hat / 2"
+    assert [one.folder.name for one in recent_projects()] == ["My-hat-2", "one"]
+    app.controls.act("open", "1")
+    assert app.project.folder == tmp_path / "one" and app.project.fabric is not None
+    app.controls.set("Name", "Sleeve")
+    assert recent_projects()[0].name == "Sleeve"
+
+
+def test_what_a_change_dropped_is_brought_back(opened, tmp_path):
+    app = opened(relaxed_project(tmp_path / "one"))
+    app.project.divide(app.project.division)
+    app.refresh()
+    app.controls.press("Bring back: stitches, edits, evened stitches, yarns, relaxed yarns")
+    assert app.project.relaxed is not None
+
+
+@pytest.mark.parametrize("name", ["", "...", "/", "x" * 70])
+def test_a_project_needs_a_name(name):
+    with pytest.raises(ParameterError, match="name"):
+        new_project_folder(name)
+
+
+def test_a_name_that_is_taken_gets_a_number(tmp_path):
+    first = new_project_folder("Hat")
+    Project.create(first).close()
+    assert new_project_folder("Hat").name == "Hat-2"
+
+
+def test_a_damaged_list_of_recent_projects_is_made_anew(opened, tmp_path):
+    (tmp_path / "state" / "stitchmesh").mkdir(parents=True)
+    (tmp_path / "state" / "stitchmesh" / "projects.json").write_text('[{"folder": 3}]')
+    assert recent_projects() == []
+    opened(Project.create(tmp_path / "one"))
+    assert [one.folder.name for one in recent_projects()] == ["one"]
+
+
+def test_a_full_disk_is_said_once_it_happens(opened, tmp_path, monkeypatch):
+    app = opened(Project.create(tmp_path / "one"))
+
+    def refuse(*arguments: object) -> None:
+        raise FileError("project.json: cannot be written (No space left on device)")
+
+    with monkeypatch.context() as disk:
+        disk.setattr("stitchmesh.app.project.project_folder.write_text", refuse)
+        with pytest.raises(FileError):
+            app.project.save()
+        app.queue.settle()
+    title, text, kind = app.front.notices[-1]
+    assert (title, kind) == ("Not saved", "error") and "No space left on device" in text
+    app.project.save()
+    app.queue.settle()
+    assert app.front.notices[-1][1] == "The project is saved again."

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A start opens the project of a folder, of a file, or the last one."""
+
+from __future__ import annotations
+
+import pytest
+
+from stitchmesh.app.project.opening import project_for
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.project.recent import recent_projects, remember
+from stitchmesh.errors import FileError
+from tests.app.project.projects import divided_project, mesh_bytes
+
+
+@pytest.fixture(autouse=True)
+def own_folders(tmp_path, monkeypatch):
+    monkeypatch.setenv("STITCHMESH_PROJECTS", str(tmp_path / "projects"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
+@pytest.fixture
+def tube_file(tmp_path):
+    path = tmp_path / "a_tube.obj"
+    path.write_bytes(mesh_bytes(tmp_path))
+    return path
+
+
+def test_the_first_start_makes_an_empty_project_and_the_next_one_opens_it(tmp_path):
+    project = project_for()
+    assert project.folder == tmp_path / "projects" / "Garment" and project.source is None
+    remember(project)
+    project.close()
+    again = project_for()
+    assert again.folder == project.folder
+    again.close()
+
+
+def test_a_file_starts_a_project_once(tmp_path, tube_file):
+    project = project_for(tube_file, unit="mm")
+    assert project.name == "a tube" and project.source.unit == "mm"
+    project.close()
+    again = project_for(tube_file)
+    assert again.folder == project.folder and again.source.unit == "mm"
+    again.close()
+    tube_file.write_bytes(mesh_bytes(tmp_path, around=8))
+    other = project_for(tube_file)
+    assert other.folder != project.folder and other.mesh.face_count == 32
+    other.close()
+
+
+def test_a_folder_is_opened_or_made(tmp_path, tube_file):
+    divided_project(tmp_path / "one").close()
+    project = project_for(tmp_path / "one")
+    assert project.fabric is not None
+    project.close()
+    project = project_for(tube_file, tmp_path / "new")
+    assert project.folder == tmp_path / "new" and project.mesh is not None
+    project.close()
+    again = project_for(tube_file, tmp_path / "new")
+    again.close()
+    (tmp_path / "other.obj").write_bytes(mesh_bytes(tmp_path, around=8))
+    with pytest.raises(FileError, match="give another --project"):
+        project_for(tmp_path / "other.obj", tmp_path / "new")
+    project_for(folder=tmp_path / "new").close()
+
+
+@pytest.mark.parametrize(("name", "content"), [("a.obj", b"f 1 2 3\n"), ("a.obj", b""), ("a.txt", b"no mesh")])
+def test_a_file_that_cannot_be_read_leaves_no_project(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(FileError, match=name):
+        project_for(tmp_path / name)
+    assert not list((tmp_path / "projects").glob("*")) and recent_projects() == []
+
+
+def test_a_folder_without_a_project_is_refused(tmp_path):
+    with pytest.raises(FileError, match="holds no project"):
+        project_for(tmp_path)
+
+
+def test_a_damaged_project_is_not_taken_for_that_of_a_file(tmp_path, tube_file):
+    project = Project.create(tmp_path / "projects" / "tube")
+    project.close()
+    (tmp_path / "projects" / "tube" / "project.json").write_text("{")
+    other = project_for(tube_file)
+    assert other.folder == tmp_path / "projects" / "a-tube"
+    other.close()
