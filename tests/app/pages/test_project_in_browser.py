@@ -11,7 +11,7 @@ import pytest
 
 from stitchmesh.app.guard import LARGEST_UPLOAD
 from stitchmesh.io.stitches import read_stitches
-from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
+from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, same
 
 DROP = """([name, text]) => {
   const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -88,15 +88,6 @@ def test_the_stitches_are_downloaded_as_the_library_writes_them(app_in_browser, 
         name, content = rig.downloaded(lambda: rig.act("download", "stitches.h5"))
         (tmp_path / name).write_bytes(content)
         assert name == "stitches.h5" and same(read_stitches(tmp_path / name), rig.app.project.fabric)
-
-
-def test_a_format_that_cannot_hold_a_value_is_refused_in_words(app_in_browser, tmp_path):
-    relaxed_project(tmp_path / "project").close()
-    with app_in_browser(page="Project") as rig:
-        rig.browser_page.get_by_text("Download", exact=True).click()
-        rig.act("download", "mesh.stl")
-        rig.act("download", "stitches.k")
-        rig.wait_for(lambda: any("Not possible" in notice for notice in rig.notices()), "the refusal")
 
 
 def test_a_second_browser_sees_the_same_state(app_in_browser, tmp_path):
