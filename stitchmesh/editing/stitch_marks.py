@@ -11,9 +11,10 @@ import numpy as np
 from stitchmesh.editing.fitting import check_fit, stitch_named
 from stitchmesh.editing.sides import check_face, check_side
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Marks, PaletteChange
 from stitchmesh.mesh.palette import check_yarn_number, parse_colour, recolour_palette
+from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
 
 
 def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list[Change]:
@@ -34,6 +35,31 @@ def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list
         free = int((fabric.twin[start : start + n_bottom] == BORDER).sum())
         check_fit(f"face {face}", wanted, n_bottom, int(fabric.n_top[face]), free)
     return [Marks("stitch", places, np.full(len(places), int(wanted)))]
+
+
+def faces_for_stitch(fabric: StitchMesh, faces: IntArray, stitch: str) -> IntArray:
+    """Return the faces that can take a stitch, which are those for which ``change_stitch`` raises no error.
+
+    Args:
+        fabric: a mesh of stitches.
+        faces: numbers of faces, shape (n,).
+        stitch: code of the stitch, ``cast-on`` or ``draw-through``.
+
+    Raises:
+        ParameterError: the stitch is unknown.
+    """
+    wanted = stitch_named(stitch)
+    low, high = fabric.n_bottom[faces], fabric.n_top[faces]
+    sides = fabric.sides_of(faces)
+    at_border = (fabric.twin[sides] == BORDER) & (fabric.role_of(sides) == BOTTOM)
+    owner = np.repeat(np.arange(len(faces)), np.diff(fabric.face_start)[faces])
+    free = np.bincount(owner[at_border], minlength=len(faces))
+    if wanted == Stitch.CAST_ON:
+        return faces[(free == low) & (high > 0)]
+    if wanted == Stitch.DRAW_THROUGH:
+        return faces[(high == 0) & (low > 0) & (free == 0)]
+    n_bottom, n_top = SIDE_COUNTS[wanted]
+    return faces[(low == n_bottom) & (high == n_top) & (free == 0)]
 
 
 def twist_loop(fabric: StitchMesh, side: int, twist: int) -> list[Change]:

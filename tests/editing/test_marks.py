@@ -9,6 +9,7 @@ import pytest
 
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.log import read_log, write_log
+from stitchmesh.editing.stitch_marks import faces_for_stitch
 from stitchmesh.errors import LabelError, MeshError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
@@ -165,3 +166,16 @@ def test_loops_with_equal_layers_cannot_cross():
 def test_edits_of_panels_are_refused():
     with pytest.raises(MeshError, match=r"edit: the mesh has panels \(face 0\); expected a tessellated mesh"):
         edited(label(grid(2, 2)), "flip_row", face=0)
+
+
+@pytest.mark.parametrize("stitch", ["k", "p", "ky", "d12k", "kyk", "y", "cast-on", "draw-through"])
+def test_the_faces_for_a_stitch_are_those_that_change_stitch_accepts(stitch):
+    fabric = apply_pattern(flat(8, 9), read_pattern("eyelet-lace"))
+    accepted = []
+    for face in range(fabric.face_count):
+        try:
+            edited(fabric, "change_stitch", faces=[face], stitch=stitch)
+            accepted.append(face)
+        except (ParameterError, LabelError):
+            continue
+    assert faces_for_stitch(fabric, np.arange(fabric.face_count), stitch).tolist() == accepted

@@ -136,7 +136,7 @@ def symbol_svg(symbol: Symbol, fill: str = "none", size: int = 22) -> str:
             "shade": '<rect width="20" height="20" class="sm-shade"/>',
         }[mark.kind])  # fmt: skip
     width = 20 * symbol.columns
-    shown = size * (symbol.columns if symbol.columns < 3 else (symbol.columns + 2) / 2)
+    shown = size * (1.0 + 0.35 * (symbol.columns - 1))
     drawing = "".join(parts)
     return (
         f'<svg viewBox="0 0 {width} 20" width="{shown:g}" height="{size}" preserveAspectRatio="none" '

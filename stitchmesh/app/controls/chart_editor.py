@@ -191,7 +191,7 @@ class ChartEditor:
             row, column = _integers(values, "row", "column")
             board.pick(row, column)
         elif action == "thread":
-            board.dye("wefts" if values.get("kind") == "wefts" else "warps", _integers(values, "number"))
+            board.dye("wefts" if values.get("kind") == "wefts" else "warps", _integers(values, "thread"))
         elif action == "text":
             board.edit_text(str(values.get("text", ""))[: 4 * LONGEST_SIDE * LONGEST_SIDE])
 
@@ -233,7 +233,6 @@ class ChartEditor:
         """Do what a button of the selection or of the size asks for."""
         board = self._board
         self._do({
-            "Undo": board.undo, "Redo": board.redo,
             "Copy": board.copy, "Cut": self._cut, "Paste": board.paste, "Clear": board.clear_selection,
             "Mirror ↔": lambda: board.mirror(upwards=False), "Mirror ↕": lambda: board.mirror(upwards=True),
             "Fill chart": board.repeat_selection, "Repeat box": board.set_repeat, "Crop": board.crop,
@@ -276,7 +275,6 @@ class ChartEditor:
         controls.html(_canvas(self._name), self.act)
         self._data, self._changes = controls.html(""), controls.html("")
         self._fault = controls.html("")
-        controls.buttons("Steps", "Undo or redo a step of the chart (Ctrl+Z, Ctrl+Y)", ("Undo", "Redo"), self._use)
         self._stitches = controls.html("", self.act)
         self._yarns = controls.html("", self.act)
         self._colour = controls.colour("Yarn colour", "Colour of the chosen yarn", "#ece2ce", self._set_colour)
@@ -325,7 +323,7 @@ class ChartEditor:
     def _show(self) -> None:
         """Bring all controls to the state of the board; equal contents are not sent again."""
         board = self._board
-        self._tools.content = tool_buttons(self._tool)
+        self._tools.content = tool_buttons(self._tool, can_undo=board.can_undo, can_redo=bool(board.history.future))
         self._stitches.content = stitch_buttons(self.chart, self._words, board.brush.word or "")
         self._yarns.content = colour_buttons(self.chart, self._yarn_count, board.painted_yarn)
         self._colour.value = palette_of(self.chart, max(self._yarn_count, board.yarn + 1))[board.yarn]

@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
+from stitchmesh.tessellate.counts import edge_named
 from stitchmesh.tessellate.edge_file import VertexPair, parse_edge_counts
 
 
@@ -38,6 +39,24 @@ class Division:
             labeled, stitch_width=self.stitch_width, stitch_height=self.stitch_height, counts=dict(self.counts),
             marked=self.marked,
         )  # fmt: skip
+
+
+def with_known_edges(division: Division, labeled: StitchMesh) -> Division:
+    """Return the division without the counts and marks of edges that a labeled mesh does not have.
+
+    A mark of an edge that is no wale edge is left out too.
+    """
+    counts = {edge: count for edge, count in division.counts.items() if _known(labeled, edge)}
+    marked = tuple(edge for edge in division.marked if _known(labeled, edge, wale=True))
+    return replace(division, counts=counts, marked=marked)
+
+
+def _known(labeled: StitchMesh, edge: VertexPair, *, wale: bool = False) -> bool:
+    try:
+        found = edge_named(labeled, edge)
+    except ParameterError:
+        return False
+    return not wale or bool(labeled.is_wale[labeled.edge_side[found]])
 
 
 @dataclass(frozen=True, kw_only=True)

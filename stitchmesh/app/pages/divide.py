@@ -1,0 +1,344 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Divide: how large the stitches are, and how many stand on single edges (Yuksel et al. 2012, section 5.2)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from stitchmesh.app.controls.legend import legend
+from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_text, refusal
+from stitchmesh.app.pages.division_draft import DivisionDraft, with_count, with_edges, with_mark
+from stitchmesh.app.pages.division_view import DivisionView
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.project.division import Division, with_known_edges
+from stitchmesh.app.scene.scene import Pick
+from stitchmesh.app.task import TaskControl
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.picking import pick as pick_place
+from stitchmesh.mesh.picking import picking_table
+from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
+from stitchmesh.recipe.estimate import GarmentEstimate, estimate_garment
+from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
+from stitchmesh.tessellate.edge_file import EdgeSettings, VertexPair, edge_settings_text, parse_edge_settings
+from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+OWN_SIZE = "own size"
+"""Choice of the yarn if the sizes are the user's own."""
+SMALLEST, LARGEST = 0.1, 5.0
+"""Bounds of the stitch width and of the stitch height [cm]."""
+DIGITS = 3
+"""Decimal digits of the sizes that are shown."""
+MOST_COUNT = 10_000
+"""Largest number of stitches on one edge."""
+MESH, STITCHES = "mesh", "stitches"
+"""What can be shown."""
+
+
+class DividePage(Page):
+    """Divides the labeled mesh of the project into stitches."""
+
+    name = "Divide"
+    hint = "Choose a yarn or a stitch size, and press Divide into stitches. Click an edge to set its number."
+
+    def __init__(self, app: App) -> None:
+        """Make the page."""
+        super().__init__(app)
+        self._draft = DivisionDraft(Division())
+        self._labeled: StitchMesh | None = None
+        self._side: int | None = None
+        self._shown = MESH
+
+    def unavailable(self) -> str | None:
+        """Say what is missing."""
+        if self.app.project.labeled is not None:
+            return None
+        if self.app.project.labeling is None and self.app.project.fabric is not None:
+            return "The imported file holds stitches already. Go on with Edit."
+        if self.app.project.labeling is None:
+            return "There is no mesh yet. Open the page Project and import one, or choose an example."
+        return "Not all faces have rows yet. Go back to Label, and label all rows."
+
+    def build(self) -> None:
+        """Make the controls, and draw the mesh."""
+        kept = self.app.project.settings(self.name)
+        self._settings: dict[str, str] = {
+            "yarn": kept.get("yarn", OWN_SIZE), "quality": kept.get("quality", DEFAULT_QUALITY)
+        }  # fmt: skip
+        if kept.get("draft") != self._draft.table:
+            self._draft = DivisionDraft.of_settings(kept, self.app.project.division or Division())
+        controls = self.app.controls
+        self._divide_button = controls.button(
+            "Divide into stitches", "Divide the mesh into stitches of this size.", self._divide, main=True
+        )
+        self._go_on = controls.button(
+            "Go on: edit the stitches", "The mesh is divided so. Open the page Edit.", self._edit, main=True
+        )
+        self._estimate = controls.html("")
+        self._make_size_controls()
+        self._make_edge_controls()
+        self._show_choice = controls.choice(
+            "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._shown, self._show
+        )
+        self._legend = controls.html("")
+        controls.key("Undo the last change", "Undo the last change of the division.", "Z", "ctrl", self._undo)
+        controls.key("Redo the change", "Make the change again.", "Y", "ctrl", self._redo)
+        self._labeled = None
+        self.refresh()
+        self._view.look()
+
+    def _make_size_controls(self) -> None:
+        """Make the controls of the sizes."""
+        controls, draft = self.app.controls, self._draft
+        width, height = draft.division.stitch_width, draft.height
+        self._yarn = controls.choice(
+            "Yarn", "A hand-knitting yarn at its usual gauge, or your own size.", (OWN_SIZE, *yarn_names()),
+            self._settings["yarn"], self._take_yarn,
+        )  # fmt: skip
+        self._width = controls.slider(
+            "Stitch width", "Width of a stitch in cm; type it for an exact one.", round(width, DIGITS),
+            self._set_width, least=min(SMALLEST, width), most=max(LARGEST, width), step=0.01,
+        )  # fmt: skip
+        self._usual = controls.toggle(
+            "Usual height", "The height of a stitch is 0.77 of its width, as in relaxed stockinette.",
+            draft.division.stitch_height is None, self._set_usual,
+        )  # fmt: skip
+        self._height = controls.slider(
+            "Stitch height", "Height of a stitch in cm.", round(height, DIGITS), self._set_height,
+            least=min(SMALLEST, height) / 2.0, most=max(LARGEST, height), step=0.01,
+        )  # fmt: skip
+        self._quality = controls.choice(
+            "Quality", "Quality of the yarns for which time and memory are estimated.", tuple(PRESETS),
+            self._settings["quality"], self._set_quality,
+        )  # fmt: skip
+
+    def _make_edge_controls(self) -> None:
+        """Make the controls of the chosen edge, and the text of all edges."""
+        controls = self.app.controls
+        self._edge = controls.html("")
+        self._count = controls.number(
+            "Number", "Stitches on the chosen edge; on a wale edge, rows of its whole row of faces.", 1,
+            self._set_count, least=1, most=MOST_COUNT, step=1,
+        )  # fmt: skip
+        self._mark = controls.toggle(
+            "Marked edge", "All increases and decreases of the two faces stand at this edge.", False, self._set_mark
+        )
+        self._by_length = controls.button("Number by length", "Forget the number given by hand.", self._clear_count)
+        with controls.group("Without the mouse", opened=False):
+            self._text = controls.text(
+                "Edges", "One edge in each line: V,W=COUNT for a number, V,W for a marked edge.", "", self._set_text,
+                lines=4,
+            )  # fmt: skip
+            self._text_error = controls.html("")
+
+    def refresh(self) -> None:
+        """Show the division of the project and the draft."""
+        labeled = self.app.project.labeled
+        if labeled is None:
+            return
+        if labeled is not self._labeled:
+            self._take_mesh(labeled)
+        if self.app.project.fabric is None or self.app.project.division != self._draft.division:
+            self._shown = MESH
+        self._show_all()
+
+    def picked(self, pick: Pick) -> None:
+        """Choose the edge that is nearest to the click; a click beside the mesh chooses none."""
+        place = pick_place(self._table, pick.ray_origin, pick.ray_direction)
+        self._side = None if place is None else place.side
+        self._show_all()
+
+    def leave(self) -> None:
+        """Forget the chosen edge."""
+        self._side = None
+
+    def _take_mesh(self, labeled: StitchMesh) -> None:
+        """Prepare the drawing and the picking of a mesh."""
+        self._labeled, self._side = labeled, None
+        self._table = picking_table(labeled)
+        self._view = DivisionView(self.app.scene, labeled)
+        fitting = with_known_edges(self._draft.division, labeled)
+        if fitting != self._draft.division:
+            self.app.notice("Numbers and marks of edges that this mesh does not have were left out.", "warning")
+            self._draft = DivisionDraft(fitting)
+
+    def _keep(self) -> None:
+        """Save what was chosen, and show it."""
+        self.app.project.set_settings(self.name, {**self._settings, "draft": self._draft.table})
+        self.refresh()
+
+    def _change(self, division: Division) -> None:
+        """Take another division; it can be undone."""
+        self._draft.change(division)
+        self._keep()
+
+    def _undo(self) -> None:
+        self._draft.undo()
+        self._show_sizes()
+        self._keep()
+
+    def _redo(self) -> None:
+        self._draft.redo()
+        self._show_sizes()
+        self._keep()
+
+    def _take_yarn(self, name: str) -> None:
+        """Take the usual gauge of a yarn."""
+        self._settings["yarn"] = name
+        if name != OWN_SIZE:
+            gauge = Yarn.named(name).gauge
+            self._draft.change(
+                replace(self._draft.division, stitch_width=gauge.stitch_width, stitch_height=gauge.stitch_height)
+            )
+            self._show_sizes()
+        self._keep()
+
+    def _set_width(self, width: float) -> None:
+        self._set_size(replace(self._draft.division, stitch_width=width))
+
+    def _set_height(self, height: float) -> None:
+        self._set_size(replace(self._draft.division, stitch_height=height))
+
+    def _set_usual(self, usual: bool) -> None:
+        height = None if usual else round(self._draft.height, DIGITS)
+        self._set_size(replace(self._draft.division, stitch_height=height))
+        self._show_sizes()
+
+    def _set_size(self, division: Division) -> None:
+        """Take a size that the user has chosen instead of a yarn."""
+        self._settings["yarn"] = self._yarn.value = OWN_SIZE
+        self._change(division)
+
+    def _show_sizes(self) -> None:
+        """Show the sizes of the draft in their controls."""
+        self._width.value = round(self._draft.division.stitch_width, DIGITS)
+        self._usual.value = self._draft.division.stitch_height is None
+        self._height.value = round(self._draft.height, DIGITS)
+
+    def _set_quality(self, name: str) -> None:
+        self._settings["quality"] = name
+        self._keep()
+
+    def _set_count(self, count: float) -> None:
+        """Give the chosen edge a number."""
+        labeled, _, edge = self._chosen()
+        self._change(with_count(self._draft.division, labeled, edge, int(count)))
+
+    def _clear_count(self) -> None:
+        labeled, _, edge = self._chosen()
+        self._change(with_count(self._draft.division, labeled, edge, None))
+
+    def _set_mark(self, marked: bool) -> None:
+        """Mark the chosen edge, or remove its mark."""
+        self._change(with_mark(self._draft.division, self._chosen()[2], marked))
+
+    def _set_text(self, text: str) -> None:
+        """Take the numbers and marks of a text; a text with an error changes nothing."""
+        assert self._labeled is not None
+        try:
+            settings = parse_edge_settings(text.splitlines(), "line")
+            division = with_edges(self._draft.division, settings, self._labeled)
+        except StitchMeshError as error:
+            self._text_error.content = refusal(str(error))
+            return
+        self._change(division)
+
+    def _chosen(self) -> tuple[StitchMesh, int, VertexPair]:
+        """The labeled mesh, a side of the chosen edge, and its two vertices.
+
+        Raises:
+            ParameterError: no edge is chosen.
+        """
+        labeled, side = self._labeled, self._side
+        if side is None or labeled is None:
+            raise ParameterError("edge: none is chosen; click one first")
+        return labeled, side, (int(labeled.face_vertex[side]), int(labeled.face_vertex[labeled.side_next[side]]))
+
+    def _show(self, shown: str) -> None:
+        """Show the mesh or the stitches."""
+        self._shown = shown
+        self._show_all()
+
+    def _show_all(self) -> None:
+        """Show the estimate, the buttons, the edges and the drawing."""
+        project, estimate = self.app.project, self._estimated()
+        ready = project.fabric is not None and project.division == self._draft.division
+        self._go_on.visible, self._divide_button.visible = ready, not ready
+        self._divide_button.disabled = estimate is None or self.app.tasks.running
+        self._show_choice.visible, self._show_choice.value = ready, self._shown
+        self._height.visible = not self._usual.value
+        self._show_chosen(estimate)
+        division = self._draft.division
+        self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
+        self._text_error.content = ""
+        fabric = project.fabric if self._shown == STITCHES else None
+        entries = self._view.show_mesh() if fabric is None else self._view.show_stitches(fabric)
+        along = None if estimate is None else estimate.planned.along
+        self._legend.content = legend([*entries, *self._view.show_edges(division, self._side, along)])
+
+    def _estimated(self) -> GarmentEstimate | None:
+        """Estimate what the garment costs, and show it; None if such stitches are not possible."""
+        assert self._labeled is not None
+        division, yarn = self._draft.division, self._settings["yarn"]
+        try:
+            estimate = estimate_garment(
+                self._labeled, stitch_width=division.stitch_width, stitch_height=division.stitch_height,
+                counts=dict(division.counts), marked=division.marked, quality=self._settings["quality"],
+            )  # fmt: skip
+        except StitchMeshError as error:
+            self._estimate.content = refusal(str(error))
+            return None
+        known = None if yarn == OWN_SIZE else Yarn.named(yarn)
+        self._estimate.content = estimate_table(estimate, division.stitch_width, self._draft.height, known)
+        return estimate
+
+    def _show_chosen(self, estimate: GarmentEstimate | None) -> None:
+        """Show the chosen edge and its controls."""
+        chosen = self._side is not None
+        for control in (self._count, self._by_length, self._mark):
+            control.visible = chosen
+        if not chosen:
+            self._edge.content = no_edge_text()
+            return
+        labeled, side, edge = self._chosen()
+        number, division = edge_named(labeled, edge), self._draft.division
+        same = edges_with_one_count(labeled, number).tolist()
+        by_hand = [count for one, count in division.counts.items() if edge_named(labeled, one) in same]
+        marked = any(edge_named(labeled, one) == number for one in division.marked)
+        count = by_hand[0] if estimate is None and by_hand else 1
+        count = count if estimate is None else int(estimate.planned.along[number])
+        self._edge.content = edge_text(labeled, side, count, by_hand=bool(by_hand), marked=marked)
+        self._count.value, self._mark.value = count, marked
+        self._by_length.visible, self._mark.visible = bool(by_hand), bool(labeled.is_wale[side])
+
+    def _divide(self) -> None:
+        """Divide the mesh in a worker thread."""
+        labeled, division = self._labeled, self._draft.division
+        assert labeled is not None
+
+        def work(control: TaskControl) -> StitchMesh:
+            control.progress("tessellate", 0.0, "dividing the mesh")
+            return division.divide(labeled)
+
+        def failed(error: Exception | None) -> None:
+            self.app.refresh()
+
+        self.app.tasks.start("dividing the mesh", work, lambda fabric: self._take(division, fabric), failed)
+        self._divide_button.disabled = True
+
+    def _take(self, division: Division, fabric: StitchMesh) -> None:
+        """Take the divided mesh into the project, unless the mesh has changed meanwhile."""
+        if self.app.project.labeled is self._labeled:
+            lost = self.app.project.divide(division, fabric)
+            if lost:
+                self.app.notice(f"Other stitches need other edits and yarns. Removed: {', '.join(lost)}.")
+            self._shown = STITCHES
+        self.app.refresh()
+
+    def _edit(self) -> None:
+        self.app.open_page("Edit")

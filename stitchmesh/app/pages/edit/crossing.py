@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tool that crosses cables: a drag along a row over the loops that cross."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.edit.edit_session import EditSession
+from stitchmesh.app.pages.edit.pointer import nearest_side
+from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.scene.scene import Pick, Stroke
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh.courses import course_through, top_sides
+from stitchmesh.mesh.picking import PickedPlace
+
+FRONTS = {"the left loops": "left", "the right loops": "right"}
+"""Which loops lie in front, by the words of the page."""
+MOST_LOOPS = 12
+"""Largest number of loops on one side of a cable in the controls."""
+
+
+class CrossCables(Tool):
+    """Crosses the loops under a drag in the middle, or as many loops as the controls say from a click to the right."""
+
+    name, key = "Cross a cable", "C"
+    hint = "Drag along a row over the loops that cross, or click the leftmost loop of the cable."
+
+    def __init__(self, session: EditSession) -> None:
+        """Start with two loops over two."""
+        super().__init__(session)
+        self.left, self.right, self.front = 2, 2, "left"
+        self._first: int | None = None
+        self._last = 0
+
+    def build(self, controls: Controls) -> None:
+        """Make the controls."""
+        front = next(words for words, side in FRONTS.items() if side == self.front)
+        controls.choice("In front", "Which loops lie in front where they cross", tuple(FRONTS), front, self._set_front)
+        controls.number("Loops from the left", "Loops that a click moves from the left to the right", self.left,
+                        self._set_left, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
+        controls.number("Loops from the right", "Loops that a click moves from the right to the left", self.right,
+                        self._set_right, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
+        controls.button("Cross cables along the selection", "Cross loops side by side along each row of the selection",
+                        self.on_selection)  # fmt: skip
+        controls.button("Clear the cables of the selection", "Loops of cables within the selection go straight up",
+                        self.clear_selection)  # fmt: skip
+
+    def clicked(self, place: PickedPlace, pick: Pick) -> None:
+        """Cross loops from the clicked one to the right; with the control key, clear the cable that is clicked."""
+        try:
+            side = nearest_side(self.session.fabric, place, "top side")
+        except StitchMeshError as error:
+            self.session.refuse(np.array([place.face]), str(error))
+            return
+        if pick.modifier == "ctrl":
+            self.session.edit("clear_cable", {"side": side}, np.array([place.face]))
+        else:
+            self._cross(side, self.left, self.right)
+
+    def stroked(self, stroke: Stroke) -> None:
+        """Mark the loops under a drag, and cross them at the end."""
+        pointer = self.session.pointer
+        if stroke.phase == "start":
+            pointer.begin()
+            self._first = None
+        for place in pointer.places_along(stroke):
+            self._first = place.face if self._first is None else self._first
+            self._last = place.face
+        if self._first is None:
+            return
+        fabric = self.session.fabric
+        sides = loops_between(fabric, self._first, self._last)
+        if stroke.phase != "end":
+            self.session.view.mark_sides(fabric, sides)
+            return
+        self.session.view.unmark()
+        if len(sides) < 2:
+            reason = "cable: the drag covers no two loops of one row; drag along a row"
+            self.session.refuse(np.unique([self._first, self._last]), reason)
+            return
+        left = self.left if len(sides) == self.left + self.right else len(sides) // 2
+        self._cross(int(sides[0]), left, len(sides) - left)
+
+    def on_selection(self) -> None:
+        """Cross cables side by side along each row of the selection."""
+        arguments = {**self.session.on_selection(), "left": self.left, "right": self.right, "front": self.front}
+        self.session.edit("cross_cable", arguments, self.session.selection.faces)
+
+    def clear_selection(self) -> None:
+        """Clear the cables that lie within the selection."""
+        self.session.edit("clear_cable", self.session.on_selection(), self.session.selection.faces)
+
+    def _cross(self, side: int, left: int, right: int) -> None:
+        at = self.session.fabric.side_face[np.array([side])]
+        arguments = {"side": side, "left": left, "right": right, "front": self.front}
+        self.session.edit("cross_cable", arguments, at)
+
+    def _set_front(self, words: str) -> None:
+        self.front = FRONTS[words]
+
+    def _set_left(self, count: float) -> None:
+        self.left = _whole("Loops from the left", count)
+
+    def _set_right(self, count: float) -> None:
+        self.right = _whole("Loops from the right", count)
+
+
+def loops_between(fabric: StitchMesh, first: int, last: int) -> IntArray:
+    """Return the top sides from one face of a row to another one, left to right; none if the rows are different.
+
+    Around a closed row, the sides are those of the shorter part.
+    """
+    course = course_through(fabric, first)
+    place = {face: number for number, face in enumerate(course.faces)}
+    if last not in place:
+        return np.zeros(0, dtype=np.int64)
+    count, steps = len(course.faces), place[last] - place[first]
+    if course.closed and abs(steps) * 2 > count:
+        steps -= int(np.sign(steps)) * count
+    start = place[first] + min(steps, 0)
+    faces = [course.faces[(start + step) % count] for step in range(abs(steps) + 1)]
+    return np.array(top_sides(fabric, faces), dtype=np.int64)
+
+
+def _whole(label: str, count: float) -> int:
+    if int(count) != count:
+        raise ParameterError(f"{label}: got {count:g}; expected a whole number")
+    return int(count)

@@ -1,0 +1,271 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Edit: stitches are painted, patterns laid, cables crossed, rows and wales inserted, with undo and redo."""
+
+from __future__ import annotations
+
+from functools import partial
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.app.controls.controls import Control
+from stitchmesh.app.pages.edit.crossing import CrossCables
+from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
+from stitchmesh.app.pages.edit.laying import LayPatterns
+from stitchmesh.app.pages.edit.painting import PaintStitches, PaintYarns
+from stitchmesh.app.pages.edit.palettes import Palettes
+from stitchmesh.app.pages.edit.place_tool import ChangeLoops, ChangeRows
+from stitchmesh.app.pages.edit.selecting import SelectStitches
+from stitchmesh.app.pages.edit.selection_panel import SelectionPanel
+from stitchmesh.app.pages.edit.stitch_palette import name_of
+from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.pages.edit.whole_fabric import ChangeFabric, LookAround
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.scene.face_colours import ColourBy
+from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
+from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh.stitch import Stitch
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+TOOLS: tuple[type[Tool], ...] = (
+    PaintStitches, PaintYarns, SelectStitches, LayPatterns, CrossCables, ChangeLoops, ChangeRows, ChangeFabric,
+    LookAround,
+)  # fmt: skip
+"""The tools in their order."""
+COLOURS: dict[str, ColourBy] = {"Stitches": "stitch", "Yarns": "yarn", "Rows": "row"}
+"""What decides the colours, by the words of the page."""
+VIEWS: dict[str, ViewName] = {"Front": "front", "Back": "back", "Left": "left", "Right": "right", "Top": "top"}
+"""Views by the words of the page."""
+TOOL_STYLE = """<style>
+.sm-tools{display:grid;grid-template-columns:1fr 1fr 1fr;gap:4px;margin:0 0 .4em}
+.sm-tools button{font:inherit;font-size:.8em;line-height:1.2;padding:.45em .2em;border-radius:6px;cursor:pointer;
+ border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default);
+ color:var(--mantine-color-text)}
+.sm-tools button[aria-pressed=true]{background:#1f5673;border-color:#1f5673;color:#fff;font-weight:600}
+.sm-tools button:disabled{opacity:.45;cursor:default}
+.sm-tools button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
+</style>"""
+
+
+class EditPage(Page):
+    """The page Edit."""
+
+    name = "Edit"
+    hint = "Choose a tool, then click or drag on the stitches; every edit can be undone."
+
+    def __init__(self, app: App) -> None:
+        """Make the tools."""
+        super().__init__(app)
+        self.session = EditSession(app)
+        self.tools = {tool.name: tool(self.session) for tool in TOOLS}
+        self.tool: Tool = self.tools[PaintStitches.name]
+        self._groups: dict[str, Control] = {}
+
+    def unavailable(self) -> str | None:
+        """Say that there are no stitches to edit."""
+        if self.app.project.fabric is None:
+            return "There are no stitches to edit yet: divide the labeled mesh into stitches first, on page Divide."
+        return None
+
+    def build(self) -> None:
+        """Make the controls, and draw the fabric."""
+        self.session.view.forget()
+        controls = self.app.controls
+        self._history = controls.html("", lambda action, _: self.undo() if action == "undo" else self.redo())
+        self._bar = controls.html("", lambda _, name: self.take_up(name))
+        self._words = controls.markdown("")
+        for tool in self.tools.values():
+            with controls.group(tool.name) as group:
+                self._groups[tool.name] = group
+                tool.build(controls)
+        self._status = controls.html("")
+        self._selection = SelectionPanel(self.session, controls)
+        self._build_view()
+        self._palettes = Palettes(self.session, self.app.left_controls, self._take_stitch, self._take_yarn,
+                                  self.tools[LayPatterns.name])  # fmt: skip
+        self._build_keys()
+        self.session.on_colours = self._show_colours
+        self._fit_view(self.session.fabric)
+        self.session.show_fabric()
+        self._begin(self.tool)
+        self._show_state()
+
+    def refresh(self) -> None:
+        """Show the fabric after it changed."""
+        if self.unavailable() is not None:
+            self.app.open_page(self.name)
+            return
+        self.session.show_fabric()
+        self.tool.refresh()
+        self._show_state()
+
+    def leave(self) -> None:
+        """End the tool."""
+        if self._groups:
+            self.tool.laid_down()
+            self._palettes.close()
+        self._groups = {}
+
+    def picked(self, pick: Pick) -> None:
+        """Pass a click on the fabric to the tool; a click beside the fabric removes marks."""
+        place = self.session.pointer.place(pick)
+        self.session.view.unmark()
+        if place is None:
+            return
+        self._say(place.face)
+        self.tool.clicked(place, pick)
+        self._selection.show()
+
+    def stroked(self, stroke: Stroke) -> None:
+        """Pass a drag on the fabric to the tool."""
+        if stroke.phase == "start":
+            self.session.view.unmark()
+        self.tool.stroked(stroke)
+        if stroke.phase == "end":
+            self._selection.show()
+
+    def boxed(self, box: ScreenBox) -> None:
+        """Pass the stitches in a rectangle to the tool, if they face the camera."""
+        faces = visible_faces(self.session.fabric, box)
+        if len(faces):
+            self.tool.boxed(faces)
+        else:
+            self.app.notice("The rectangle holds the middle of no stitch; draw a larger one.", "warning")
+        self._selection.show()
+
+    def take_up(self, name: str) -> None:
+        """Take up another tool."""
+        if name == self.tool.name:
+            return
+        self.tool.laid_down()
+        self._begin(self.tools[name])
+
+    def undo(self) -> None:
+        """Undo the last edit."""
+        self.session.after_change(self.app.project.undo())
+
+    def redo(self) -> None:
+        """Make the edit again that was undone last."""
+        self.session.after_change(self.app.project.redo())
+
+    def _begin(self, tool: Tool) -> None:
+        self.tool = tool
+        view = self.session.view
+        view.unmark()
+        if view.takes_strokes != tool.takes_strokes:
+            view.takes_strokes = tool.takes_strokes
+            view.show(self.session.fabric)
+        for name, group in self._groups.items():
+            group.visible = name == tool.name and tool.name != LookAround.name
+        self._bar.content = _tool_bar(tool.name)
+        self._words.content = tool.hint
+        self._palettes.show_for(tool.name)
+        tool.taken_up()
+
+    def _build_view(self) -> None:
+        controls, view = self.app.controls, self.session.view
+        with controls.group("View"):
+            by = next(words for words, name in COLOURS.items() if name == view.colour_by)
+            self._colours = controls.choice("Colours", "What decides the colours of the stitches", tuple(COLOURS), by,
+                                            lambda words: self.session.colour_by(COLOURS[words]))  # fmt: skip
+            controls.toggle("Outlines", "Draw a line around each stitch",
+                            view.draws_edges(self.session.fabric), self._set_edges)  # fmt: skip
+            controls.buttons("Look from", "Show the whole fabric from this side", tuple(VIEWS), self._look_from)
+
+    def _build_keys(self) -> None:
+        controls = self.app.controls
+        controls.key("Undo", "Undo the last edit", "Z", "ctrl", self.undo)
+        controls.key("Redo", "Make the edit again that was undone last", "Y", "ctrl", self.redo)
+        controls.key("Redo also", "Make the edit again that was undone last", "Z", "ctrl+shift", self.redo)
+        controls.key("Select nothing", "Empty the selection", "D", None, self._select_nothing)
+        for name, tool in self.tools.items():
+            controls.key(f"Tool: {name}", tool.hint, tool.key, None, partial(self.take_up, name))
+
+    def _select_nothing(self) -> None:
+        self.session.choose(NO_FACES)
+        self._selection.show()
+
+    def _take_stitch(self, stitch: Stitch) -> None:
+        """Take a stitch of the palette, and the tool that paints it."""
+        self.session.stitch = stitch
+        self.take_up(PaintStitches.name)
+
+    def _take_yarn(self, yarn: int) -> None:
+        """Take a yarn of the palette, and the tool that paints it."""
+        self.session.yarn = yarn
+        self.take_up(PaintYarns.name)
+
+    def _set_edges(self, edges: bool) -> None:
+        self.session.view.edges = edges
+        self.session.view.show(self.session.fabric)
+
+    def _show_colours(self, by: ColourBy) -> None:
+        self._colours.value = next(words for words, name in COLOURS.items() if name == by)
+
+    def _look_from(self, words: str) -> None:
+        self._fit_view(self.session.fabric, VIEWS[words])
+
+    def _fit_view(self, fabric: StitchMesh, view: ViewName = "front") -> None:
+        self.app.scene.look_at(fabric.vertices.min(axis=0), fabric.vertices.max(axis=0), view)
+
+    def _show_state(self) -> None:
+        """Show what can be undone, and the counts."""
+        project, fabric = self.app.project, self.session.fabric
+        self._history.content = _history_row(project.can_undo, project.can_redo)
+        last = f"last edit: {escape(project.edits[-1].name.replace('_', ' '))}" if project.edits else "no edits yet"
+        counts = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows, {len(project.edits)} edits"
+        self._status.content = _status(f"{counts}; {last}")
+        self._selection.show()
+        self._palettes.refresh()
+
+    def _say(self, face: int) -> None:
+        """Say what the clicked stitch is."""
+        self._status.content = _status(_face_words(self.session.fabric, face))
+
+
+def _status(words: str) -> str:
+    return f'<p style="margin:0;font-size:.82em" role="status">{words}</p>'
+
+
+def visible_faces(fabric: StitchMesh, box: ScreenBox) -> IntArray:
+    """Return the faces whose centres lie in a rectangle on the screen, and whose right sides face the camera."""
+    first = fabric.face_start[:-1]
+    centre = np.add.reduceat(fabric.corner_position, first, axis=0) / np.diff(fabric.face_start)[:, None]
+    inside = np.flatnonzero(box.inside(centre))
+    towards = np.asarray(box.camera.position) - centre[inside]
+    faces: IntArray = inside[np.einsum("ij,ij->i", towards, fabric.face_vector_area[inside]) > 0.0]
+    return faces
+
+
+def _face_words(fabric: StitchMesh, face: int) -> str:
+    stitch = Stitch(int(fabric.stitch[face]))
+    name = "panel" if stitch == Stitch.PANEL else "bind-off" if stitch == Stitch.BIND_OFF else name_of(stitch)
+    loops = f"{fabric.n_bottom[face]} below, {fabric.n_top[face]} above"
+    return f"Stitch {face}: <b>{escape(name)}</b>, row {fabric.row[face]}, loops {loops}, yarn {fabric.yarn[face]}"
+
+
+def _history_row(can_undo: bool, can_redo: bool) -> str:
+    buttons = "".join(
+        f'<button type="button" data-action="{action}" data-value="" title="{hint}"{"" if possible else " disabled"}>'
+        f"{words}</button>"
+        for action, words, hint, possible in (
+            ("undo", "Undo", "Undo the last edit: Ctrl+Z", can_undo),
+            ("redo", "Redo", "Make the edit again that was undone last: Ctrl+Y", can_redo),
+        )
+    )
+    columns = "grid-template-columns:1fr 1fr;margin:0"
+    return f'{TOOL_STYLE}<div class="sm-tools" style="{columns}" role="group" aria-label="History">{buttons}</div>'
+
+
+def _tool_bar(chosen: str) -> str:
+    buttons = "".join(
+        f'<button type="button" data-action="tool" data-value="{escape(tool.name)}" '
+        f'aria-pressed="{"true" if tool.name == chosen else "false"}" title="{escape(tool.hint)} Key {tool.key}.">'
+        f"{escape(tool.name)}</button>"
+        for tool in TOOLS
+    )
+    return f'{TOOL_STYLE}<div class="sm-tools" role="group" aria-label="Tools">{buttons}</div>'

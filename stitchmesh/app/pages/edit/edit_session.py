@@ -1,0 +1,169 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the tools of the page Edit share: the fabric, the selection, the chosen stitch and yarn, and how to edit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.app.pages.edit.brush import Brush
+from stitchmesh.app.pages.edit.fabric_view import FabricView
+from stitchmesh.app.pages.edit.pointer import Pointer
+from stitchmesh.app.pages.edit.saved_selections import SavedSelections, faces_after
+from stitchmesh.app.scene.face_colours import ColourBy
+from stitchmesh.editing.edit import Edit
+from stitchmesh.editing.on_selection import places_after
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh.renumbering import REMOVED
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.selection import select
+from stitchmesh.selection.from_faces import selection_of_faces
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+NO_FACES = np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """The selected faces."""
+
+    faces: IntArray
+    """Numbers of the faces, ascending, shape (n,)."""
+    text: str = ""
+    """Text of the selection language that gave exactly these faces; empty if the faces were chosen one by one."""
+
+    @property
+    def as_text(self) -> str:
+        """A text that names the faces; empty if there are none."""
+        return self.text or (str(selection_of_faces(self.faces)) if len(self.faces) else "")
+
+
+class EditSession:
+    """The state of the page, which all tools use."""
+
+    def __init__(self, app: App) -> None:
+        """Start without a selection."""
+        self.app, self.view = app, FabricView(app.scene)
+        self.selection = Chosen(NO_FACES)
+        self.stitch, self.yarn = Stitch.PURL, 1
+        self.brush: Brush = "Stitch"
+        self.saved = SavedSelections(app)
+        self.on_colours: Callable[[ColourBy], object] = lambda by: None
+        """Called when a tool shows the fabric in other colours."""
+        self._seen: StitchMesh | None = None
+        self._pointer: Pointer | None = None
+
+    @property
+    def fabric(self) -> StitchMesh:
+        """The fabric of the project, which exists while the page is open."""
+        fabric = self.app.project.fabric
+        assert fabric is not None
+        return fabric
+
+    @property
+    def pointer(self) -> Pointer:
+        """What finds places of the present fabric under the pointer."""
+        if self._pointer is None or self._pointer.fabric is not self.fabric:
+            self._pointer = Pointer(self.fabric)
+        return self._pointer
+
+    def edit(self, name: str, arguments: Mapping[str, object], at: IntArray = NO_FACES) -> bool:
+        """Make an edit, and show the result; a refused edit is shown with its reason where it was tried.
+
+        Args:
+            name: name of the edit.
+            arguments: its arguments.
+            at: faces at which it is tried.
+
+        Returns:
+            Whether the edit was made.
+        """
+        try:
+            dropped = self.app.project.apply_edit(Edit(name, arguments))
+        except StitchMeshError as error:
+            self.refuse(at, str(error))
+            return False
+        self.after_change(dropped)
+        return True
+
+    def refuse(self, at: IntArray, message: str) -> None:
+        """Show why something was refused, and where."""
+        self.view.show(self.fabric)
+        self.view.unmark()
+        self.view.refuse(self.fabric, at[at < self.fabric.face_count], message)
+        self.app.notice(message, "error")
+
+    def after_change(self, dropped: tuple[str, ...]) -> None:
+        """Show the project after an edit, undo or redo; say what it dropped."""
+        self.view.unmark()
+        self.app.refresh()
+        if dropped:
+            self.app.notice(f"The edit made older results invalid: {', '.join(dropped)}. Make them again when you are "
+                            "ready.", "warning")  # fmt: skip
+
+    def show_fabric(self) -> None:
+        """Draw the fabric of the project, and let the selection follow what has changed."""
+        fabric = self.fabric
+        if self._seen is not None and self._seen is not fabric:
+            self._follow(self._seen)
+        self._seen = fabric
+        self.view.show(fabric)
+        self.view.select(fabric, self.selection.faces)
+
+    def choose(self, faces: IntArray, text: str = "") -> None:
+        """Select faces."""
+        self.selection = Chosen(np.unique(faces), text)
+        self.view.select(self.fabric, self.selection.faces)
+
+    def choose_by_text(self, text: str) -> None:
+        """Select the faces that a text names.
+
+        Raises:
+            ParameterError: as for ``select``.
+        """
+        self.choose(select(self.fabric, text), text)
+
+    def on_selection(self) -> dict[str, object]:
+        """Return the argument of an edit that names the selection.
+
+        Raises:
+            ParameterError: nothing is selected.
+        """
+        if not len(self.selection.faces):
+            raise ParameterError("selection: nothing is selected; select stitches first, or use the tool on the fabric")
+        return {"on": self.selection.as_text}
+
+    def colour_by(self, by: ColourBy) -> None:
+        """Show the fabric in other colours."""
+        if by != self.view.colour_by:
+            self.view.colour_by = by
+            self.on_colours(by)
+            self.view.show(self.fabric)
+
+    def _follow(self, before: StitchMesh) -> None:
+        """Let all selections follow the last change; faces that are gone are no longer selected."""
+        numbers = places_after(np.arange(before.face_count), before.face_count, self.app.project.last_changes)
+        if not _leads_to(before, self.fabric, numbers):
+            self.selection = Chosen(NO_FACES)
+            return
+        self.saved.follow(before, numbers)
+        faces = self.selection.faces
+        after = faces_after(faces, numbers)
+        if not np.array_equal(after, faces):
+            self.selection = Chosen(after)
+
+
+def _leads_to(before: StitchMesh, after: StitchMesh, numbers: IntArray) -> bool:
+    """Whether the faces that two fabrics share have the same sizes; otherwise the fabric is another one."""
+    kept = np.flatnonzero(numbers != REMOVED)
+    if numbers.max(initial=REMOVED) >= after.face_count:
+        return False
+    sizes = np.diff(after.face_start)[numbers[kept]]
+    return bool(np.array_equal(sizes, np.diff(before.face_start)[kept]))

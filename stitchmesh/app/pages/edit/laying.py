@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tool that lays patterns: it shows the pattern on the fabric before it is laid."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
+from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.scene.scene import Pick
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.mesh import IntArray
+from stitchmesh.mesh.picking import PickedPlace
+from stitchmesh.patterns.language.parse import parse_pattern
+from stitchmesh.patterns.language.writing import format_pattern
+from stitchmesh.patterns.library import read_pattern
+from stitchmesh.patterns.pattern import Pattern
+from stitchmesh.patterns.placement.apply import LaidPattern, lay_pattern
+from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
+from stitchmesh.selection import select
+
+Area = Literal["Selection", "Around a click", "Whole fabric"]
+AREAS: tuple[Area, ...] = get_args(Area)
+REMAINDERS = {"leave them plain": "centre", "stretch the pattern": "stretch", "refuse": "refuse"}
+"""What happens to loops beside whole repeats, by the words of the page."""
+SUFFIXES = (".knit", ".txt", ".leaf", ".png")
+LARGEST_FILE = 4_000_000
+"""Largest file of a pattern [bytes]."""
+MOST_REASONS = 3
+"""Largest number of groups of left-out stitches that are described."""
+
+
+class LayPatterns(Tool):
+    """Lays a pattern of the library, or of a file, on the selection, around a click, or on the whole fabric."""
+
+    name, key = "Lay a pattern", "T"
+    hint = "Choose a pattern on the left and where it goes; the fabric shows it before you lay it."
+    takes_strokes = False
+
+    def __init__(self, session: EditSession) -> None:
+        """Start without a pattern."""
+        super().__init__(session)
+        self.pattern = ""
+        """Name of the pattern in the library, or its text; empty if none is chosen."""
+        self.area: Area = "Around a click"
+        self.remainder: str = DEFAULT_REMAINDER
+        self.laid: LaidPattern | None = None
+        """The pattern on the fabric, as it is shown; None while there is no preview."""
+        self._face: int | None = None
+        self._on = False
+
+    def build(self, controls: Controls) -> None:
+        """Make the controls."""
+        self._words = controls.markdown("")
+        self._area = controls.choice("Where", "Which stitches take the pattern", AREAS, self.area, self._set_area)
+        words = next(words for words, name in REMAINDERS.items() if name == self.remainder)
+        controls.choice("Stitches left over", "What happens to stitches beside whole repeats of the pattern",
+                        tuple(REMAINDERS), words, self._set_remainder)  # fmt: skip
+        controls.upload("Pattern from a file", "Read a pattern from a text or an image of a chart", SUFFIXES,
+                        self.read_file)  # fmt: skip
+        self._lay = controls.button("Lay the pattern", "Replace the stitches by those of the pattern", self.lay,
+                                    main=True)  # fmt: skip
+        self._discard = controls.button("Discard the preview", "Show the fabric as it is", self.discard)
+        self._say("")
+
+    def taken_up(self) -> None:
+        """Show the pattern where it would go."""
+        self._on = True
+        if len(self.session.selection.faces) and self._face is None:
+            self.area = self._area.value = "Selection"
+        self._preview()
+
+    def laid_down(self) -> None:
+        """Show the fabric as it is."""
+        self._on = False
+        self.discard()
+
+    def refresh(self) -> None:
+        """Forget the preview of a fabric that has changed."""
+        self._face, self.laid = None, None
+        self._say("")
+
+    def choose(self, pattern: str) -> None:
+        """Take a pattern of the library, by its name, or a pattern as text."""
+        self.pattern = pattern
+        self._preview()
+
+    def read_file(self, name: str, content: bytes) -> None:
+        """Take the pattern of a file.
+
+        Raises:
+            StitchMeshError: the file is too large or holds no pattern.
+        """
+        if len(content) > LARGEST_FILE:
+            limit = f"at most {LARGEST_FILE / 1e6:.0f} MB"
+            raise ParameterError(f"{Path(name).name}: got {len(content) / 1e6:.1f} MB; expected {limit}")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / Path(name.replace("\\", "/")).name
+            path.write_bytes(content)
+            self.choose(format_pattern(read_pattern(path)))
+
+    def clicked(self, place: PickedPlace, pick: Pick) -> None:
+        """Show the pattern on the plain stitches around a click."""
+        self.area = self._area.value = "Around a click"
+        self._face = place.face
+        self._preview()
+
+    def boxed(self, faces: IntArray) -> None:
+        """Select the faces, and show the pattern on them."""
+        self.session.choose(faces)
+        self.area = self._area.value = "Selection"
+        self._preview()
+
+    def lay(self) -> None:
+        """Make the edit."""
+        where = self._where()
+        if not self.pattern or where is None:
+            raise ParameterError(f"pattern: {self._missing()}")
+        arguments: dict[str, object] = {"pattern": self.pattern, **where, "remainder": self.remainder}
+        if self.session.edit("paste_pattern", arguments, self._at()):
+            self._say(f"**{self._read().name}** is laid.")
+
+    def discard(self) -> None:
+        """Show the fabric without the pattern."""
+        if self.laid is not None:
+            self.laid = None
+            self.session.view.unmark()
+            self.session.show_fabric()
+        self._say("")
+
+    def _where(self) -> dict[str, object] | None:
+        """Return the argument that says where the pattern goes; None if that is not chosen yet."""
+        if self.area == "Whole fabric":
+            return {}
+        if self.area == "Around a click":
+            return None if self._face is None else {"face": self._face}
+        return self.session.on_selection() if len(self.session.selection.faces) else None
+
+    def _at(self) -> IntArray:
+        if self.area == "Selection":
+            return self.session.selection.faces
+        return NO_FACES if self._face is None or self.area == "Whole fabric" else np.array([self._face])
+
+    def _missing(self) -> str:
+        if not self.pattern:
+            return "choose one on the left, or read one from a file"
+        if self.area == "Whole fabric":
+            return "choose another pattern, or another place"
+        return "select stitches first" if self.area == "Selection" else "click a stitch of the fabric"
+
+    def _preview(self) -> None:
+        """Show the pattern on the fabric, if it and its place are chosen."""
+        if not self._on:
+            return
+        where = self._where()
+        if not self.pattern or where is None:
+            self.discard()
+            self._say(f"Next: {self._missing()}.")
+            return
+        fabric = self.session.fabric
+        faces = select(fabric, str(where["on"])) if "on" in where else None
+        try:
+            self.laid = lay_pattern(
+                fabric, self._read(), face=self._face if "face" in where else None, faces=faces,
+                remainder=check_remainder(self.remainder),
+            )  # fmt: skip
+        except StitchMeshError as error:
+            self.laid = None
+            self.session.refuse(self._at(), str(error))
+            self._say("")
+            return
+        self._show(self.laid)
+
+    def _show(self, laid: LaidPattern) -> None:
+        view = self.session.view
+        view.unmark()
+        self.session.colour_by("yarn" if self._read().yarn_count > 1 else "stitch")
+        view.select(laid.fabric, NO_FACES)
+        view.show(laid.fabric)
+        view.mark_left_out(laid.fabric, np.flatnonzero(laid.reason >= 0))
+        left_out = "".join(f"\n- {part}" for part in laid.left_out[:MOST_REASONS])
+        more = len(laid.left_out) - MOST_REASONS
+        rest = f"\n- and {more} more groups" if more > 0 else ""
+        title = f"**Preview of {self._read().name}**: {laid.faces_laid} stitches in the pattern."
+        self._say(title + ("\n\nNot in the pattern, marked:\n" + left_out + rest if left_out else ""))
+
+    def _read(self) -> Pattern:
+        return parse_pattern(self.pattern) if "\n" in self.pattern else read_pattern(self.pattern)
+
+    def _say(self, text: str) -> None:
+        self._words.content = text or f"Next: {self._missing()}."
+        self._lay.disabled = self._discard.disabled = self.laid is None
+
+    def _set_area(self, area: str) -> None:
+        self.area = next(known for known in AREAS if known == area)
+        self._preview()
+
+    def _set_remainder(self, words: str) -> None:
+        self.remainder = REMAINDERS[words]
+        self._preview()

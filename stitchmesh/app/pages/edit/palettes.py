@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The panel on the left: the palette of stitches, of yarns, or of patterns, as the tool needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.edit.edit_session import EditSession
+from stitchmesh.app.pages.edit.laying import LayPatterns
+from stitchmesh.app.pages.edit.painting import PaintYarns
+from stitchmesh.app.pages.edit.pattern_palette import PatternPalette
+from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_named, stitch_palette_html
+from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.pages.edit.yarn_palette import yarn_colour, yarn_palette_html
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.palette import parse_colour
+from stitchmesh.mesh.stitch import Stitch
+
+
+class Palettes:
+    """Shows one of the three palettes."""
+
+    def __init__(
+        self, session: EditSession, controls: Controls, take_stitch: Callable[[Stitch], object],
+        take_yarn: Callable[[int], object], laying: Tool,
+    ) -> None:  # fmt: skip
+        """Make the palettes; the functions are called with what the user takes."""
+        self._session, self._take_stitch, self._take_yarn = session, take_stitch, take_yarn
+        self._stitch = controls.html("")
+        self._stitches = controls.html(stitch_palette_html(), lambda _, name: self._stitch_taken(name))
+        self._yarns = controls.html("", lambda _, number: self._yarn_taken(number))
+        self._colour = controls.text("Colour of the yarn", "A name such as navy or cream, or #rrggbb", "",
+                                     lambda text: None)  # fmt: skip
+        self._recolour = controls.button("Set the colour", "Give the chosen yarn this colour everywhere",
+                                         self._set_colour)  # fmt: skip
+        assert isinstance(laying, LayPatterns)
+        self._laying = laying
+        self._patterns = PatternPalette(controls, self._pattern_taken, session.app.post)
+        self.refresh()
+
+    def show_for(self, tool: str) -> None:
+        """Show the palette that a tool needs."""
+        yarns, patterns = tool == PaintYarns.name, tool == LayPatterns.name
+        for control in (self._yarns, self._colour, self._recolour):
+            control.visible = yarns
+        self._patterns.visible = patterns
+        self._stitch.visible = self._stitches.visible = not (yarns or patterns)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show what is chosen, and the yarns of the fabric."""
+        session = self._session
+        self._stitch.content = chosen_stitch_html(session.stitch)
+        self._yarns.content = yarn_palette_html(session.fabric, session.yarn)
+        self._patterns.show_chosen(self._laying.pattern if "\n" not in self._laying.pattern else "")
+
+    def close(self) -> None:
+        """Draw no further thumbnails."""
+        self._patterns.close()
+
+    def _stitch_taken(self, name: str) -> None:
+        self._take_stitch(stitch_named(name))
+        self.refresh()
+
+    def _yarn_taken(self, number: str) -> None:
+        self._take_yarn(int(number))
+        self._colour.value = yarn_colour(self._session.fabric, self._session.yarn)
+        self.refresh()
+
+    def _pattern_taken(self, name: str) -> None:
+        self._laying.choose(name)
+        self.refresh()
+
+    def _set_colour(self) -> None:
+        text = str(self._colour.value)
+        if not text.strip():
+            raise ParameterError("colour: got no text; expected #rrggbb or a name such as navy or cream")
+        parse_colour(text)
+        self._session.edit("recolour", {"yarn": self._session.yarn, "colour": text.strip()})

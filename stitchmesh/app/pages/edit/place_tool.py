@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tools that make an edit at the place of a click, or at each place of the selection."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
+from stitchmesh.app.pages.edit.place_edits import LOOP_EDITS, ROW_EDITS, PlaceEdit, Setting, add_setting, value_of
+from stitchmesh.app.pages.edit.pointer import nearest_side
+from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.scene.scene import Pick
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.mesh.picking import PickedPlace
+
+
+class PlaceTool(Tool):
+    """Makes one of several edits at the place of a click."""
+
+    edits: ClassVar[tuple[PlaceEdit, ...]]
+    """The edits to choose from."""
+    takes_strokes = False
+
+    def __init__(self, session: EditSession) -> None:
+        """Start with the first edit, and with the first value of each setting."""
+        super().__init__(session)
+        self.chosen = self.edits[0]
+        self._values: dict[str, Any] = {}
+        self._shown: list[tuple[Setting, PlaceEdit, Control]] = []
+
+    def build(self, controls: Controls) -> None:
+        """Make the choice of the edit, the settings of all edits, and the button for the selection."""
+        labels = [edit.label for edit in self.edits]
+        controls.choice(f"{self.name}: edit", "What a click does", labels, self.chosen.label, self._choose)
+        self._words = controls.markdown("")
+        self._shown = []
+        for edit in self.edits:
+            for setting in edit.settings:
+                key = f"{edit.edit} {setting.argument}"
+                start = self._values.setdefault(key, setting.start)
+                control = add_setting(controls, setting, f"{setting.label} ({edit.label.lower()})", self._setter(key))
+                control.value = start
+                self._shown.append((setting, edit, control))
+        controls.button(f"Do it on the selection ({self.name.lower()})",
+                        "Make the chosen edit at each place of the selection", self.on_selection)  # fmt: skip
+        self._show_settings()
+
+    def clicked(self, place: PickedPlace, pick: Pick) -> None:
+        """Make the edit at the place."""
+        fabric, edit = self.session.fabric, self.chosen
+        at = np.array([place.face])
+        if edit.place == "face":
+            self.session.edit(edit.edit, {"face": place.face, **self._arguments()}, at)
+            return
+        try:
+            side = nearest_side(fabric, place, edit.place)
+        except StitchMeshError as error:
+            self.session.refuse(at, str(error))
+            return
+        if not self.session.edit(edit.edit, {"side": side, **self._arguments()}, at):
+            self.session.view.mark_sides(fabric, np.array([side]))
+
+    def on_selection(self) -> None:
+        """Make the edit at each place of the selection."""
+        arguments = {**self.session.on_selection(), **self._arguments()}
+        self.session.edit(self.chosen.edit, arguments, self.session.selection.faces)
+
+    def _arguments(self) -> dict[str, object]:
+        edit = self.chosen
+        values = {
+            setting.argument: value_of(setting, self._values[f"{edit.edit} {setting.argument}"])
+            for setting in edit.settings
+        }
+        return {name: value for name, value in values.items() if value is not None}
+
+    def _choose(self, label: str) -> None:
+        self.chosen = next(edit for edit in self.edits if edit.label == label)
+        self.session.view.refuse(self.session.fabric, NO_FACES, "")
+        self._show_settings()
+
+    def _setter(self, key: str) -> Any:
+        def set_value(value: Any) -> None:
+            self._values[key] = value
+
+        return set_value
+
+    def _show_settings(self) -> None:
+        self._words.content = self.chosen.hint
+        for _, edit, control in self._shown:
+            control.visible = edit is self.chosen
+
+
+class ChangeLoops(PlaceTool):
+    """Edits of loops and edges."""
+
+    name, key, edits = "Loops and edges", "L", LOOP_EDITS
+    hint = "Choose an edit below, then click the stitch or the edge."
+
+
+class ChangeRows(PlaceTool):
+    """Edits of rows and wales."""
+
+    name, key, edits = "Rows and wales", "R", ROW_EDITS
+    hint = "Choose an edit below, then click the stitch or the edge."

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Selections that the user has saved under names, in the settings of the project.
+
+A selection in words, such as ``hem 6``, is evaluated anew whenever it is used. A selection of single faces follows the
+faces when an edit gives them other numbers.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh.renumbering import REMOVED
+from stitchmesh.selection import parse_selection, select
+from stitchmesh.selection.from_faces import selection_of_faces
+from stitchmesh.selection.selection import Faces
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+PAGE, KEY = "Edit", "selections"
+"""Where the project keeps the selections."""
+LONGEST_NAME = 40
+"""Largest number of characters of a name."""
+LONGEST_SHOWN = 44
+"""Number of characters of a selection that are shown in the list."""
+
+
+class SavedSelections:
+    """Saved selections by name."""
+
+    def __init__(self, app: App) -> None:
+        """Keep the application, whose project holds the selections."""
+        self._app = app
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """The text of each selection, by its name."""
+        found = self._app.project.settings(PAGE).get(KEY, {})
+        return {str(name): str(text) for name, text in found.items()} if isinstance(found, dict) else {}
+
+    def save(self, name: str, text: str) -> None:
+        """Save a selection; a selection of the same name is replaced.
+
+        Raises:
+            ParameterError: the name or the selection is empty, or the name is too long.
+        """
+        name = name.strip()
+        if not name or len(name) > LONGEST_NAME or not name.isprintable():
+            raise ParameterError(f"name: got {name[:LONGEST_NAME]!r}; expected 1 to {LONGEST_NAME} characters")
+        if not text:
+            raise ParameterError(f"selection {name!r}: nothing is selected; select stitches first")
+        self._write({**self.texts, name: text})
+
+    def delete(self, name: str) -> None:
+        """Delete a selection; an unknown name is no error, because another browser may have deleted it."""
+        self._write({known: text for known, text in self.texts.items() if known != name})
+
+    def text_of(self, name: str) -> str:
+        """Return the text of a selection.
+
+        Raises:
+            ParameterError: there is none of this name.
+        """
+        if name not in self.texts:
+            raise ParameterError(f"selection {name!r}: is not saved; save it first")
+        return self.texts[name]
+
+    def follow(self, before: StitchMesh, numbers: IntArray) -> None:
+        """Let the selections of single faces follow an edit.
+
+        Args:
+            before: the fabric before the edit.
+            numbers: number of each face after the edit, ``REMOVED`` for faces that are gone, shape (F,).
+        """
+        if np.array_equal(numbers, np.arange(before.face_count)):
+            return
+        texts = {name: _followed(text, before, numbers) for name, text in self.texts.items()}
+        kept = {name: text for name, text in texts.items() if text}
+        if kept != self.texts:
+            self._write(kept)
+
+    def html(self) -> str:
+        """Return the list as HTML; the actions are ``use`` and ``delete`` with the name."""
+        rows = "".join(_row(name, text) for name, text in self.texts.items())
+        return f'<ul style="list-style:none;margin:0;padding:0;font-size:.82em">{rows}</ul>' if rows else ""
+
+    def _write(self, texts: dict[str, str]) -> None:
+        project = self._app.project
+        project.set_settings(PAGE, {**project.settings(PAGE), KEY: texts})
+
+
+def faces_after(faces: IntArray, numbers: IntArray) -> IntArray:
+    """Return the numbers of faces after an edit, ascending, without those that are gone."""
+    after = numbers[faces]
+    return np.sort(after[after != REMOVED])
+
+
+def _followed(text: str, before: StitchMesh, numbers: IntArray) -> str:
+    """Return the text of a selection after an edit; empty if its faces are gone."""
+    if not isinstance(parse_selection(text), Faces):
+        return text
+    faces = select(before, text)
+    after = faces_after(faces, numbers)
+    return str(selection_of_faces(after)) if len(after) else ""
+
+
+def _row(name: str, text: str) -> str:
+    shown = text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}..."
+    style = "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
+    frame = "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
+    buttons = "".join(
+        f'<button type="button" data-action="{action}" data-value="{escape(name)}" style="{style}{frame}" '
+        f'aria-label="{words} {escape(name)}">{words}</button>'
+        for action, words in (("use", "Use"), ("delete", "Delete"))
+    )
+    words = f"<span style=\"flex:1 1 auto;overflow-wrap:anywhere\"><b>{escape(name)}</b><br>{escape(shown)}</span>"
+    return f'<li style="display:flex;gap:4px;align-items:center;margin:.2em 0">{words}{buttons}</li>'

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The palette of stitches: a button with a drawing for each stitch, in families."""
+
+from __future__ import annotations
+
+from functools import cache
+from html import escape
+from urllib.parse import quote
+
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
+from stitchmesh.render.stitch_drawing import draw_stitch
+
+FAMILIES: dict[str, str] = {
+    "Plain, slipped, first and last": "k p y b f x cast-on draw-through",
+    "Increases": "ky yk py yp kp pk kyk kpk yky pyp pkp ypy kpy ykp pky ypk",
+    "Decreases of two": "d12k d21k d12p d21p",
+    "Decreases of three": "d123k d132k d213k d231k d312k d321k d123p d132p d213p d231p d312p d321p",
+    "Kept loops and tucks": "sk ks sp ps sy ys",
+}
+"""The stitches of the palette by family, as codes."""
+OTHER_NAMES = {Stitch.CAST_ON: "cast-on", Stitch.DRAW_THROUGH: "draw-through"}
+"""Names of the stitches without a code."""
+SIZE = 40
+"""Width and height of a drawing [pixels]."""
+STYLE = """<style>
+.sm-palette{display:flex;flex-wrap:wrap;gap:3px;margin:0 0 .5em}
+.sm-palette button{padding:2px;border:2px solid transparent;border-radius:6px;background:none;cursor:pointer;
+ font:inherit;font-size:.68em;line-height:1.15;color:var(--mantine-color-text);min-width:48px}
+.sm-palette button:hover{border-color:var(--mantine-color-default-border)}
+.sm-palette button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
+.sm-palette img{display:block;margin:0 auto 1px;border-radius:4px}
+.sm-palette-title{margin:.1em 0 .15em;font-size:.8em;font-weight:600}
+</style>"""
+
+
+def name_of(stitch: Stitch) -> str:
+    """Return the name that edits use for a stitch: its code, ``cast-on`` or ``draw-through``."""
+    return OTHER_NAMES.get(stitch) or VOCABULARY[stitch].code
+
+
+def stitch_named(name: str) -> Stitch:
+    """Return the stitch of a name of the palette."""
+    return CODES.get(name) or next(stitch for stitch, other in OTHER_NAMES.items() if other == name)
+
+
+def described(stitch: Stitch) -> str:
+    """Return how a stitch is made, in words."""
+    if stitch in VOCABULARY:
+        return VOCABULARY[stitch].instruction
+    return {Stitch.CAST_ON: "cast on: loops without loops below", Stitch.DRAW_THROUGH: "draw the yarn through"}[stitch]
+
+
+@cache
+def stitch_palette_html() -> str:
+    """Return the palette as HTML; the action is ``stitch`` with the name of the stitch."""
+    parts = [STYLE]
+    for family, names in FAMILIES.items():
+        buttons = "".join(_button(name) for name in names.split())
+        parts.append(f'<p class="sm-palette-title">{family}</p><div class="sm-palette">{buttons}</div>')
+    return "".join(parts)
+
+
+def chosen_stitch_html(stitch: Stitch) -> str:
+    """Return which stitch is chosen, with a larger drawing, and the mark of its button in the palette."""
+    mark = f'.sm-palette button[data-value="{name_of(stitch)}"]{{border-color:#1f5673;background:#1f567333}}'
+    words = f"<b>{escape(name_of(stitch))}</b><br>{escape(described(stitch))}"
+    row = "display:flex;gap:.6em;align-items:center;font-size:.85em;line-height:1.3;margin:0 0 .3em"
+    return f'<style>{mark}</style><div style="{row}" role="status">{picture_of(stitch, 56)}<span>{words}</span></div>'
+
+
+@cache
+def picture_of(stitch: Stitch, size: int) -> str:
+    """Return the drawing of a stitch as an image; an image is one node of the page, whatever its lines."""
+    data = quote(draw_stitch(stitch), safe="/:=<>' ")
+    source = f"data:image/svg+xml,{data}".replace("<", "%3C").replace(">", "%3E")
+    return f'<img src="{source}" width="{size}" height="{size}" alt="">'
+
+
+def _button(name: str) -> str:
+    stitch = stitch_named(name)
+    words = escape(f"{name}: {described(stitch)}")
+    return (
+        f'<button type="button" data-action="stitch" data-value="{name}" aria-label="{words}" title="{words}">'
+        f"{picture_of(stitch, SIZE)}{escape(name)}</button>"
+    )

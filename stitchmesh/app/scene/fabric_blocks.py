@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A fabric as surfaces and edges in blocks of faces, so that an edit sends only the blocks that it changes.
+
+Faces keep their numbers in most edits, and faces of neighbouring numbers are neighbours in most fabrics. A block whose
+arrays have not changed is drawn with the same array objects, which the scene does not send again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.face_triangles import face_triangles
+
+BLOCK = 2048
+"""Number of faces of a block: about 150 kB of triangles."""
+LIFT = 0.03
+"""Distance of edges from the surface, divided by the mean side length; it keeps them visible."""
+EDGE_COLOUR: Colour = (70, 64, 58)
+EDGE_WIDTH = 1.2
+"""Colour (sRGB) and width [pixels] of edges."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """What is drawn for the faces of one block."""
+
+    surface: Surface
+    edges: Lines | None
+
+
+class FabricBlocks:
+    """Draws a fabric under names that begin with a name."""
+
+    def __init__(self, scene: Scene, name: str = "fabric") -> None:
+        """Draw nothing yet."""
+        self._scene, self._name = scene, name
+        self._blocks: list[_Block] = []
+        self._fabric: StitchMesh | None = None
+        self._height = 0.0
+
+    def show(self, fabric: StitchMesh, colours: Colours, *, edges: bool, takes_strokes: bool) -> None:
+        """Draw a fabric in the place of the one before.
+
+        Args:
+            fabric: the fabric.
+            colours: colour of each face, shape (F,).
+            edges: whether the edges are drawn too.
+            takes_strokes: whether a drag on the fabric is a stroke (``Surface.takes_strokes``).
+        """
+        old, self._blocks = self._blocks, []
+        if self._fabric is None:  # The height stays the same for later fabrics, so that edges that stay are the same.
+            self._height = LIFT * float(fabric.side_length.mean())
+        starts = range(0, fabric.face_count, BLOCK)
+        shapes = self._shapes(fabric, old, len(starts))
+        lines = self._edges(fabric, old, len(starts)) if edges else [None] * len(starts)
+        for number, (points, triangles, face) in enumerate(shapes):
+            before = old[number] if number < len(old) else None
+            index = colours.index[face]
+            shown = _same_colours(before, index, colours.palette)
+            surface = Surface(points, triangles, shown, flat=True, takes_strokes=takes_strokes)
+            self._draw(number, _Block(surface, lines[number]), before)
+        for number in range(len(starts), len(old)):
+            self._remove(number, old[number])
+        self._fabric = fabric
+
+    def clear(self) -> None:
+        """Remove all blocks."""
+        for number, block in enumerate(self._blocks):
+            self._remove(number, block)
+        self._blocks, self._fabric = [], None
+
+    def forget(self) -> None:
+        """Forget the blocks after the scene was cleared."""
+        self._blocks, self._fabric = [], None
+
+    def _draw(self, number: int, block: _Block, before: _Block | None) -> None:
+        self._scene.show(f"{self._name}/{number}", block.surface)
+        if block.edges is not None:
+            self._scene.show(f"{self._name}/{number}/edges", block.edges)
+        elif before is not None and before.edges is not None:
+            self._scene.remove(f"{self._name}/{number}/edges")
+        self._blocks.append(block)
+
+    def _remove(self, number: int, block: _Block) -> None:
+        self._scene.remove(f"{self._name}/{number}")
+        if block.edges is not None:
+            self._scene.remove(f"{self._name}/{number}/edges")
+
+    def _shapes(
+        self, fabric: StitchMesh, old: list[_Block], count: int
+    ) -> list[tuple[FloatArray, IntArray, IntArray]]:
+        """Return the points, the triangles, and the face of each triangle, block by block."""
+        found = face_triangles(fabric)
+        same = self._fabric is not None and _same_shape(self._fabric, fabric)
+        limits = np.searchsorted(found.face, BLOCK * np.arange(count + 1))
+        shapes = []
+        for number in range(count):
+            first = fabric.face_start[BLOCK * number]
+            last = fabric.face_start[min(BLOCK * (number + 1), fabric.face_count)]
+            part = slice(limits[number], limits[number + 1])
+            before = old[number].surface if number < len(old) else None
+            if same and before is not None:
+                shapes.append((before.points, before.triangles, found.face[part]))
+                continue
+            points = fabric.corner_position[first:last]
+            triangles = found.corners[part] - first
+            if before is not None:
+                points, triangles = _kept(before.points, points), _kept(before.triangles, triangles)
+            shapes.append((points, triangles, found.face[part]))
+        return shapes
+
+    def _edges(self, fabric: StitchMesh, old: list[_Block], count: int) -> list[Lines | None]:
+        """Return the edges of each block; an edge belongs to the block of its first side."""
+        same = self._fabric is not None and _same_shape(self._fabric, fabric)
+        if same and len(old) == count and all(block.edges is not None for block in old):
+            return [block.edges for block in old]
+        sides = np.flatnonzero((fabric.twin == BORDER) | (np.arange(fabric.side_count) < fabric.twin))
+        segments = lifted_sides(fabric, sides, self._height)
+        limits = np.searchsorted(fabric.side_face[sides], BLOCK * np.arange(count + 1))
+        lines: list[Lines | None] = []
+        for number in range(count):
+            part = segments[limits[number] : limits[number + 1]]
+            before = old[number].edges if number < len(old) else None
+            unchanged = before is not None and np.array_equal(before.segments, part)
+            lines.append(before if unchanged else Lines(part, EDGE_COLOUR, EDGE_WIDTH))
+        return lines
+
+
+def lifted_sides(fabric: StitchMesh, sides: IntArray, height: float) -> FloatArray:
+    """Return the ends of some sides, shifted from the surface along the normals of their faces, shape (n, 2, 3).
+
+    Args:
+        fabric: the fabric.
+        sides: the sides, shape (n,).
+        height: the shift [cm].
+    """
+    faces = fabric.side_face[sides]
+    across = np.where(fabric.twin[sides] == BORDER, faces, fabric.side_face[fabric.twin[sides]])
+    normal = fabric.face_vector_area[faces] + fabric.face_vector_area[across]
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    shift = height * normal / np.where(length > 0.0, length, 1.0)
+    ends = fabric.corner_position[np.stack([sides, fabric.side_next[sides]], axis=1)]
+    lifted: FloatArray = ends + shift[:, None]
+    return lifted
+
+
+def _same_shape(one: StitchMesh, other: StitchMesh) -> bool:
+    """Whether two fabrics share their arrays of positions and corners, as after a change of marks only."""
+    return all(getattr(one, name) is getattr(other, name) for name in ("vertices", "face_start", "face_vertex"))
+
+
+def _kept(before: NDArray, now: NDArray) -> NDArray:
+    """Return the array of before if nothing in it has changed."""
+    return before if np.array_equal(before, now) else now
+
+
+def _same_colours(before: _Block | None, index: NDArray[np.uint8], palette: NDArray[np.uint8]) -> Colours:
+    """Return the colours of before if nothing in them has changed."""
+    if before is not None and isinstance(before.surface.colours, Colours):
+        same = np.array_equal(before.surface.colours.index, index)
+        if same and np.array_equal(before.surface.colours.palette, palette):
+            return before.surface.colours
+    return Colours(index, palette)
