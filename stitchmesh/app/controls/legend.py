@@ -44,8 +44,7 @@ def _mark(entry: LegendEntry) -> str:
     border = "" if entry.line else f"border:{BORDER};"
     width = 2 * SQUARE if entry.line else SQUARE
     parts = "".join(
-        f'<span style="display:inline-block;width:{width}px;height:{height}px;{border}'
-        f'background:rgb{colour!r}"></span>'
+        f'<span style="display:inline-block;width:{width}px;height:{height}px;{border}background:rgb{colour!r}"></span>'
         for colour in entry.colours
     )
     return f'<span aria-hidden="true" style="flex:none;display:inline-flex">{parts}</span>'
