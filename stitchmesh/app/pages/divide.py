@@ -82,6 +82,9 @@ class DividePage(Page):
         self._estimate = controls.html("")
         self._make_size_controls()
         self._make_edge_controls()
+        controls.buttons(
+            "Changes", "One change back (Ctrl+Z), one change forward (Ctrl+Y).", ("Undo", "Redo"), self._step
+        )
         self._show_choice = controls.choice(
             "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._shown, self._show
         )
@@ -176,6 +179,9 @@ class DividePage(Page):
         """Take another division; it can be undone."""
         self._draft.change(division)
         self._keep()
+
+    def _step(self, option: str) -> None:
+        {"Undo": self._undo, "Redo": self._redo}[option]()
 
     def _undo(self) -> None:
         self._draft.undo()

@@ -95,8 +95,8 @@ def test_a_finer_quality_has_more_control_points(page):
 
 
 def test_a_yarn_gives_its_gauge_and_the_weight(page):
-    page.controls.set("Yarn", "aran")
-    yarn = Yarn.named("aran")
+    page.controls.set("Yarn", "worsted")
+    yarn = Yarn.named("worsted")
     divided(page)
     assert page.project.division == Division(
         stitch_width=yarn.gauge.stitch_width, stitch_height=yarn.gauge.stitch_height
