@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.chart_board import open_board
-from stitchmesh.app.controls.chart_drawing import ChartDrawing, data_element, draw_chart, palette_of
+from stitchmesh.app.controls.chart_data import base_values, data_element
 from stitchmesh.app.controls.chart_palette import (
     STITCHES,
     TOOLS,
@@ -27,6 +27,7 @@ from stitchmesh.app.controls.chart_palette import (
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.patterns.charts.grid import LONGEST_SIDE, Box, Brush
+from stitchmesh.periodic.chart_drawing import ChartDrawing, draw_chart, palette_of
 from stitchmesh.periodic.chart_files import (
     CHART_SUFFIXES,
     Chart,
@@ -35,6 +36,7 @@ from stitchmesh.periodic.chart_files import (
     read_chart,
     write_chart,
 )
+from stitchmesh.periodic.chart_picture import PICTURE_SUFFIX, chart_picture
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.weave.weave_chart import WeaveChart
 
@@ -250,6 +252,9 @@ class ChartEditor:
         suffix = ".weave" if isinstance(self.chart, WeaveChart) else ".knit"
         self._download(_file_name(self.chart.name) + suffix, self.text.encode())
 
+    def _give_picture(self) -> None:
+        self._download(_file_name(self.chart.name) + PICTURE_SUFFIX, chart_picture(self.chart))
+
     def _give_image(self) -> None:
         suffix, content = chart_image(self.chart)
         self._download(_file_name(self.chart.name) + suffix, content)
@@ -309,6 +314,8 @@ class ChartEditor:
             controls.upload("Open a chart", hint, CHART_SUFFIXES, self._receive)
             controls.button("Save the text", "Download the text of the chart", self._give_text)
             controls.button("Save the image", "Download the chart as an image, one pixel a stitch", self._give_image)
+            hint = "Download the chart with its symbols, to print it; it can be opened again"
+            controls.button("Save the picture", hint, self._give_picture)
 
     def _set_colour(self, colour: str) -> None:
         self._do(self._board.set_colour, self._board.yarn, colour)
@@ -341,7 +348,7 @@ class ChartEditor:
         if changes is None:
             self._base, changes = drawing, []
             self._version += 1
-            self._data.content = data_element("base", self._name, drawing.base(self._version))
+            self._data.content = data_element("base", self._name, base_values(drawing, self._version))
         self._changes.content = data_element("changes", self._name, {
             "version": self._version, "squares": changes, "tool": self._tool, "word": board.brush.word,
             "yarn": board.brush.yarn, "selection": _corners(board.selection), "fault_row": board.fault_row,

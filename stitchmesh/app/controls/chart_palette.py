@@ -7,8 +7,9 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-from stitchmesh.app.controls.chart_drawing import palette_of, symbol_svg
+from stitchmesh.app.controls.chart_data import symbol_svg
 from stitchmesh.patterns.charts.chart_symbols import WARP_OVER, WEFT_OVER, chart_symbol, word_instruction
+from stitchmesh.periodic.chart_drawing import palette_of
 from stitchmesh.periodic.chart_files import Chart
 from stitchmesh.periodic.weave.weave_chart import WeaveChart
 

@@ -321,7 +321,8 @@ def test_another_source_is_a_step_and_brings_its_brush(rib):
 def test_files_come_in_and_go_out(rib):
     rib.controls.press("Save the text")
     rib.controls.press("Save the image")
-    assert set(rib.files) == {"2-x-2-rib.knit", "2-x-2-rib.leaf.png"}
+    rib.controls.press("Save the picture")
+    assert set(rib.files) == {"2-x-2-rib.knit", "2-x-2-rib.leaf.png", "2-x-2-rib.chart.png"}
     rib.editor.show(read_weave("plain"))
     for name, content in rib.files.items():
         rib.controls.send("Open a chart", name, content)
