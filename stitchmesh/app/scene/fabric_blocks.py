@@ -93,7 +93,9 @@ class FabricBlocks:
         if block.edges is not None:
             self._scene.remove(f"{self._name}/{number}/edges")
 
-    def _shapes(self, fabric: StitchMesh, old: list[_Block], count: int) -> list[tuple[FloatArray, IntArray, IntArray]]:
+    def _shapes(
+        self, fabric: StitchMesh, old: list[_Block], count: int
+    ) -> list[tuple[FloatArray, IntArray, IntArray]]:
         """Return the points, the triangles, and the face of each triangle, block by block."""
         found = face_triangles(fabric)
         same = self._fabric is not None and _same_shape(self._fabric, fabric)

@@ -51,6 +51,7 @@ class Look:
         if not 0.0 <= self.blend <= 1.0:
             raise ParameterError(f"blend: got {self.blend:g}; expected 0 to 1")
 
+
     def fitted(self, source: Source) -> Look:
         """Return the look with so many repeats of a pattern that about ``SHOWN_STITCHES`` stitches stand in a row."""
         across, upwards = repeat_shape(source)
