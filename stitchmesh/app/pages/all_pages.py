@@ -11,6 +11,7 @@ from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import ProjectPage
 from stitchmesh.app.pages.swatch.page import SwatchPage
+from stitchmesh.app.pages.view.page import ViewPage
 from stitchmesh.app.pages.yarns.page import YarnsPage
 
 _CLASSES: tuple[type[Page], ...] = (
@@ -21,6 +22,7 @@ _CLASSES: tuple[type[Page], ...] = (
     EvenOutPage,
     YarnsPage,
     SwatchPage,
+    ViewPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""

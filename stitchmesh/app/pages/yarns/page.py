@@ -29,7 +29,7 @@ from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
-from stitchmesh.yarn.picking import pick_point
+from stitchmesh.yarn.picking import pick_yarn, yarn_picking_table
 from stitchmesh.yarn.yarn_presets import yarn_for_gauge
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
@@ -158,12 +158,13 @@ class YarnsPage(Page):
         yarns = self._view.yarns
         if not self._pinning or self._run is not None or yarns is None:
             return
-        point = pick_point(yarns, pick.ray_origin, pick.ray_direction)
-        if point is None:
+        place = pick_yarn(yarn_picking_table(yarns), pick.ray_origin, pick.ray_direction)
+        if place is None:
             return
-        face = int(yarns.face[point])
+        # A segment extends approximately from its second to its third control point.
+        face = int(yarns.face[yarns.segment_points[place.segment, 1]])
         if face < 0:
-            raise ParameterError(f"pin: control point {point} belongs to no stitch; click a stitch beside it")
+            raise ParameterError(f"pin: this piece of yarn {place.yarn} belongs to no stitch; click a stitch beside it")
         self._set(pins=tuple(sorted(set(self.settings.pins) ^ {face})))
 
     def boxed(self, box: ScreenBox) -> None:

@@ -204,10 +204,10 @@ def test_yarns_of_other_settings_are_said_to_be_so(generated: Headless):
 
 
 def middle_point(shown: Headless) -> tuple[int, np.ndarray]:
-    """A stitch in front, and the control point of it that is nearest to the eye."""
+    """A stitch, and a control point of it in front of all others, with neighbours of the same stitch."""
     yarns = shown.project.yarns
-    in_front = np.where(yarns.face >= 0, yarns.points[:, 2], -np.inf)
-    point = int(in_front.argmax())
+    inside = np.all([np.roll(yarns.face, shift) == yarns.face for shift in (-2, -1, 1, 2)], axis=0) & (yarns.face >= 0)
+    point = int(np.where(inside, yarns.points[:, 2], -np.inf).argmax())
     return int(yarns.face[point]), yarns.points[point]
 
 
