@@ -70,7 +70,9 @@ class RunControl(Generic[S]):
         """
         if not seconds >= 0.0:
             raise ParameterError(f"seconds between two snapshots: got {seconds}; expected 0 or more")
-        self._watch, self._seconds = watch, seconds
+        self._watch = watch
+        self.seconds = seconds
+        """Shortest time between two calls of ``watch`` [s]; it may change while the relaxation runs."""
         self._condition = threading.Condition()
         self._paused, self._stopped, self._steps = paused, False, 0
         self._due = -float("inf")
@@ -153,7 +155,7 @@ class RunControl(Generic[S]):
         began = time.monotonic()
         watch(snapshot())
         now = time.monotonic()
-        self._due = now + max(self._seconds, (now - began) / LARGEST_SHARE)
+        self._due = now + max(self.seconds, (now - began) / LARGEST_SHARE)
 
     def _must_wait(self) -> bool:
         """Return whether the relaxation waits now."""

@@ -86,6 +86,8 @@ class Task(Generic[T]):
         """Called in the event thread with each frame."""
         self.on_progress: Callable[[], None] | None = None
         """Called in the event thread after a report."""
+        self.on_cancel: Callable[[], None] | None = None
+        """Called when the user cancels the task, for work that can end with a good state."""
         self.cancel_requested = threading.Event()
         self.framed_at = float("-inf")
         self._queue = queue
@@ -132,6 +134,8 @@ class Task(Generic[T]):
         self.cancel_requested.set()
         with self._turn:
             self._turn.notify_all()
+        if self.on_cancel is not None:
+            self.on_cancel()
 
     def wait_turn(self) -> None:
         """Wait while the task is paused; a step lets one waiter pass."""

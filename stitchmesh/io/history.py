@@ -7,10 +7,17 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
+from os import fspath
 from typing import TypedDict
 
+from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.contents import FilePath
+from stitchmesh.io.contents import FilePath, read_lines
+
+NUMBERS = ["iteration", "seconds", "residual"]
+"""First columns of a table."""
+UNIT = "_erg"
+"""End of the names of the columns of energies."""
 
 
 class HistoryEntry(TypedDict):
@@ -47,8 +54,31 @@ def write_history(path: FilePath, history: Sequence[HistoryEntry]) -> None:
     terms = energy_terms(history)
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(["iteration", "seconds", "residual", *(f"{term}_erg" for term in terms)])
+    table.writerow([*NUMBERS, *(f"{term}{UNIT}" for term in terms)])
     for entry in history:
         energies = [entry["energies"].get(term, "") for term in terms]
         table.writerow([entry["iteration"], entry["seconds"], entry["residual"], *energies])
     write_text(path, text.getvalue())
+
+
+def read_history(path: FilePath) -> list[HistoryEntry]:
+    """Read a history that ``write_history`` wrote.
+
+    Raises:
+        FileError: the file cannot be read, or a line is not one of a history.
+    """
+    names, *rows = csv.reader(read_lines(path))
+    if names[:3] != NUMBERS or not all(name.endswith(UNIT) for name in names[3:]):
+        found = f"got columns {', '.join(names[:4])}"
+        raise FileError(f"{fspath(path)}: {found}; expected the convergence of a relaxation: {', '.join(NUMBERS)} ...")
+    return [_entry(f"{fspath(path)}, line {number}", names, row) for number, row in enumerate(rows, 2)]
+
+
+def _entry(place: str, names: list[str], row: list[str]) -> HistoryEntry:
+    try:
+        energies = {
+            name.removesuffix(UNIT): float(text) for name, text in zip(names[3:], row[3:], strict=True) if text
+        }
+        return HistoryEntry(iteration=int(row[0]), seconds=float(row[1]), residual=float(row[2]), energies=energies)
+    except (ValueError, IndexError) as error:
+        raise FileError(f"{place}: got {','.join(row)[:60]!r}; expected {len(names)} numbers") from error

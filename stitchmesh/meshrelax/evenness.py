@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.reporting.verdict import Finding, Kind, Verdict
 
 ALLOWED_RATIO = 1.2
@@ -27,6 +27,13 @@ MOST_FINDINGS = 6
 """Largest number of bands of rows that a verdict lists."""
 
 Direction = Literal["width", "height"]
+_KINDS: dict[tuple[bool, bool], Kind] = {
+    (True, True): "too few stitches", (False, True): "too many stitches",
+    (True, False): "too few rows", (False, False): "too many rows",
+}  # fmt: skip
+"""Kind of a finding: whether there are too few, and whether the width is wrong."""
+Measure = Literal["size", "width", "height"]
+"""Which sides of a stitch are measured: all, the course sides, or the wale sides."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +60,18 @@ class UnevenRows:
 
     def finding(self) -> Finding:
         """Return what is wrong, and how many stitches or rows would help."""
+        few, wide = self.ratio > 1.0, self.direction == "width"
         rows = f"row {self.first}" if self.first == self.last else f"rows {self.first} to {self.last}"
-        size = f"the stitches of {rows} have {self.ratio:.2f} times the average {self.direction}"
-        where = "in each row" if self.direction == "width" else "there"
-        count = abs(self.missing)
-        if self.ratio > 1.0:
-            kind: Kind = "too few stitches" if self.direction == "width" else "too few rows"
-            return Finding(kind, f"{kind}: {size}", f"about {count} more {where} would make them even")
-        kind = "too many stitches" if self.direction == "width" else "too many rows"
-        return Finding(kind, f"{kind}: {size}", f"about {count} fewer {where} would make them even")
+        state, measure = "stretched" if few else "crowded", "wide" if wide else "high"
+        text = f"the stitches of {rows} are {state}: {self.ratio:.2f} times as {measure} as the average"
+        count, change = abs(self.missing), "more" if few else "fewer"
+        things = _counted("stitch", "stitches", count) if wide else _counted("row", "rows", count)
+        where = "in each row" if wide else "there"
+        return Finding(_KINDS[few, wide], text, f"about {things} {change} {where} would make them even")
+
+
+def _counted(one: str, several: str, count: int) -> str:
+    return f"{count} {one if count == 1 else several}"
 
 
 def uneven_rows(fabric: StitchMesh) -> list[UnevenRows]:
@@ -102,6 +112,23 @@ def evenness_verdict(fabric: StitchMesh) -> Verdict:
     return Verdict(tuple(band.finding() for band in bands[:MOST_FINDINGS]), praise)
 
 
+def relative_sizes(fabric: StitchMesh, measure: Measure = "size") -> FloatArray:
+    """Return the size of each stitch over the average of the fabric, shape (F,); NaN where it is not known.
+
+    Args:
+        fabric: stitch mesh after mesh relaxation.
+        measure: the mean of all sides of a stitch, its width or its height.
+
+    Raises:
+        ParameterError: the fabric has no stretch.
+    """
+    stretch = _known_stretch(fabric)[fabric.side_edge]
+    chosen = np.isfinite(stretch)
+    if measure != "size":
+        chosen &= fabric.is_wale == (measure == "height")
+    return _means(fabric.side_face[chosen], stretch[chosen], fabric.face_count) / _unit(fabric)
+
+
 def _known_stretch(fabric: StitchMesh) -> FloatArray:
     """Return the stretch of each edge, shape (E,)."""
     if fabric.stretch is None:
@@ -120,9 +147,13 @@ def _row_stretch(fabric: StitchMesh, *, wale: bool) -> FloatArray:
     """Return the mean stretch of the wale sides or of the course sides of each row, NaN if none is known."""
     stretch = _known_stretch(fabric)[fabric.side_edge]
     chosen = (fabric.is_wale == wale) & np.isfinite(stretch)
-    row, rows = fabric.row[fabric.side_face[chosen]], int(fabric.row.max()) + 1
-    count = np.bincount(row, minlength=rows)
-    total = np.bincount(row, weights=stretch[chosen], minlength=rows)
+    return _means(fabric.row[fabric.side_face[chosen]], stretch[chosen], int(fabric.row.max()) + 1)
+
+
+def _means(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
+    """Return the mean of the values of each group, shape (groups,); NaN for a group without values."""
+    count = np.bincount(group, minlength=groups)
+    total = np.bincount(group, weights=values, minlength=groups)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 

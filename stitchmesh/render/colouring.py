@@ -50,6 +50,8 @@ class Coloured:
     """Colour of each control point (sRGB), shape (N, 3)."""
     key: tuple[tuple[str, Colour], ...] = ()
     """Names and colours of the legend; empty where the colours need none."""
+    scale: ColourScale | None = None
+    """The scale, where the colours show a number."""
 
 
 def colour_yarns(
@@ -150,7 +152,7 @@ def _from_body(yarns: YarnSet, body: Mesh | None) -> FloatArray:
 
 
 def _scaled(scale: ColourScale, values: FloatArray, text: Callable[[float], str]) -> Coloured:
-    return Coloured(scale.of(values), scale.key(text))
+    return Coloured(scale.of(values), scale.key(text), scale)
 
 
 def _face_stretch(yarns: YarnSet, fabric: StitchMesh | None) -> FloatArray:

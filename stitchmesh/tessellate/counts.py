@@ -132,9 +132,21 @@ def _with_given(labeled: StitchMesh, counts: IntArray, given: Mapping[EdgeName, 
                     "all wale edges of a row take one count"
                 )
     for row, count in rows.items():
-        in_row = labeled.row[labeled.side_face] == row
-        counts[labeled.side_edge[in_row & labeled.is_wale]] = count
+        first = int(labeled.left_wale[np.flatnonzero(labeled.row == row)[0]])
+        counts[edges_with_one_count(labeled, int(labeled.side_edge[first]))] = count
     return counts
+
+
+def edges_with_one_count(labeled: StitchMesh, edge: int) -> IntArray:
+    """Return the edges that have the same number of stitches as an edge by rule: all wale edges of its row.
+
+    A course edge is returned alone. Shape (n,).
+    """
+    side = labeled.edge_side[edge]
+    if not labeled.is_wale[side]:
+        return np.array([edge])
+    in_row = labeled.row[labeled.side_face] == labeled.row[labeled.side_face[side]]
+    return np.unique(labeled.side_edge[in_row & labeled.is_wale])
 
 
 def edge_named(labeled: StitchMesh, name: EdgeName) -> int:

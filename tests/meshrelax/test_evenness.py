@@ -13,7 +13,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.meshrelax import relax_mesh
-from stitchmesh.meshrelax.evenness import ALLOWED_RATIO, evenness_verdict, uneven_rows
+from stitchmesh.meshrelax.evenness import ALLOWED_RATIO, evenness_verdict, relative_sizes, uneven_rows
 from tests.meshrelax.fabrics import grid_fabric, rectangle_points
 
 ROWS, STITCHES = 10, 20
@@ -47,13 +47,14 @@ def test_wide_rows_have_too_few_stitches():
     assert (band.first, band.last, band.direction) == (3, 6, "width") and band.ratio > ALLOWED_RATIO
     assert band.stitches == STITCHES and band.missing == round(STITCHES * (band.ratio - 1.0)) > 0
     finding = band.finding()
-    assert finding.kind == "too few stitches" and "rows 3 to 6" in finding.text and "more in each row" in finding.remedy
+    assert finding.kind == "too few stitches" and "rows 3 to 6" in finding.text
+    assert "stitches more in each row" in finding.remedy
 
 
 def test_narrow_rows_have_too_many_stitches():
     (band,) = uneven_rows(with_stretch({4: 0.5, 5: 0.5}))
     finding = band.finding()
-    assert band.missing < 0 and finding.kind == "too many stitches" and "fewer in each row" in finding.remedy
+    assert band.missing < 0 and finding.kind == "too many stitches" and "stitches fewer in each row" in finding.remedy
 
 
 def test_high_rows_stand_where_there_are_too_few_rows_and_low_ones_where_there_are_too_many():
@@ -61,7 +62,7 @@ def test_high_rows_stand_where_there_are_too_few_rows_and_low_ones_where_there_a
     assert (high.first, high.last, high.direction, high.missing) == (2, 2, "height", 1)
     assert (low.first, low.last, low.direction, low.missing) == (7, 7, "height", -1)
     assert high.finding().kind == "too few rows" and low.finding().kind == "too many rows"
-    assert "row 7" in low.finding().text
+    assert "row 7 are crowded" in low.finding().text and "1 row fewer there" in low.finding().remedy
 
 
 def test_the_most_uneven_band_comes_first_and_a_verdict_names_them_in_this_order():
@@ -76,6 +77,22 @@ def test_edges_of_unknown_stretch_do_not_count():
     stretch[fabric.side_edge[fabric.is_wale & (fabric.row[fabric.side_face] == 0)]] = UNKNOWN_STRETCH
     assert uneven_rows(replace(fabric, stretch=stretch)) == uneven_rows(fabric)
     assert np.isfinite(float(evenness_verdict(replace(fabric, stretch=stretch)).praise.split(" ")[0]))
+
+
+def test_the_size_of_a_stitch_is_the_mean_of_its_sides():
+    fabric = with_stretch(dict.fromkeys(range(ROWS), 2.0))  # all course sides are twice as long as at rest
+    unit = np.sqrt(2.0)
+    np.testing.assert_allclose(relative_sizes(fabric, "width"), 2.0 / unit)
+    np.testing.assert_allclose(relative_sizes(fabric, "height"), 1.0 / unit)
+    np.testing.assert_allclose(relative_sizes(fabric), 1.5 / unit)
+
+
+def test_a_stitch_without_known_sides_has_no_size():
+    fabric = with_stretch({})
+    stretch = fabric.stretch.copy()
+    stretch[fabric.side_edge[fabric.side_face == 3]] = UNKNOWN_STRETCH
+    size = relative_sizes(replace(fabric, stretch=stretch))
+    assert np.isnan(size[3]) and np.isfinite(np.delete(size, 3)).all()
 
 
 def test_a_relaxed_rectangle_is_even():

@@ -160,9 +160,11 @@
     const n = level.sides, cos = [], sin = [];
     for (let k = 0; k < n; k++) { cos.push(Math.cos((2 * Math.PI * k) / n)); sin.push(Math.sin((2 * Math.PI * k) / n)); }
     const position = out.position.array, normal = out.normal.array, colour = out.color.array;
+    // On average over its sides, a tube looks as wide as the yarn: the mean width of a polygon is its perimeter over pi.
+    const wider = Math.PI / (n * Math.sin(Math.PI / n));
     let vertex = 0;
     for (let run = data.blocks[block]; run < data.blocks[block + 1]; run++) {
-      const first = data.runs[run], last = data.runs[run + 1], m = last - first - 3, radius = data.radius[run];
+      const first = data.runs[run], last = data.runs[run + 1], m = last - first - 3, radius = wider * data.radius[run];
       unpack(data, block, first, last);
       let ux = 0, uy = 0, uz = 0;
       for (let s = 0, count = sampleCount(m, level); s < count; s++) {

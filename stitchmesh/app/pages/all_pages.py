@@ -6,17 +6,21 @@ from __future__ import annotations
 
 from stitchmesh.app.pages.divide import DividePage
 from stitchmesh.app.pages.edit.edit_page import EditPage
+from stitchmesh.app.pages.even_out import EvenOutPage
 from stitchmesh.app.pages.label import LabelPage
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import ProjectPage
 from stitchmesh.app.pages.swatch.page import SwatchPage
+from stitchmesh.app.pages.view.page import ViewPage
 
 _CLASSES: tuple[type[Page], ...] = (
     ProjectPage,
     LabelPage,
     DividePage,
     EditPage,
+    EvenOutPage,
     SwatchPage,
+    ViewPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
 """Class of each page."""

@@ -85,6 +85,11 @@ def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, mark
     return f'<p style="margin:0;font-size:.88em"><strong>Edge {start},{end}</strong>, {length:.1f} cm, {what}</p>'
 
 
+def no_edge_text() -> str:
+    """Return how to choose an edge."""
+    return '<p style="margin:0;font-size:.88em">Click an edge to set its number of stitches.</p>'
+
+
 def legend_of_stitches(fabric: StitchMesh) -> list[LegendEntry]:
     """Return what the colours of the stitches mean, with their numbers."""
     counts = np.bincount(fabric.stitch, minlength=max(Stitch) + 1)

@@ -37,9 +37,9 @@ LEVELS = (
     Level(14.0, 10, 3, 1),
     Level(5.0, 8, 2, 1),
     Level(2.0, 6, 1, 1),
-    Level(0.9, 4, 1, 1),
-    Level(0.45, 3, 0, 2),
-    Level(0.2, 0, 0, 2),
+    Level(0.6, 4, 1, 1),
+    Level(0.3, 3, 0, 2),
+    Level(0.15, 0, 0, 2),
     Level(0.0, 0, 0, 4),
 )
 """Levels from the finest to the coarsest; the last one is used at any distance."""

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A relaxation that the user watches, pauses, steps and stops while it runs in the worker thread.
+
+The library's ``RunControl`` does the work; the task gives the worker thread and brings snapshots to the event thread.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from stitchmesh.app.task import Task, TaskControl, TaskRunner
+from stitchmesh.progress import relaxing_progress, seconds_left
+from stitchmesh.run_control import WATCH_SECONDS, RunControl, Snapshot
+
+S = TypeVar("S")
+T = TypeVar("T")
+LARGEST_SHARE = 0.05
+"""Largest part of the time that the event thread spends on snapshots, because it shares the processor with a solver."""
+
+
+class LiveRun(Generic[S, T]):
+    """One relaxation. All methods belong to the event thread."""
+
+    def __init__(
+        self, tasks: TaskRunner, name: str, relax: Callable[[RunControl[S]], T], *, stage: str,
+        done: Callable[[T], None], failed: Callable[[Exception | None], None], max_iterations: float = float("inf"),
+        paused: bool = False,
+    ) -> None:  # fmt: skip
+        """Start the relaxation.
+
+        Args:
+            tasks: runs the relaxation.
+            name: what it does, in the words of the user.
+            relax: the relaxation, in the worker thread.
+            stage: name of the stage of the library.
+            done: called with the result, also after the user has stopped the relaxation.
+            failed: called with an error, or with None if the application has ended the relaxation.
+            max_iterations: iterations after which the relaxation ends.
+            paused: whether the relaxation waits before its first step.
+
+        Raises:
+            ParameterError: another task runs.
+        """
+        self.newest: Snapshot[S] | None = None
+        """The newest snapshot."""
+        self.history: list[Snapshot[None]] = []
+        """The figures of all snapshots."""
+        self.done = 0.0
+        """Completed part, from 0 to 1."""
+        self.on_snapshot: Callable[[Snapshot[S]], None] | None = None
+        """Called with each snapshot."""
+        self._stage, self._max_iterations = stage, max_iterations
+        self._report: Callable[..., None] | None = None
+        self.control: RunControl[S] = RunControl(self._watch, paused=paused)
+        self._task_control: TaskControl | None = None
+        self.task: Task[T] = tasks.start(name, lambda control: self._work(control, relax), done, failed)
+        self.task.on_frame = self._show
+        self.task.on_cancel = self.control.stop
+
+    @property
+    def paused(self) -> bool:
+        """Whether the relaxation waits, or will wait after its present step."""
+        return self.control.paused
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Estimated remaining time without pauses [s]; None while it cannot be estimated."""
+        return None if self.newest is None else seconds_left(self.newest.seconds, self.done)
+
+    def _work(self, task_control: TaskControl, relax: Callable[[RunControl[S]], T]) -> T:
+        self._task_control = task_control
+        result = relax(self.control)
+        task_control.check()
+        return result
+
+    def _watch(self, snapshot: Snapshot[S]) -> None:
+        """Hand a snapshot to the event thread; called in the worker thread."""
+        assert self._task_control is not None
+        self._task_control.frame(snapshot)
+
+    def _show(self, snapshot: Snapshot[S]) -> None:
+        """Keep the figures, show the state, and let snapshots come less often if that took long."""
+        began = time.monotonic()
+        self.newest = snapshot
+        self._note_progress(snapshot)
+        if self.on_snapshot is not None:
+            self.on_snapshot(snapshot)
+        self.control.seconds = max(WATCH_SECONDS, (time.monotonic() - began) / LARGEST_SHARE)
+
+    def _note_progress(self, snapshot: Snapshot[S]) -> None:
+        figures = snapshot.iteration, snapshot.residual, snapshot.tolerance, snapshot.seconds, snapshot.energies
+        self.history.append(Snapshot(None, *figures))
+        if self._report is None:
+            self._report = relaxing_progress(
+                self._stage, snapshot.tolerance, self._keep_done, max_iterations=self._max_iterations
+            )
+        self._report(snapshot.iteration, snapshot.residual)
+
+    def _keep_done(self, stage: str, done: float, note: str) -> None:
+        self.done = max(self.done, done)
+
+
+AnyRun = LiveRun[Any, Any]

@@ -1,0 +1,233 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Even out: mesh relaxation, watched live, and where there are too few or too many stitches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
+
+import numpy as np
+
+from stitchmesh.app.live_run import LiveRun
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.verdict_html import message_html, verdict_html
+from stitchmesh.app.scene.size_map import SizeMap, edges, legend_html, outline
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
+from stitchmesh.meshrelax.options import MeshRelaxOptions
+from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, not_converged, relax_mesh_with_report
+from stitchmesh.pipeline import KnitOptions
+from stitchmesh.run_control import RunControl, Snapshot
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+    from stitchmesh.app.project.project import Project
+
+Evened = tuple[StitchMesh, MeshRelaxReport]
+MEASURES: dict[str, Measure] = {measure.capitalize(): measure for measure in get_args(Measure)}
+"""What the map can show, by the words of the user."""
+START, AGAIN = "Even out the stitches", "Even out the stitches again"
+"""Labels of the button that starts, before the first time and later."""
+START_HINT = "Move the stitches over the surface until they are even"
+NEXT = "The sizes of the stitches are known after evening out. Start it above."
+"""What stands in place of the verdict before the first mesh relaxation."""
+
+
+class EvenOutPage(Page):
+    """Mesh relaxation."""
+
+    name: ClassVar[str] = "Even out"
+    hint: ClassVar[str] = "Make the stitches equally large. The map shows where there are too few or too many of them."
+
+    def __init__(self, app: App) -> None:
+        """Make the page; nothing runs yet."""
+        super().__init__(app)
+        self._run: LiveRun[StitchMesh, Evened] | None = None
+        self._measure: Measure = "size"
+        self._map: SizeMap | None = None
+        self._shown: StitchMesh | None = None
+        self._marked: int | None = None
+
+    def unavailable(self) -> str | None:
+        """Return what to do first while there are no stitches."""
+        if self.app.project.fabric is None:
+            return "There are no stitches yet. Divide the labeled mesh first, on the page Divide."
+        return None
+
+    def build(self) -> None:
+        """Make the controls and show the fabric."""
+        controls = self.app.controls
+        self._start = controls.button(START, START_HINT, self.start, main=True)
+        self._next = controls.button(
+            "Go on to the yarns", "Open the page Yarns", lambda: self.app.open_page("Yarns"), main=True
+        )
+        self._panel = RunPanel(controls, "one iteration")
+        self._verdict = controls.html("", self._act)
+        self._legend = controls.html(legend_html())
+        self._choice = controls.choice(
+            "Colours show", "The mean size of each stitch, its width, or its height", list(MEASURES),
+            self._measure.capitalize(), self._set_measure,
+        )  # fmt: skip
+        self._build_settings()
+        self._again = controls.button(AGAIN, START_HINT, self.start)
+        self._map = self._shown = self._marked = None
+        if self._run is not None:
+            self._run.on_snapshot = self._show_snapshot
+        self.refresh()
+        low, high = (edge(self._fabric().vertices, axis=0) for edge in (np.min, np.max))
+        self.app.scene.look_at(low, high)
+
+    def leave(self) -> None:
+        """Let the relaxation go on unseen."""
+        if self._run is not None:
+            self._run.on_snapshot = None
+
+    def refresh(self) -> None:
+        """Show the fabric of the project, and the verdict on it."""
+        if self.unavailable() is not None:
+            return
+        evened = self.app.project.evened
+        running = self._run is not None
+        self._panel.show(self._run)
+        self._start.visible = evened is None and not running
+        self._next.visible = self._again.visible = evened is not None and not running
+        if not running:
+            self._show_fabric(self._fabric())
+            self._verdict.content = self._verdict_content()
+
+    def start(self) -> None:
+        """Start the mesh relaxation."""
+        project, arguments = self.app.project, mesh_arguments(self.app.project)
+        fabric, surface = project.fabric, project.mesh or project.fabric
+        assert fabric is not None and surface is not None
+
+        def relax(control: RunControl[StitchMesh]) -> Evened:
+            return relax_mesh_with_report(fabric, surface=surface, progress=False, control=control, **arguments)
+
+        self._run = LiveRun(
+            self.app.tasks, "evening out the stitches", relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
+            done=self._only_for(project, self._finish), failed=lambda error: self._end(),
+        )  # fmt: skip
+        self._run.on_snapshot = self._show_snapshot
+        self._verdict.content = ""
+        self._mark(None)
+        self.refresh()
+
+    def _build_settings(self) -> None:
+        controls, options = self.app.controls, mesh_relax_options(self.app.project)
+        with controls.group("Settings", opened=False):
+            controls.slider(
+                "Covered part", "Part of the surface that unstressed stitches cover; less gives crowded rows more room",
+                options.alpha, lambda alpha: self._set(alpha=alpha), least=0.3, most=1.0, step=0.05,
+            )  # fmt: skip
+            controls.number(
+                "Height over width", "Shape of an unstressed stitch; at first that of the divided mesh",
+                round(mesh_arguments(self.app.project)["aspect"], 3), lambda aspect: self._set(aspect=aspect),
+                least=0.2, most=3.0, step=0.01,
+            )  # fmt: skip
+            controls.toggle(
+                "Resist folding", "Stitches that are smaller than at rest resist a further loss of area",
+                options.area_force, lambda force: self._set(area_force=force),
+            )  # fmt: skip
+
+    def _set(self, **changes: Any) -> None:
+        options = replace(mesh_relax_options(self.app.project), **changes)
+        self._keep(options=asdict(options))
+
+    def _keep(self, **values: Any) -> None:
+        self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})
+
+    def _set_measure(self, measure: str) -> None:
+        self._measure = MEASURES[measure]
+        if self._shown is not None:
+            self._show_fabric(self._shown)
+
+    def _only_for(self, project: Project, then: Callable[[Evened], None]) -> Callable[[Evened], None]:
+        """Return a function that drops a result if the user has opened another project meanwhile."""
+        return lambda result: then(result) if self.app.project is project else self._end()
+
+    def _finish(self, result: Evened) -> None:
+        fabric, report = result
+        dropped = self.app.project.set_evened(fabric)
+        self._keep(report=asdict(report))
+        self._end()
+        if dropped:
+            self.app.notice(f"The stitches have moved, so these were removed: {', '.join(dropped)}.", "warning")
+
+    def _end(self) -> None:
+        self._run = None
+        if self.app.page is self:
+            self.refresh()
+
+    def _fabric(self) -> StitchMesh:
+        """Return the fabric that is shown while nothing runs."""
+        fabric = self.app.project.evened or self.app.project.fabric
+        assert fabric is not None
+        return fabric
+
+    def _show_snapshot(self, snapshot: Snapshot[StitchMesh]) -> None:
+        self._show_fabric(snapshot.state)
+        self._panel.update()
+
+    def _show_fabric(self, fabric: StitchMesh) -> None:
+        if self._map is None or self._shown is None or self._shown.face_count != fabric.face_count:
+            self._map = SizeMap(fabric)
+        self._shown = fabric
+        self._legend.visible = self._choice.visible = fabric.stretch is not None
+        self.app.scene.show("fabric", self._map.surface(fabric, self._measure))
+        self.app.scene.show("sides", edges(fabric))
+
+    def _verdict_content(self) -> str:
+        evened = self.app.project.evened
+        if evened is None:
+            return message_html(NEXT, "info")
+        verdict = evenness_verdict(evened)
+        box = verdict_html(verdict, "The stitches are even", "Some rows are uneven; click one to see it", action="rows")
+        return unfinished_html(self.app.project) + box
+
+    def _act(self, action: str, value: str) -> None:
+        if action == "rows":
+            number = int(value)
+            self._mark(None if number == self._marked else number)
+
+    def _mark(self, number: int | None) -> None:
+        """Draw a line around the rows of a finding; None removes the line."""
+        self._marked = number
+        evened = self.app.project.evened
+        if number is None or evened is None:
+            self.app.scene.remove("rows")
+            return
+        rows = uneven_rows(evened)[number]
+        self.app.scene.show("rows", outline(evened, (evened.row >= rows.first) & (evened.row <= rows.last)))
+
+
+def mesh_relax_options(project: Project) -> MeshRelaxOptions:
+    """Return the options of a project, or the default ones if those that were kept are not valid."""
+    try:
+        return MeshRelaxOptions(**project.settings(EvenOutPage.name).get("options", {}))
+    except (TypeError, StitchMeshError):  # The file was written by another version, or by hand.
+        return MeshRelaxOptions()
+
+
+def mesh_arguments(project: Project) -> dict[str, Any]:
+    """Return the arguments of ``relax_mesh`` for a project; the aspect is that of its division if none was set."""
+    options, division = KnitOptions(mesh_relaxation=mesh_relax_options(project)), project.division
+    if division is not None:
+        options = replace(options, stitch_width=division.stitch_width, stitch_height=division.stitch_height)
+    return options.mesh_arguments
+
+
+def unfinished_html(project: Project) -> str:
+    """Return a box that says that the last mesh relaxation has not converged; nothing if it has."""
+    kept = project.settings(EvenOutPage.name).get("report")
+    if kept is None or kept["converged"]:
+        return ""
+    report = MeshRelaxReport(**kept)
+    if report.stopped:
+        text = f"You stopped after {report.iterations} iterations, before the stitches were even; start again to go on."
+        return message_html(text, "doubtful")
+    return message_html(not_converged(report), "doubtful")

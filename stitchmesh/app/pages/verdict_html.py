@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Verdicts and figures as HTML. A mark and a word say what the colour says, so that the colour is not needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import Literal
+
+from stitchmesh.reporting.figures import Figure
+from stitchmesh.reporting.verdict import Verdict
+
+GOOD, DOUBTFUL = "#1f77b4", "#d97706"
+"""Blue and orange, which colour-blind people can tell apart, on light and on dark ground."""
+Kind = Literal["good", "doubtful", "info"]
+MARKS: dict[Kind, tuple[str, str]] = {
+    "good": ("&#10003;", GOOD), "doubtful": ("&#9888;", DOUBTFUL), "info": ("&#8505;", "#6b7280"),
+}  # fmt: skip
+"""Mark and colour of each kind of box."""
+BOX = (
+    "border-left:5px solid {colour};background:color-mix(in srgb, {colour} 12%, transparent);"
+    "padding:.4em .6em;font-size:.92em"
+)
+LIST = "margin:.3em 0 0;padding-left:1.1em"
+LINK = "all:unset;display:inline;cursor:pointer;text-decoration:underline dotted"
+"""Style of a finding that can be clicked."""
+
+
+def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | None = None) -> str:
+    """Return a box with a verdict.
+
+    Args:
+        verdict: the verdict.
+        good: title of a good verdict, a clause.
+        doubtful: title of another verdict, a clause.
+        action: name of the action that a click on a finding calls with the number of the finding; None for none.
+    """
+    if verdict.good:
+        return message_html(f"{good}: {verdict.praise}.", "good")
+    items = "".join(
+        f"<li>{_clickable(_sentence(str(found)), number, action)}</li>" for number, found in enumerate(verdict.findings)
+    )
+    style = BOX.format(colour=DOUBTFUL)
+    return f'<div role="status" style="{style}"><b>&#9888; {escape(doubtful)}</b><ul style="{LIST}">{items}</ul></div>'
+
+
+def message_html(text: str, kind: Kind) -> str:
+    """Return a box with a text."""
+    mark, colour = MARKS[kind]
+    return f'<div role="status" style="{BOX.format(colour=colour)}">{mark} {escape(text)}</div>'
+
+
+def figures_html(figures: Sequence[Figure]) -> str:
+    """Return a table of figures; the meaning of each stands under it."""
+    rows = "".join(
+        f'<tr><th scope="row" style="text-align:left;font-weight:600;vertical-align:top">{_mark(figure)}'
+        f"{escape(figure.name)}</th><td style='text-align:right;vertical-align:top'>{escape(figure.value)}</td></tr>"
+        f"<tr><td colspan='2' style='font-size:.82em;padding-bottom:.35em'>{escape(figure.meaning)}</td></tr>"
+        for figure in figures
+    )
+    return f'<table style="width:100%;border-collapse:collapse">{rows}</table>'
+
+
+def _sentence(clause: str) -> str:
+    return f"{clause[0].upper()}{clause[1:]}."
+
+
+def _mark(figure: Figure) -> str:
+    return "" if figure.good else f'<span style="color:{DOUBTFUL}" title="not good">&#9888; </span>'
+
+
+def _clickable(text: str, number: int, action: str | None) -> str:
+    if action is None:
+        return escape(text)
+    attributes = f'data-action="{escape(action)}" data-value="{number}"'
+    return f'<button type="button" {attributes} style="{LINK}">{escape(text)}</button>'

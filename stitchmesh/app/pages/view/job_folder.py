@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The output folder of a job that runs, was stopped or has finished."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from stitchmesh.app.pages.view.viewed import Viewed, read_checkpoint_file, read_viewed
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checkpoint_file import previous_path
+from stitchmesh.io.history import read_history
+from stitchmesh.io.stitches import read_stitches
+
+
+@dataclass(frozen=True)
+class JobFiles:
+    """The files of a job, with the times at which they were changed."""
+
+    folder: Path
+    times: tuple[tuple[str, int, int], ...]
+    """Name, time of the last change [ns] and size of each file that is there."""
+
+    def time_of(self, name: str) -> int:
+        """Return the time at which a file was changed [ns]; 0 if it is not there."""
+        return next((time for found, time, _ in self.times if found == name), 0)
+
+
+JOB_FILES = ("stitches.h5", "yarns.h5", "checkpoint.smc", "convergence.csv", "report.json")
+"""Files of a job that are looked at."""
+
+
+def job_files(folder: Path) -> JobFiles:
+    """Return the files of a job that are there now.
+
+    Raises:
+        ParameterError: there is no such folder.
+    """
+    if not folder.is_dir():
+        raise ParameterError(f"folder: {folder} is no folder; expected the output folder of a job")
+    times = []
+    for name in JOB_FILES:
+        try:
+            found = (folder / name).stat()
+        except OSError:
+            continue  # The job has not written it yet, or replaces it at this moment.
+        times.append((name, found.st_mtime_ns, found.st_size))
+    return JobFiles(folder, tuple(times))
+
+
+def read_job(files: JobFiles) -> Viewed:
+    """Read the newest state of a job: its yarns, or its stitches while it has no yarns.
+
+    Raises:
+        StitchMeshError: a file cannot be read, or there is none.
+    """
+    folder, here = files.folder, {name for name, _, _ in files.times}
+    state = "finished" if "convergence.csv" in here else "running, or stopped"
+    line = f"The job in {folder.name} is {state}."
+    history = read_history(folder / "convergence.csv") if "convergence.csv" in here else []
+    if "yarns.h5" in here:
+        newer = files.time_of("checkpoint.smc") > files.time_of("yarns.h5")
+        viewed = _newest_checkpoint(folder) if newer else read_viewed(folder / "yarns.h5")
+        return replace(viewed, name=folder.name, history=history, text=line)
+    if "stitches.h5" in here:
+        return Viewed(folder.name, read_stitches(folder / "stitches.h5"), history=history, text=line)
+    raise FileError(f"{folder}: holds no stitches.h5 and no yarns.h5 yet; wait until the job has written them")
+
+
+def _newest_checkpoint(folder: Path) -> Viewed:
+    """Read the newest checkpoint that is whole."""
+    path = folder / "checkpoint.smc"
+    try:
+        return read_checkpoint_file(path)
+    except FileError:
+        return read_checkpoint_file(previous_path(path))

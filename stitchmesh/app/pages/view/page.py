@@ -1,0 +1,452 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page View: results, files and running jobs, in colours that show their state."""
+
+from __future__ import annotations
+
+import base64
+import tempfile
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.app.controls.html_pieces import colour_bar, figures, legend
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
+from stitchmesh.app.pages.view.folder_watch import FolderWatch
+from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
+from stitchmesh.app.pages.view.measurement import Measurement
+from stitchmesh.app.pages.view.residual_plot import residual_figure
+from stitchmesh.app.pages.view.thing_view import ThingView, view_of_thing
+from stitchmesh.app.pages.view.viewed import SUFFIXES, Viewed, project_results, read_viewed
+from stitchmesh.app.scene.scene import Pick, ViewName
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.render.colouring import Coloured
+from stitchmesh.yarn import YarnSet
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+    from stitchmesh.app.task import TaskControl
+
+OPENED = "Opened file"
+"""Entry of the list for a file or a folder that was opened."""
+NOTHING = "There is nothing to see yet. Open a file, or make something on the other pages."
+YARN_COLOURS = {
+    "Colours of the yarns": "yarn", "Rows": "row", "Stitch types": "stitch", "Strain of the yarn": "strain",
+    "Stretch of the stitches": "stretch", "Contact force": "contact", "Distance between yarns": "distance",
+    "Distance from a body": "body-distance", "One colour": "",
+}  # fmt: skip
+"""Colours of yarns in the words of the page, and the words of ``colour_yarns``."""
+FACE_COLOURS = {
+    "Stitch types": "stitch", "Rows": "row", "Colours of the yarns": "yarn", "Stretch of the stitches": "stretch",
+    "One colour": "",
+}  # fmt: skip
+"""Colours of faces in the words of the page, and the words of ``colour_faces``."""
+ONE_COLOUR = "#c9b89a"
+"""The one colour at first."""
+VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
+DEFAULTS = {"show": "", "path": "", "yarn colour": "Rows", "face colour": "Stitch types", "one colour": ONE_COLOUR}
+"""Settings of the page at first: what is shown, the path of what was opened, and the colours."""
+LARGEST_PICTURE = 4096
+"""Largest side of a saved picture [pixels]."""
+BOX = "clip box"
+"""Name of the drawing of the box."""
+
+
+class ViewPage(Page):
+    """Shows things and changes nothing."""
+
+    name = "View"
+    hint = "Choose what to see, or open a file. Click it to read what is there."
+
+    def __init__(self, app: App) -> None:
+        """Make the page; what was opened last is opened again."""
+        super().__init__(app)
+        self._viewed: Viewed | None = None
+        self._view: ThingView | None = None
+        self._coloured: Coloured | None = None
+        self._opened: Viewed | None = None
+        self._body: Mesh | None = None
+        self._watch: FolderWatch | None = None
+        self._measurement = Measurement()
+        self._shares: dict[str, float] = {}
+        self._settings = _checked({**DEFAULTS, **app.project.settings(self.name)})
+
+    def build(self) -> None:
+        """Make the controls, and draw."""
+        self._make_sources()
+        self._make_colours()
+        self._make_tools()
+        if self._settings["path"] and self._opened is None:
+            shown = self._settings["show"] or OPENED
+            self._attempt(lambda: self.open_path(self._settings["path"]))
+            self._keep(show=shown)
+        self._look_again = True
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the newest state of what is chosen."""
+        found = self._sources()
+        chosen = self._settings["show"] if self._settings["show"] in found else next(iter(found), "")
+        self._list.content = _list_of(tuple(found), chosen)
+        self._show(found.get(chosen))
+
+    def leave(self) -> None:
+        """Stop watching a folder."""
+        self._stop_watch()
+
+    def picked(self, pick: Pick) -> None:
+        """Say what was clicked, or take it as a place to measure."""
+        if self._view is None or self._viewed is None:
+            return
+        place = self._view.pick(pick.ray_origin, pick.ray_direction, self._viewed.fabric)
+        if place is None:
+            return
+        if self._measures.value:
+            self._measurement.take(place)
+            self._draw_measurement()
+        else:
+            self._say(place.text)
+
+    def open_path(self, text: str) -> None:
+        """Open a file, or the output folder of a job.
+
+        Raises:
+            StitchMeshError: it cannot be read.
+        """
+        path = Path(text).expanduser()
+        self._stop_watch()
+        if path.is_dir():
+            files = job_files(path)
+            self._opened = read_job(files) if files.times else Viewed(path.name, text="Waiting for the first result.")
+            self._watch = FolderWatch(path, lambda now: self.app.post(self._job_changed, now))
+        else:
+            self._opened = read_viewed(path)
+        self._keep(show=OPENED, path=str(path.absolute()))
+        self._path.value = str(path.absolute())
+
+    # ---- controls ----------------------------------------------------------------------------------------------------
+
+    def _make_sources(self) -> None:
+        controls = self.app.controls
+        self._list = controls.html("", lambda _, name: self._chosen(name))
+        with controls.group("Open", opened=not self._sources()):
+            controls.upload("Open a file", "Open a file that StitchMesh wrote, or any mesh.", SUFFIXES, self._uploaded)
+            self._path = controls.text(
+                "Path", "A file, or the output folder of a job that runs, on the computer of StitchMesh.",
+                self._settings["path"], lambda _: None,
+            )  # fmt: skip
+            controls.button("Open path", "Open the file, or follow the job in the folder.", self._open_typed)
+            controls.upload(
+                "Open a body", "Open the mesh of a body, from which distances are measured.", SUFFIXES,
+                self._body_received,
+            )  # fmt: skip
+        self._status = controls.html("")
+        self._picture = controls.html("")
+        self._plot = controls.plot(None)
+
+    def _make_colours(self) -> None:
+        controls, kept = self.app.controls, self._settings
+        self._yarn_colour = controls.choice(
+            "Colour by", "What decides the colours of the yarns.", tuple(YARN_COLOURS), kept["yarn colour"],
+            lambda word: self._recolour("yarn colour", word),
+        )  # fmt: skip
+        self._face_colour = controls.choice(
+            "Colour faces by", "What decides the colours of the faces.", tuple(FACE_COLOURS), kept["face colour"],
+            lambda word: self._recolour("face colour", word),
+        )  # fmt: skip
+        self._one_colour = controls.colour(
+            "Colour", "The colour of everything.", kept["one colour"], lambda word: self._recolour("one colour", word)
+        )
+        self._legend = controls.html("")
+
+    def _make_tools(self) -> None:
+        controls = self.app.controls
+        controls.buttons("Side", "The side from which the camera looks.", [v.capitalize() for v in VIEWS], self._turn)
+        self._measures = controls.toggle(
+            "Measure", "Click two places: their distance, and the length of yarn between them.", False, self._measure
+        )
+        with controls.group("Clip box", opened=False):
+            self._clips = controls.toggle("Clip", "Show only what lies in a box.", False, self._clip)
+            for side, (_, far) in SIDES.items():
+                controls.slider(
+                    side, f"Where the box ends at this side ({side.lower()}), in percent.", self._shares.get(side, far),
+                    self._share_of(side), least=0.0, most=100.0, step=1.0,
+                )  # fmt: skip
+        with controls.group("Picture", opened=False):
+            self._width = controls.number(
+                "Width", "Width of the picture [pixels].", 1600, _nothing, least=64, most=LARGEST_PICTURE, step=1
+            )
+            self._height = controls.number(
+                "Height", "Height of the picture [pixels].", 1000, _nothing, least=64, most=LARGEST_PICTURE, step=1
+            )
+            controls.button("Save picture", "Save what the scene shows as a PNG file.", self._save_picture)
+        controls.toggle("Frames per second", "Show how fluently this browser draws.", False, self._show_frames)
+        self._frames = controls.html(FRAMES)
+        self._frames.visible = False
+
+    # ---- what is shown -----------------------------------------------------------------------------------------------
+
+    def _sources(self) -> dict[str, Viewed]:
+        """Return what can be shown, by its name in the list."""
+        opened = {} if self._opened is None else {OPENED: self._opened}
+        return opened | project_results(self.app.project)
+
+    def _show(self, viewed: Viewed | None) -> None:
+        """Show something else, or another state of the same."""
+        changed = viewed is None or self._viewed is None or viewed.thing is not self._viewed.thing
+        self._viewed = viewed
+        if viewed is None or viewed.thing is None:
+            self._view, self._coloured = None, None
+            self.app.scene.clear()
+        elif changed or self._view is None:
+            self._view = view_of_thing(viewed.thing, self._view)
+            self._coloured = None
+            if not isinstance(viewed.thing, YarnSet):
+                self._measurement.clear()
+        self._show_controls()
+        self._describe()
+        self._colour()
+        if self._look_again and self._view is not None:
+            self._look_again = False
+            self._turn("front")
+
+    def _show_controls(self) -> None:
+        """Show the controls that what is shown needs."""
+        thing = None if self._viewed is None else self._viewed.thing
+        yarns, faces = isinstance(thing, YarnSet), isinstance(thing, Mesh)
+        self._yarn_colour.visible = yarns
+        self._face_colour.visible = isinstance(thing, StitchMesh)
+        self._one_colour.visible = (yarns or faces) and self._colour_word().startswith("#")
+
+    def _describe(self) -> None:
+        """Show the figures, the picture, the text and the plot of what is shown."""
+        viewed = self._viewed
+        rows = [] if self._view is None else self._view.figures()
+        title = "" if viewed is None else viewed.name
+        self._facts = figures(rows, title) if rows else f"<strong>{escape(title)}</strong>"
+        self._say("" if viewed is None or self._view is None else viewed.text)
+        self._picture.content = "" if viewed is None else _alone(viewed)
+        self._plot.figure = residual_figure(viewed.history) if viewed is not None and viewed.history else None
+
+    def _say(self, text: str) -> None:
+        """Show a line below the figures."""
+        line = f'<p role="status" style="font-size:.86em;margin:.3em 0">{escape(text)}</p>' if text else ""
+        self._status.content = self._facts + line
+
+    def _colour(self) -> None:
+        """Find the colours, at once or as a task, and draw."""
+        if self._view is None or self._viewed is None:
+            self._legend.content = ""
+            return
+        view, word, fabric, body = self._view, self._colour_word(), self._viewed.fabric, self._body
+        if not view.is_slow(word):
+            self._attempt(lambda: self._take_colours(view, view.coloured(word, fabric, body)))
+            return
+        self._draw()
+
+        def work(control: TaskControl) -> Coloured:
+            control.progress("colours", 0.0, "")
+            return view.coloured(word, fabric, body)
+
+        self._attempt(
+            lambda: self.app.tasks.start("finding the colours", work, lambda found: self._take_colours(view, found))
+        )
+
+    def _take_colours(self, view: ThingView, coloured: Coloured) -> None:
+        if view is not self._view:
+            return  # Something else is shown by now.
+        self._coloured = coloured
+        self._legend.content = legend_of(coloured)
+        self._draw()
+
+    def _draw(self) -> None:
+        """Draw the thing and what belongs to it, in its last colours until it has new ones."""
+        if self._view is None:
+            return
+        colours = self._plain_colours() if self._coloured is None else self._coloured.points
+        box = self._box()
+        self._view.draw(self.app.scene, colours, box)
+        if box is None:
+            self.app.scene.remove(BOX)
+        else:
+            self.app.scene.show(BOX, box.edges())
+        self._draw_measurement()
+
+    def _plain_colours(self) -> NDArray[np.uint8]:
+        """Return one colour for everything, until the colours are found."""
+        assert self._view is not None
+        return self._view.coloured(ONE_COLOUR, None, None).points
+
+    def _colour_word(self) -> str:
+        """Return what decides the colours, as a word of the library."""
+        thing = None if self._viewed is None else self._viewed.thing
+        if isinstance(thing, YarnSet):
+            return YARN_COLOURS.get(self._settings["yarn colour"], "row") or self._settings["one colour"]
+        if isinstance(thing, StitchMesh):
+            return FACE_COLOURS.get(self._settings["face colour"], "stitch") or self._settings["one colour"]
+        return str(self._settings["one colour"])
+
+    # ---- what the user does ------------------------------------------------------------------------------------------
+
+    def _chosen(self, name: str) -> None:
+        self._keep(show=name)
+        self._look_again = True
+        self._measurement.clear()
+        self.refresh()
+
+    def _open_typed(self) -> None:
+        text = str(self._path.value).strip()
+        if not text:
+            raise ParameterError("path: got nothing; expected a file, or the output folder of a job")
+        self.open_path(text)
+        self._look_again = True
+        self.refresh()
+
+    def _uploaded(self, name: str, content: bytes) -> None:
+        """Open an uploaded file by way of a temporary one, which the readers of all formats need."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / Path(name.replace("\\", "/")).name
+            path.write_bytes(content)
+            try:
+                self._opened = read_viewed(path)
+            except StitchMeshError as error:
+                raise type(error)(str(error).replace(f"{folder}/", "")) from error
+        self._stop_watch()
+        self._keep(show=OPENED, path="")
+        self._look_again = True
+        self.refresh()
+
+    def _body_received(self, name: str, content: bytes) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / Path(name.replace("\\", "/")).name
+            path.write_bytes(content)
+            thing = read_viewed(path).thing
+        if not isinstance(thing, Mesh):
+            raise ParameterError(f"{name}: holds no mesh; expected the mesh of a body")
+        self._body = thing
+        self._colour()
+
+    def _job_changed(self, files: JobFiles) -> None:
+        """Show the newest state of the job that is followed."""
+        if self._watch is None or files.folder != self._watch.folder:
+            return
+        self._opened = read_job(files)
+        if self.app.page is self:
+            self.refresh()
+
+    def _recolour(self, setting: str, word: str) -> None:
+        self._keep(**{setting: word})
+        self._show_controls()
+        self._colour()
+
+    def _turn(self, side: str) -> None:
+        view = next(one for one in VIEWS if one == side.lower())
+        if self._view is not None:
+            self.app.scene.look_at(*self._view.bounds(), view)
+
+    def _measure(self, on: bool) -> None:
+        self._measurement.clear()
+        self._draw_measurement()
+        if not on:
+            self._say("")
+
+    def _draw_measurement(self) -> None:
+        self._measurement.draw(self.app.scene)
+        if self._measures.value:
+            self._say(self._measurement.text(None if self._viewed is None else self._viewed.thing))
+
+    def _share_of(self, side: str) -> Callable[[float], None]:
+        def changed(share: float) -> None:
+            self._shares[side] = share
+            if self._clips.value:
+                self.app.queue.post_newest((id(self), "clip"), self._draw)
+
+        return changed
+
+    def _clip(self, on: bool) -> None:
+        self._draw()
+
+    def _box(self) -> Box | None:
+        if not self._clips.value or self._view is None:
+            return None
+        return box_of_shares(*self._view.bounds(), self._shares)
+
+    def _save_picture(self) -> None:
+        picture = self.app.scene.screenshot(int(self._width.value), int(self._height.value))
+        self.app.download("view.png", picture)
+
+    def _show_frames(self, on: bool) -> None:
+        self._frames.visible = on
+
+    # ---- help --------------------------------------------------------------------------------------------------------
+
+    def _attempt(self, act: Callable[[], object]) -> None:
+        """Do something; an error becomes a notice, and the page stays as it is."""
+        try:
+            act()
+        except StitchMeshError as error:
+            self.app.report(error)
+
+    def _keep(self, **values: str) -> None:
+        self._settings |= {name.replace("_", " "): value for name, value in values.items()}
+        self.app.project.set_settings(self.name, self._settings)
+
+    def _stop_watch(self) -> None:
+        if self._watch is not None:
+            self._watch.stop()
+            self._watch = None
+
+
+FRAMES = '<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>'
+"""The element that the script ``frame_rate.js`` fills."""
+
+
+def _checked(settings: dict[str, str]) -> dict[str, str]:
+    """Return settings in which colours that the page does not know are those at first."""
+    known = {"yarn colour": YARN_COLOURS, "face colour": FACE_COLOURS}
+    return {
+        name: value if isinstance(value, str) and value in known.get(name, (value,)) else DEFAULTS[name]
+        for name, value in settings.items()
+        if name in DEFAULTS
+    }
+
+
+def _nothing(value: float) -> None:
+    """Do nothing; the value is read when it is needed."""
+
+
+def legend_of(coloured: Coloured) -> str:
+    """Return the legend of colours as HTML: names, or a bar for numbers; an empty text where they need none."""
+    if coloured.scale is None:
+        return legend(coloured.key) if coloured.key else ""
+    numbers, units = zip(*(text.split(" ", 1) for text, _ in reversed(coloured.key)), strict=True)
+    return colour_bar(coloured.scale.table(9), numbers, units[0])
+
+
+def _list_of(names: tuple[str, ...], chosen: str) -> str:
+    """Return the list of what can be shown, as buttons."""
+    if not names:
+        return f'<p style="font-size:.86em;margin:.2em 0">{NOTHING}</p>'
+    buttons = "".join(
+        f'<button type="button" data-action="show" data-value="{escape(name)}"'
+        f'{" aria-current=true" if name == chosen else ""}>{escape(name)}</button>'
+        for name in names
+    )
+    return f'<nav class="sm-nav" style="flex-wrap:wrap" aria-label="What the scene shows">{buttons}</nav>'
+
+
+def _alone(viewed: Viewed) -> str:
+    """Return a picture, or the text of a file, as HTML."""
+    if viewed.picture:
+        code = base64.b64encode(viewed.picture).decode("ascii")
+        return f'<img alt="{escape(viewed.name)}" style="max-width:100%" src="data:image/png;base64,{code}">'
+    if viewed.text and viewed.thing is None:
+        style = "font-size:.75em;max-height:24em;overflow:auto;white-space:pre-wrap"
+        return f'<pre tabindex="0" aria-label="{escape(viewed.name)}" style="{style}">{escape(viewed.text)}</pre>'
+    return ""

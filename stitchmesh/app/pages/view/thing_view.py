@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns or a mesh in the scene: drawn in colours, cut by a box, and picked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.app.pages.view.clip_box import Box
+from stitchmesh.app.scene.drawing import IN_PLACE, Colours, Lines, Surface, YarnTubes
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mesh.picking import pick as pick_face
+from stitchmesh.mesh.picking import picking_table
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.face_colouring import colour_faces
+from stitchmesh.render.surface import lifted_corners
+from stitchmesh.render.swatch_picture import DEFAULT_TILES
+from stitchmesh.render.yarn_blocks import YarnBlocks, make_blocks
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.picking import PickedYarn, YarnPickingTable, pick_yarn, yarn_picking_table
+
+NAME = "viewed"
+"""Name of the drawing."""
+EDGES = "viewed edges"
+"""Name of the drawing of the edges of a mesh."""
+MOST_EDGES = 60_000
+"""Largest number of faces for which the edges are drawn."""
+EDGE_COLOUR = (60, 60, 66)
+SLOW_COLOURS: Mapping[str, int] = {"contact": 5_000, "distance": 10_000, "body-distance": 10_000}
+"""Largest numbers of control points whose colours are computed at once; more are computed as a task."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A place that was clicked."""
+
+    point: FloatArray
+    """The point [cm], shape (3,)."""
+    text: str
+    """What is there."""
+    yarn: PickedYarn | None = None
+    """The place on a yarn."""
+
+
+class ThingView(Protocol):
+    """Something in the scene."""
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the largest coordinates [cm], shape (3,) each."""
+
+    def figures(self) -> list[tuple[str, str]]:
+        """Return names and values of what can be said about it."""
+
+    def is_slow(self, colour: str) -> bool:
+        """Whether the colours take long."""
+
+    def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
+        """Return its colours and their legend; may be called in any thread."""
+
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+        """Draw it."""
+
+    def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
+        """Return the place at which a ray meets it first."""
+
+
+class YarnView:
+    """Yarns in the scene; one cell of periodic yarns is drawn with its copies."""
+
+    def __init__(self, yarns: YarnSet, before: ThingView | None = None) -> None:
+        """Keep the yarns; the blocks are those of the view before if both have the same segments."""
+        self.yarns = yarns
+        self._table: YarnPickingTable | None = None
+        self._blocks: tuple[Box | None, YarnBlocks] | None = None
+        if isinstance(before, YarnView) and _same_segments(before.yarns, yarns) and before._blocks is not None:
+            self._blocks = before._blocks if before._blocks[0] is None else None
+        self.copies = IN_PLACE if yarns.lattice is None else _copies(yarns)
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the box of the control points of all copies."""
+        low, high = self.yarns.points.min(axis=0), self.yarns.points.max(axis=0)
+        return low + self.copies.min(axis=0), high + self.copies.max(axis=0)
+
+    def figures(self) -> list[tuple[str, str]]:
+        """Return numbers, length and radius."""
+        yarns = self.yarns
+        size = " x ".join(f"{side:.1f}" for side in np.ptp(yarns.points, axis=0))
+        return [
+            ("Yarns", f"{yarns.yarn_count:,}"), ("Control points", f"{len(yarns.points):,}"),
+            ("Length of yarn", f"{yarns.lengths.sum() / 100:,.2f} m"), ("Size", f"{size} cm"),
+            ("Radius of the yarn", f"{10 * float(yarns.radius.mean()):.2f} mm"),
+            ("Mean strain", f"{100 * float(yarns.lengths.sum() / yarns.rest_length.sum() - 1):+.2f} %"),
+        ]  # fmt: skip
+
+    def is_slow(self, colour: str) -> bool:
+        """Whether the colours are computed as a task."""
+        return len(self.yarns.points) > SLOW_COLOURS.get(colour, len(self.yarns.points))
+
+    def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
+        """Return the colours of the control points."""
+        return colour_yarns(self.yarns, colour, fabric=fabric, body=body)
+
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+        """Draw the segments in the box as tubes."""
+        scene.remove(EDGES)
+        if self._blocks is None or self._blocks[0] != clip:
+            segments = self._inside(clip)
+            if not len(segments):
+                scene.remove(NAME)
+                return
+            self._blocks = clip, make_blocks(self.yarns, segments)
+        scene.show(NAME, YarnTubes(self._blocks[1], self.yarns.points, colours, self.copies))
+
+    def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
+        """Return the place on the nearest copy of a yarn."""
+        if self._table is None:
+            self._table = yarn_picking_table(self.yarns)
+        found = [(pick_yarn(self._table, origin - copy, direction), copy) for copy in self.copies]
+        met = [(place, copy) for place, copy in found if place is not None]
+        if not met:
+            return None
+        place, copy = min(met, key=lambda pair: pair[0].depth)
+        place = replace(place, point=place.point + copy)
+        return Place(place.point, self._said(place, fabric), place)
+
+    def _said(self, place: PickedYarn, fabric: StitchMesh | None) -> str:
+        yarns = self.yarns
+        point = int(yarns.segment_points[place.segment, 1])
+        face = int(yarns.face[point])
+        words = [f"Yarn {place.yarn}", f"row {yarns.row[point]}"]
+        if face >= 0:
+            words.append(f"stitch {face}{_stitch_name(fabric, face)}")
+        words.append(f"strain {100 * float(yarns.strain[place.segment]):+.1f} %")
+        return ", ".join(words)
+
+    def _inside(self, clip: Box | None) -> IntArray:
+        """Return the segments whose middle lies in the box."""
+        if clip is None:
+            return np.arange(len(self.yarns.segment_yarn))
+        middle = self.yarns.points[self.yarns.segment_points[:, 1:3]].mean(axis=1)
+        return np.flatnonzero(clip.inside(middle))
+
+
+class MeshView:
+    """A polygon mesh or a stitch mesh in the scene."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        """Prepare the triangles."""
+        self.mesh = mesh
+        self._triangles = face_triangles(mesh)
+        self._position, self._lifted = mesh.corner_position, lifted_corners(mesh)
+        self._table = picking_table(mesh)
+        self._clip: Box | None = None
+        self._shown: tuple[IntArray, IntArray, Lines | None] | None = None
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the box of the corners."""
+        return self._position.min(axis=0), self._position.max(axis=0)
+
+    def figures(self) -> list[tuple[str, str]]:
+        """Return numbers and size."""
+        mesh = self.mesh
+        size = " x ".join(f"{side:.1f}" for side in np.ptp(self._position, axis=0))
+        what = "Stitches" if isinstance(mesh, StitchMesh) and not _is_panel(mesh) else "Faces"
+        rows = [("Rows", f"{int(mesh.row.max(initial=-1)) + 1:,}")] if isinstance(mesh, StitchMesh) else []
+        return [(what, f"{mesh.face_count:,}"), *rows, ("Vertices", f"{len(mesh.vertices):,}"), ("Size", f"{size} cm")]
+
+    def is_slow(self, colour: str) -> bool:
+        """Return False: the colours of faces are quick."""
+        return False
+
+    def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
+        """Return the colours of the faces."""
+        return colour_faces(self.mesh, colour)
+
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+        """Draw the faces in the box, and their edges."""
+        if self._shown is None or self._clip != clip:
+            self._clip, self._shown = clip, self._cut(clip)
+        corners, face, edges = self._shown
+        if not len(corners):
+            scene.remove(NAME)
+            scene.remove(EDGES)
+            return
+        of_faces = Colours.of(colours)
+        scene.show(NAME, Surface(self._position, corners, Colours(of_faces.index[face], of_faces.palette)))
+        if edges is not None:
+            scene.show(EDGES, edges)
+
+    def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
+        """Return the place on the nearest face."""
+        found = pick_face(self._table, origin, direction)
+        if found is None:
+            return None
+        words = [f"Face {found.face}"]
+        if isinstance(self.mesh, StitchMesh):
+            name = _stitch_name(self.mesh, found.face)
+            words = [f"Stitch {found.face}{name}", f"row {self.mesh.row[found.face]}"]
+        return Place(found.point, ", ".join(words))
+
+    def _cut(self, clip: Box | None) -> tuple[IntArray, IntArray, Lines | None]:
+        """Return the triangles in the box, their faces, and the edges of these faces."""
+        corners, face = self._triangles.corners, self._triangles.face
+        sides = self.mesh.edge_side
+        if clip is not None:
+            kept = clip.inside(self._table.centre)
+            corners, face = corners[kept[face]], face[kept[face]]
+            sides = sides[kept[self.mesh.side_face[sides]]]
+        ends = np.stack([sides, self.mesh.side_next[sides]], axis=1)
+        many = self.mesh.face_count > MOST_EDGES
+        return corners, face, None if many else Lines(self._lifted[ends], EDGE_COLOUR, 1.0)
+
+
+def view_of_thing(thing: Mesh | YarnSet, before: ThingView | None = None) -> ThingView:
+    """Return the view of a mesh or of yarns; ``before`` is the view of an earlier state of the same thing."""
+    return YarnView(thing, before) if isinstance(thing, YarnSet) else MeshView(thing)
+
+
+def _same_segments(first: YarnSet, second: YarnSet) -> bool:
+    """Whether two sets of yarns have the same segments, so that only positions differ."""
+    alike = np.array_equal(first.start, second.start) and np.array_equal(first.closed, second.closed)
+    radii = alike and np.array_equal(first.drawn_radius, second.drawn_radius)
+    return radii and first.lattice is None and second.lattice is None
+
+
+def _copies(yarns: YarnSet) -> FloatArray:
+    """Return the displacements of the copies of a cell, shape (n, 3)."""
+    assert yarns.lattice is not None
+    tiles = np.stack(np.meshgrid(*(np.arange(count) for count in DEFAULT_TILES), indexing="ij"), axis=-1)
+    return yarns.lattice.shift(tiles.reshape(-1, 2))
+
+
+def _stitch_name(fabric: StitchMesh | None, face: int) -> str:
+    if fabric is None or face >= fabric.face_count or _is_panel(fabric):
+        return ""
+    return f" ({Stitch(int(fabric.stitch[face])).name.lower().replace('_', ' ')})"
+
+
+def _is_panel(mesh: StitchMesh) -> bool:
+    """Whether a stitch mesh is labeled only, and not divided yet."""
+    return bool((mesh.stitch == Stitch.PANEL).all())

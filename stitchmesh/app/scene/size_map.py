@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The map of the sizes of stitches: a surface in colours, outlines of rows, and a legend."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
+from stitchmesh.meshrelax.evenness import Measure, relative_sizes
+from stitchmesh.render.colour_scale import DIVERGING, ColourScale
+
+LARGEST_RATIO = 1.5
+"""Size of a stitch over the average at which the scale ends; it begins at the inverse."""
+PLAIN: Colour = (206, 198, 184)
+"""Colour of stitches whose size is not known."""
+LIFT = 0.05
+"""Distance of lines from the surface, divided by the mean length of sides; it keeps them visible."""
+OUTLINE: Colour = (20, 20, 20)
+"""Colour of outlines; it is on no scale."""
+SCALE = ColourScale(DIVERGING, -float(np.log(LARGEST_RATIO)), float(np.log(LARGEST_RATIO)))
+"""Colours of the logarithms of relative sizes, so that twice and half the size are equally far from the average."""
+
+
+class SizeMap:
+    """A fabric that moves and changes its colours while it keeps its faces."""
+
+    def __init__(self, fabric: StitchMesh) -> None:
+        """Prepare the faces of a fabric."""
+        self._found: FaceTriangles = face_triangles(fabric)
+        self._triangles: IntArray = fabric.face_vertex[self._found.corners]
+        self._palette = np.concatenate([SCALE.table(255), [PLAIN]]).astype(np.uint8)
+
+    def surface(self, fabric: StitchMesh, measure: Measure) -> Surface:
+        """Return the surface of a fabric with the same faces as the first one.
+
+        Args:
+            fabric: the fabric; without stretch it has one colour.
+            measure: which size the colours show.
+        """
+        if fabric.stretch is None:
+            return Surface(fabric.vertices, self._triangles, PLAIN)
+        size = relative_sizes(fabric, measure)
+        known = np.isfinite(size)
+        place = np.rint(254 * SCALE.share(np.log(np.where(known, size, 1.0))))
+        index = np.where(known, place, 255).astype(np.uint8)[self._found.face]
+        return Surface(fabric.vertices, self._triangles, Colours(index, self._palette))
+
+
+def outline(fabric: StitchMesh, faces: NDArray[np.bool_]) -> Lines:
+    """Return the lines around some faces of a fabric.
+
+    Args:
+        fabric: the fabric.
+        faces: whether each face is one of them, shape (F,).
+    """
+    across = np.where(fabric.twin == BORDER, -1, fabric.side_face[fabric.twin])
+    sides = np.flatnonzero(faces[fabric.side_face] & ((across < 0) | ~faces[across]))
+    ends = np.stack([fabric.corner_position[sides], fabric.corner_position[fabric.side_next[sides]]], axis=1)
+    return Lines(ends + _lift(fabric)[fabric.side_face[sides], None], OUTLINE, 3.0)
+
+
+def edges(fabric: StitchMesh) -> Lines:
+    """Return the sides of all stitches as thin lines."""
+    one = np.flatnonzero((fabric.twin == BORDER) | (fabric.twin > np.arange(fabric.side_count)))
+    ends = np.stack([fabric.corner_position[one], fabric.corner_position[fabric.side_next[one]]], axis=1)
+    return Lines(ends + 0.3 * _lift(fabric)[fabric.side_face[one], None], (90, 84, 78), 1.0)
+
+
+def legend_html() -> str:
+    """Return the scale with its numbers, and what both ends mean."""
+    stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in DIVERGING.tolist())
+    bar = f"height:14px;border-radius:3px;background:linear-gradient(to right, {stops})"
+    label = "Colours from blue, stitches that are smaller than the average, to red, stitches that are larger"
+    ends = [
+        ("left", f"{1.0 / LARGEST_RATIO:.2f}<br>too many"), ("center", "1<br>average"),
+        ("right", f"{LARGEST_RATIO:.2f}<br>too few"),
+    ]  # fmt: skip
+    marks = "".join(f'<span style="flex:1;text-align:{side}">{text}</span>' for side, text in ends)
+    return (
+        f'<div role="img" aria-label="{label}"><div style="{bar}"></div>'
+        f'<div style="display:flex;font-size:.82em;line-height:1.3">{marks}</div></div>'
+        '<p style="font-size:.82em;margin:.2em 0 0">Size of a stitch over the average of the fabric</p>'
+    )
+
+
+def _lift(fabric: StitchMesh) -> FloatArray:
+    """Return a short vector along the normal of each face, shape (F, 3)."""
+    area = fabric.face_vector_area
+    normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), np.finfo(float).tiny)
+    lift: FloatArray = LIFT * float(fabric.side_length.mean()) * normal
+    return lift

@@ -1,0 +1,316 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page View without a browser: files, results of the project and jobs are drawn, coloured, cut and measured."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.app.application import App
+from stitchmesh.app.front import NullFront
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
+from stitchmesh.io.history import write_history
+from stitchmesh.io.meshes import write_mesh
+from stitchmesh.io.stitches import write_stitches
+from stitchmesh.io.yarns import write_yarns
+from stitchmesh.mesh import Mesh
+from tests.app.pages.headless import Headless, headless
+from tests.app.project.projects import relaxed_project
+from tests.gallery import tube
+from tests.io.test_history import ENTRIES
+from tests.render.test_pictures import fabric
+from tests.yarn.test_strand_distance import lines
+from tests.yarnrelax.stockinette import tube as yarn_tube
+from tests.yarnrelax.stockinette import woven_cell
+
+PNG = b"\x89PNG\r\n\x1a\n" + bytes(40)
+
+
+@pytest.fixture
+def view(tmp_path) -> Iterator[Headless]:
+    with headless(tmp_path, None, "View") as page:
+        yield page
+
+
+def opened(page: Headless, path: Path) -> None:
+    """Open a path as a user does; an error becomes a notice."""
+    page.controls.set("Path", str(path))
+    page.app.page._attempt(lambda: page.controls.press("Open path"))
+
+
+def yarns_drawn(page: Headless) -> YarnTubes:
+    drawing = page.scene.drawings["viewed"]
+    assert isinstance(drawing, YarnTubes)
+    return drawing
+
+
+def written(folder: Path, name: str, thing: object) -> Path:
+    (write_mesh if isinstance(thing, Mesh) else write_yarns)(folder / name, thing)
+    return folder / name
+
+
+@contextmanager
+def in_project(folder: Path) -> Iterator[Headless]:
+    """The page on a project that has results of all stages."""
+    project = relaxed_project(folder / "project")
+    front = NullFront()
+    app = App(project, front)
+    app.open_page("View")
+    try:
+        yield Headless(app, front)
+    finally:
+        app.close()
+
+
+def test_an_empty_project_says_what_to_do(view):
+    assert "Open a file" in view.controls.text_shown() and not view.scene.drawings
+
+
+def test_the_newest_result_of_the_project_is_shown_first(tmp_path):
+    with in_project(tmp_path) as page:
+        assert yarns_drawn(page).points is page.project.relaxed.points
+        assert page.controls.find("Colour by").value == "Rows"
+        page.controls.act("show", "Mesh")
+        drawing = page.scene.drawings["viewed"]
+        assert isinstance(drawing, Surface) and len(drawing.points) == page.project.mesh.side_count
+        page.controls.act("show", "Stitches")
+        assert isinstance(page.scene.drawings["viewed"].colours, Colours)
+
+
+def test_a_result_that_is_dropped_is_no_longer_shown(tmp_path):
+    with in_project(tmp_path) as page:
+        page.project.undo()
+        page.app.refresh()
+        assert "Relaxed yarns" not in page.controls.text_shown()
+        assert isinstance(page.scene.drawings["viewed"], Surface)  # the stitches are the newest result now
+
+
+def test_yarns_of_a_file_are_drawn_with_their_figures(view, tmp_path):
+    yarns = yarn_tube(6, 20)
+    opened(view, written(tmp_path, "yarns.h5", yarns))
+    np.testing.assert_array_equal(yarns_drawn(view).points, yarns.points)
+    shown = view.controls.text_shown()
+    assert "1,440" in shown and "6" in shown and "yarns.h5" in shown
+    np.testing.assert_array_equal(view.scene.shown[0], yarns.points.min(axis=0))
+
+
+def test_other_colours_change_nothing_but_the_colours(view, tmp_path):
+    opened(view, written(tmp_path, "yarns.h5", yarn_tube(6, 20)))
+    before = yarns_drawn(view)
+    view.controls.set("Colour by", "Strain of the yarn")
+    after = yarns_drawn(view)
+    assert after.blocks is before.blocks and after.points is before.points
+    assert not np.array_equal(after.colours, before.colours)
+    assert "% strain" in view.controls.text_shown()  # the legend
+    view.controls.set("Colour by", "One colour")
+    view.controls.set("Colour", "#102030")
+    assert (yarns_drawn(view).colours == [16, 32, 48]).all()
+
+
+@pytest.mark.parametrize("colour", ["Contact force", "Distance between yarns"])
+def test_colours_that_take_long_are_a_task(view, tmp_path, colour):
+    opened(view, written(tmp_path, "yarns.h5", yarn_tube(20, 45)))  # 10,800 control points
+    plain = yarns_drawn(view).colours
+    view.app.post(view.controls.set, "Colour by", colour)
+    view.app.queue.settle()
+    for thread in [one for one in threading.enumerate() if one.name == "finding the colours"]:
+        thread.join()
+    view.app.queue.settle()
+    assert not np.array_equal(yarns_drawn(view).colours, plain)
+
+
+def test_colours_without_their_stitches_are_refused_and_nothing_changes(view, tmp_path):
+    opened(view, written(tmp_path, "yarns.h5", yarn_tube(6, 20)))
+    before = yarns_drawn(view).colours
+    view.controls.set("Colour by", "Stitch types")
+    assert "without their stitch mesh; give the stitch mesh too" in view.notices()
+    np.testing.assert_array_equal(yarns_drawn(view).colours, before)
+
+
+def test_a_body_is_opened_for_the_distance_from_it(view, tmp_path):
+    opened(view, written(tmp_path, "yarns.h5", yarn_tube(6, 20)))
+    view.controls.set("Colour by", "Distance from a body")
+    assert "give the mesh of the body too" in view.notices()
+    body = written(tmp_path, "body.obj", tube(12, 4))
+    view.controls.send("Open a body", "body.obj", body.read_bytes())
+    assert "mm distance" in view.controls.text_shown()
+
+
+def test_a_periodic_cell_is_drawn_with_its_copies(view, tmp_path):
+    cell = woven_cell()
+    opened(view, written(tmp_path, "cell.h5", cell))
+    assert len(yarns_drawn(view).copies) == 25
+    low, high = view.scene.shown[:2]
+    far = np.abs(cell.lattice.periods).max(axis=0)
+    assert (high - low >= 4 * far - 1e-9).all()
+
+
+def test_a_click_says_what_is_there(view, tmp_path):
+    opened(view, written(tmp_path, "lines.h5", lines(0.0, 1.0)))
+    view.click([2.0, 1.0, 0.0])
+    assert "Yarn 1, row 1, strain +0.0 %" in view.controls.text_shown()
+    view.click([2.0, 0.5, 0.0])  # between the yarns
+    assert "Yarn 1" in view.controls.text_shown()
+
+
+def test_two_clicks_measure_a_distance_and_the_length_of_yarn(view, tmp_path):
+    opened(view, written(tmp_path, "lines.h5", lines(0.0, 1.0)))
+    view.controls.set("Measure", True)
+    view.click([1.0, 1.0, 0.0])
+    assert "Click the second place" in view.controls.text_shown() and "measured line" not in view.scene.drawings
+    view.click([3.0, 1.0, 0.0])
+    assert "2.00 cm; 2.00 cm along the yarn" in view.controls.text_shown()
+    assert view.scene.drawings["measured length"].texts == ("2.00 cm",)
+    view.click([1.0, 0.0, 0.0])  # a third click begins again
+    assert "measured line" not in view.scene.drawings
+    view.click([1.0, 1.0, 0.0])
+    assert "1.00 cm<" in view.controls.text_shown()  # two yarns have no length between them
+    view.controls.set("Measure", False)
+    assert "measured line" not in view.scene.drawings
+
+
+def test_a_box_cuts_yarns(view, tmp_path):
+    yarns = lines(0.0, 1.0)
+    opened(view, written(tmp_path, "lines.h5", yarns))
+    whole = yarns_drawn(view)
+    view.controls.set("Clip", True)
+    assert len(yarns_drawn(view).blocks.source) == len(whole.blocks.source)  # a whole box cuts nothing
+    view.controls.set("Top", 50.0)
+    view.app.queue.settle()
+    assert set(yarns.point_yarn[yarns_drawn(view).blocks.source]) == {0}
+    assert len(view.scene.drawings["clip box"].segments) == 12
+    view.controls.set("Bottom", 40.0)
+    view.app.queue.settle()
+    assert "viewed" not in view.scene.drawings  # nothing lies in the box
+    view.controls.set("Clip", False)
+    assert len(yarns_drawn(view).blocks.source) == len(whole.blocks.source)
+    assert "clip box" not in view.scene.drawings
+
+
+def test_a_box_cuts_faces(view, tmp_path):
+    mesh = tube(12, 4)
+    opened(view, written(tmp_path, "tube.obj", mesh))
+    whole = len(view.scene.drawings["viewed"].triangles)
+    view.controls.set("Clip", True)
+    view.controls.set("Top", 50.0)
+    view.app.queue.settle()
+    assert len(view.scene.drawings["viewed"].triangles) == whole // 2
+
+
+def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
+    write_history(tmp_path / "convergence.csv", ENTRIES)
+    opened(view, tmp_path / "convergence.csv")
+    assert list(view.app.page._plot.figure.data[0].y) == [1.0, 0.25] and not view.scene.drawings
+    (tmp_path / "report.json").write_text('{"a": "<b>"}')
+    opened(view, tmp_path / "report.json")
+    assert "{&quot;a&quot;: &quot;&lt;b&gt;&quot;}" in view.controls.text_shown()
+    (tmp_path / "preview.png").write_bytes(PNG)
+    opened(view, tmp_path / "preview.png")
+    assert "data:image/png;base64," in view.controls.text_shown()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("yarns.h5", b"junk", "yarns.h5: is not an HDF5 file, or it is damaged; write it again"),
+        ("mesh.obj", b"v 1 2\nf 1 1 1\n", "mesh.obj"),
+        ("a.png", b"no picture", "a.png: is no PNG picture; expected one that StitchMesh wrote"),
+        ("a.csv", b"x,y\n", "got columns x, y; expected the convergence of a relaxation"),
+        ("a.xyz", b"1", "unknown format '.xyz'"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_a_notice(view, tmp_path, name, content, message):
+    good = written(tmp_path, "lines.h5", lines(0.0, 1.0))
+    opened(view, good)
+    view.app.post(view.controls.send, "Open a file", name, content)
+    view.app.queue.settle()
+    assert message in view.notices() and "\n" not in view.notices()
+    assert "/tmp" not in view.notices()  # the place of the upload on the server is nobody's business
+    assert yarns_drawn(view) is not None
+
+
+def test_a_checkpoint_without_its_yarns_says_what_is_missing(view, tmp_path):
+    (tmp_path / "checkpoint.smc").write_bytes(b"x")
+    opened(view, tmp_path / "checkpoint.smc")
+    assert "put yarns.h5 of the same job beside it" in view.notices()
+
+
+def test_an_uploaded_file_is_shown(view, tmp_path):
+    view.controls.send("Open a file", "C:\\some\\lines.h5", written(tmp_path, "lines.h5", lines(0.0)).read_bytes())
+    assert len(yarns_drawn(view).points) == 30 and "lines.h5" in view.controls.text_shown()
+
+
+def test_a_job_is_followed(view, tmp_path):
+    """The stitches come first; afterwards the yarns, each time that they are written."""
+    job = tmp_path / "job"
+    job.mkdir()
+    opened(view, job)
+    assert "Waiting for the first result" in view.controls.text_shown()
+    page = view.app.page
+    page._watch._every = 0.0
+    write_stitches(job / "stitches.h5", fabric())
+    job_changed(view, job)
+    assert isinstance(view.scene.drawings["viewed"], Surface)
+    first = lines(0.0, 1.0)
+    write_yarns(job / "yarns.h5", first)
+    job_changed(view, job)
+    drawn = yarns_drawn(view)
+    assert "running, or stopped" in view.controls.text_shown()
+    write_yarns(job / "yarns.h5", replace(first, points=first.points + 0.25))
+    job_changed(view, job)
+    np.testing.assert_array_equal(yarns_drawn(view).points, first.points + 0.25)
+    assert yarns_drawn(view).blocks is drawn.blocks  # a frame sends positions only
+    write_history(job / "convergence.csv", ENTRIES)
+    job_changed(view, job)
+    assert "is finished" in view.controls.text_shown()
+
+
+def job_changed(view: Headless, job: Path) -> None:
+    """Tell the page what its watch would tell."""
+    from stitchmesh.app.pages.view.job_folder import job_files
+
+    view.app.post(view.app.page._job_changed, job_files(job))
+    view.app.queue.settle()
+
+
+def test_leaving_the_page_stops_the_watch(view, tmp_path):
+    opened(view, tmp_path)
+    watch = view.app.page._watch
+    assert watch is not None
+    view.app.page.leave()
+    assert watch._stopped.is_set() and view.app.page._watch is None
+
+
+def test_the_page_opens_again_where_it_was(tmp_path):
+    path = written(tmp_path, "lines.h5", lines(0.0, 1.0))
+    with headless(tmp_path, None, "View") as page:
+        opened(page, path)
+        page.controls.set("Colour by", "Strain of the yarn")
+    project = Project.open(tmp_path / "project")
+    front = NullFront()
+    app = App(project, front)
+    app.open_page("View")
+    again = Headless(app, front)
+    assert len(yarns_drawn(again).points) == 60
+    assert again.controls.find("Colour by").value == "Strain of the yarn"
+    app.close()
+
+
+def test_settings_that_nobody_knows_are_those_at_first(tmp_path):
+    with headless(tmp_path, None, "Label") as page:
+        page.project.set_settings("View", {"yarn colour": "tartan", "path": 7, "more": True})
+        page.app.open_page("View")
+        assert page.app.page._settings["yarn colour"] == "Rows" and page.app.page._settings["path"] == ""
+
+
+def test_every_control_has_a_hint(view):
+    for control in view.controls.made:
+        assert control.hint or control.kind in {"html", "plot", "group"}, control.label

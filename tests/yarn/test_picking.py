@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A ray meets the nearest yarn on its surface; lengths are measured along the yarn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.picking import length_between, pick_yarn, yarn_picking_table
+from tests.yarn.test_strand_distance import lines, ring
+from tests.yarnrelax.stockinette import tube
+
+
+def test_a_ray_meets_the_surface_of_the_nearest_yarn():
+    yarns = lines(0.0, 1.0)
+    found = pick_yarn(yarn_picking_table(yarns), [2.0, 5.0, 0.0], [0.0, -3.0, 0.0])
+    assert found is not None and found.yarn == 1
+    np.testing.assert_allclose(found.point, [2.0, 1.1, 0.0], atol=1e-12)
+    assert found.depth == pytest.approx(3.9, abs=1e-12)
+
+
+def test_a_ray_that_misses_finds_nothing():
+    table = yarn_picking_table(lines(0.0))
+    assert pick_yarn(table, [2.0, 5.0, 0.11], [0.0, -1.0, 0.0]) is None
+    assert pick_yarn(table, [2.0, 5.0, 0.09], [0.0, -1.0, 0.0]) is not None
+    assert pick_yarn(table, [2.0, 5.0, 0.0], [0.0, 1.0, 0.0]) is None  # the yarn is behind
+
+
+def test_each_segment_is_found_from_outside():
+    """The curve leaves its chords by less than a tenth of the radius, so that a ray at a chord meets its segment."""
+    yarns = tube(3, 20)
+    table = yarn_picking_table(yarns)
+    for segment in range(0, len(yarns.segment_yarn), 37):
+        middle = 0.5 * (table.start[segment] + table.end[segment])
+        outward = middle * [1.0, 0.0, 1.0]
+        found = pick_yarn(table, middle + 3.0 * outward / np.linalg.norm(outward), -outward)
+        assert found is not None
+        assert np.linalg.norm(found.point - middle) < 3.0  # something on the way, never behind the place
+        assert found.depth <= 3.0
+
+
+def test_the_length_between_two_places_follows_the_yarn():
+    yarns = lines(0.0)
+    table = yarn_picking_table(yarns)
+    first, second = (pick_yarn(table, [x, 1.0, 0.0], [0.0, -1.0, 0.0]) for x in (1.0, 3.0))
+    assert first is not None and second is not None
+    assert length_between(yarns, first, second) == pytest.approx(2.0, rel=1e-9)  # the control points are evenly spaced
+
+
+def test_a_ring_is_measured_the_shorter_way():
+    yarns = YarnSet.from_curves([ring()], closed=[True], radius=0.05)
+    table = yarn_picking_table(yarns)
+    first, second = (
+        pick_yarn(table, [3 * np.cos(a), 3 * np.sin(a), 0], [-np.cos(a), -np.sin(a), 0]) for a in (0.05, -0.35)
+    )
+    assert first is not None and second is not None
+    # an arc of 0.4 rad of radius 1, less 0.4 % because the spline lies inside its control points
+    assert length_between(yarns, first, second) == pytest.approx(0.4, rel=0.01)
+
+
+def test_two_yarns_have_no_length_between_them():
+    yarns = lines(0.0, 1.0)
+    table = yarn_picking_table(yarns)
+    first, second = (pick_yarn(table, [1.0, y, 1.0], [0.0, 0.0, -1.0]) for y in (0.0, 1.0))
+    assert first is not None and second is not None and length_between(yarns, first, second) is None
