@@ -140,7 +140,8 @@ def test_selecting_by_words_needs_no_mouse(opened):
     opened.button("Fill the selection with the stitch").focus()
     page.keyboard.press("Enter")
     wanted = Edit("change_stitch", {"on": "rows 3-5", "stitch": "p"})
-    opened.wait_for(lambda: opened.app.project.edits == (wanted,), "the selection is filled")
+    opened.wait_for(lambda: opened.app.project.edits, "the selection is filled")
+    assert opened.app.project.edits == (wanted,)
 
 
 def test_a_second_browser_shows_the_same_edit(opened):
