@@ -77,6 +77,8 @@ from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
 from .render import PictureOptions as PictureOptions
 from .render import render as render
+from .render.thumbnails.pattern_thumbnail import pattern_thumbnail as pattern_thumbnail
+from .render.thumbnails.stitch_drawing import draw_stitch as draw_stitch
 from .reporting.verdict import Verdict as Verdict
 from .reporting.verdict import relaxation_verdict as relaxation_verdict
 from .run_control import RunControl as RunControl

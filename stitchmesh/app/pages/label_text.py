@@ -11,6 +11,7 @@ import numpy as np
 from stitchmesh.app.controls.legend import LegendEntry
 from stitchmesh.app.scene.drawing import Colour
 from stitchmesh.labeling import LabelingFault, PartialLabeling
+from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.pointed_step import free_border_sides
 from stitchmesh.labeling.seeds import candidate_seeds
 from stitchmesh.mesh import Mesh
@@ -35,13 +36,16 @@ BUTTON = (
 def labeling_status(labeling: PartialLabeling, inside_out: bool) -> str:
     """The numbers in one or two lines."""
     done, faces = int(labeling.labeled.sum()), labeling.mesh.face_count
-    lines = [f"<strong>{labeling.row_count} rows</strong>, {done} of {faces} faces labeled"]
+    rows = labeling.row_count
+    lines = [f"<strong>{rows} row{'s' * (rows != 1)}</strong>, {done} of {faces} faces labeled"]
     seams = len(labeling.mismatched_sides())
     if seams:
         lines.append(
             f"At {seams} edge{'s' * (seams != 1)} the arrows of two rows do not match. Flip one of the rows, or keep "
             "it: small rings of yarn will join them."
         )
+    if triangles_message(labeling.mesh):
+        lines.append(escape(triangles_message(labeling.mesh)))
     if inside_out:
         lines.append("The mesh seems to be inside out: its purl side would be outside. See <em>Whole mesh</em>.")
     return "".join(f'<p role="status" style="margin:0 0 .3em;font-size:.92em">{line}</p>' for line in lines)
@@ -92,6 +96,8 @@ def start_list(mesh: Mesh) -> str:
         buttons.append(
             f'<button type="button" data-action="start" data-value="{chain[0]}" '
             f'style="{BUTTON} var(--mantine-color-default-border)">'
-            f"Start at the border of {length:.0f} cm, {height:.0f} cm above the lowest point</button>"
+            f"Border of {length:.0f} cm at height {height:.0f} cm</button>"
         )
-    return "".join(buttons) or "<p>The mesh has no border. Choose that a click starts at an inner edge.</p>"
+    heading = '<p style="margin:0;font-size:.86em">Start the next row at a border:</p>'
+    without = "<p>The mesh has no border. Choose that a click starts at an inner edge.</p>"
+    return heading + "".join(buttons) if buttons else without

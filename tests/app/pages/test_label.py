@@ -105,6 +105,19 @@ def test_a_click_flips_a_row_and_the_seams_are_said_and_drawn(page):
     assert "seams" not in page.scene.drawings
 
 
+def test_a_click_flips_a_row_once_all_faces_have_rows(page):
+    """The list of what a click means shows it; what the user has chosen stays."""
+    page.controls.press("Label all")
+    assert page.controls.find("A click").value == FLIP
+    page.click_face(24)
+    assert bits(labeling_of(page)) == bits(start_labeling(mesh_of(page)).label_all().flip_row(24))
+    page.controls.press("Start again")
+    assert page.controls.find("A click").value == ROWS
+    page.controls.set("A click", WALE)
+    page.controls.press("Label all")
+    assert page.controls.find("A click").value == WALE
+
+
 def test_the_arrowheads_of_a_flipped_row_point_down(page):
     page.controls.press("Label all")
     page.controls.set("A click", FLIP)
@@ -230,6 +243,14 @@ def test_faces_that_cannot_be_labeled_are_red_numbered_and_explained(tmp_path):
         low, high, _ = page.scene.shown
         middle = mesh_of(page).corner_position[mesh_of(page).sides_of(np.array(faults[0].faces))].mean(axis=0)
         assert ((low < middle) & (middle < high)).all()
+
+
+def test_a_mesh_of_triangles_is_called_one(tmp_path):
+    quads = grid(4, 3)
+    corners = quads.face_vertex.reshape(-1, 4).tolist()
+    triangles = Mesh.from_polygons(quads.vertices, [t for a, b, c, d in corners for t in ([a, b, c], [a, c, d])])
+    with headless(tmp_path, triangles, "Label") as page:
+        assert "these are triangles: 24 of 24 faces" in page.controls.text_shown()
 
 
 def test_a_refused_step_is_a_notice_and_changes_nothing(tmp_path):

@@ -14,7 +14,7 @@ from html import escape
 
 from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.patterns.library import pattern_names, read_pattern
-from stitchmesh.render.pattern_thumbnail import pattern_thumbnail
+from stitchmesh.render.thumbnails.pattern_thumbnail import pattern_thumbnail
 
 SIZE = 72
 """Width and height of a thumbnail [pixels]."""

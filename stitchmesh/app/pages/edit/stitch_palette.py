@@ -9,7 +9,7 @@ from html import escape
 from urllib.parse import quote
 
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
-from stitchmesh.render.stitch_drawing import draw_stitch
+from stitchmesh.render.thumbnails.stitch_drawing import draw_stitch
 
 FAMILIES: dict[str, str] = {
     "Plain, slipped, first and last": "k p y b f x cast-on draw-through",
