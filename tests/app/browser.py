@@ -137,6 +137,10 @@ class BrowserWindow:
         """Open a page, or the section in which it stands, by the navigation."""
         self.browser_page.locator(f'button[data-value="{name}"]').first.click()
 
+    def open_group(self, label: str) -> None:
+        """Open or close a group of controls."""
+        self.browser_page.get_by_text(label, exact=True).first.click()
+
     def row(self, label: str) -> Locator:
         """Return the row of an input, with its label."""
         named = self.browser_page.locator("label").get_by_text(label, exact=True)
