@@ -111,7 +111,8 @@ def sweater(walk: Walk) -> None:
               picture="sweater-7-preview")  # fmt: skip
     walk.step("lay the rib", lambda: press("Lay the pattern"), picture="sweater-8-rib")
     walk.step("go on to Even out", lambda: rig.page_button("Even out"))
-    walk.step("even out", lambda: press("Even out the stitches"), until=lambda: project.evened, picture="sweater-9-even")
+    walk.step("even out", lambda: press("Even out the stitches"), until=lambda: project.evened,
+              picture="sweater-9-even")  # fmt: skip
     walk.step("go on to Yarns", lambda: press("Go on to the yarns"))
     walk.step("choose the quality draft", lambda: rig.open_group("Yarn and accuracy"),
               lambda: rig.choose("Quality", "draft"))  # fmt: skip
@@ -141,7 +142,7 @@ def swatch(walk: Walk) -> None:
               lambda: rig.tick("Compare two variants"), lambda: rig.type("Tightness", 0.9), lambda: rest(rig),
               picture="swatch-5-compared")  # fmt: skip
     rig.open_group("Stretch test")
-    walk.step("stretch test", lambda: rig.press("Run the stretch test"), lambda: rig.settle(), picture="swatch-6-stretch")
+    walk.step("stretch test", lambda: rig.press("Run the stretch test"), rig.settle, picture="swatch-6-stretch")
     rig.open_group("Download")
     name, content = rig.downloaded(lambda: rig.press("Download the yarns"))
     walk.step(f"download {name}, {len(content) / 1e3:.0f} kB")
