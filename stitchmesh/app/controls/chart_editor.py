@@ -362,7 +362,7 @@ class ChartEditor:
 def _canvas(name: str) -> str:
     label = (
         "Chart. Arrow keys move, Space paints, Shift with arrows selects, P, F, B and S choose a tool, "
-        "plus and minus change the size"
+        "W and E dye the weft and the warp, plus and minus change the size"
     )
     return (
         f'<div data-chart="{name}"><canvas tabindex="0" role="application" aria-label="{label}"></canvas>'
