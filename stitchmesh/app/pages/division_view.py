@@ -22,8 +22,8 @@ STITCH_EDGE_COLOUR: Colour = (128, 120, 110)
 """Colour of the edges of stitches."""
 MOST_NUMBERS = 150
 """Number of edges whose numbers are shown."""
-MOST_EDGES_DRAWN = 30_000
-"""Number of stitches up to which the edges of stitches are drawn."""
+MOST_EDGES_DRAWN = 12_000
+"""Number of stitches up to which their edges are drawn; the lines of more stitches hide the colours."""
 EDGE_MARKS = (
     ("counted", COUNTED_COLOUR, 6.0, "number given by hand"),
     ("marked", MARKED_COLOUR, 6.0, "marked: increases and decreases stand here"),
