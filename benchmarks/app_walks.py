@@ -142,7 +142,9 @@ def swatch(walk: Walk) -> None:
               lambda: rig.tick("Compare two variants"), lambda: rig.type("Tightness", 0.9), lambda: rest(rig),
               picture="swatch-5-compared")  # fmt: skip
     rig.open_group("Stretch test")
-    walk.step("stretch test", lambda: rig.press("Run the stretch test"), rig.settle, picture="swatch-6-stretch")
+    curve = rig.browser_page.get_by_role("button", name="Download the curve (CSV)")
+    walk.step("stretch test", lambda: rig.press("Run the stretch test"), curve.wait_for,
+              curve.scroll_into_view_if_needed, picture="swatch-6-stretch")  # fmt: skip
     rig.open_group("Download")
     name, content = rig.downloaded(lambda: rig.press("Download the yarns"))
     walk.step(f"download {name}, {len(content) / 1e3:.0f} kB")
