@@ -43,8 +43,8 @@ from stitchmesh.periodic.weave.weave_chart import WeaveChart
 if TYPE_CHECKING:
     from stitchmesh.app.controls.controls import Control, Controls
 
-LONG_TEXT = 20_000
-"""Number of characters above which the text follows a stroke only at its end."""
+LONGEST_TEXT = 4 * LONGEST_SIDE * LONGEST_SIDE
+"""Largest number of characters of a text."""
 MOST_BROWSERS = 16
 """Number of browsers whose last message is confirmed."""
 _numbers = itertools.count(1)
@@ -199,7 +199,7 @@ class ChartEditor:
         elif action == "thread":
             board.dye("wefts" if values.get("kind") == "wefts" else "warps", _integers(values, "thread"))
         elif action == "text":
-            board.edit_text(str(values.get("text", ""))[: 4 * LONGEST_SIDE * LONGEST_SIDE])
+            board.edit_text(_short_enough(str(values.get("text", ""))))
 
     def _brush_of(self, values: dict[str, Any]) -> Brush:
         """Return the brush with which the browser painted, which may have changed since."""
@@ -427,6 +427,13 @@ def _pairs(places: object) -> Sequence[Sequence[int]]:
     if not isinstance(places, list) or any(not isinstance(place, list) or len(place) != 2 for place in places):
         raise ParameterError("chart: got a stroke without squares; expected rows and columns")
     return [[_whole(part) for part in place] for place in places]
+
+
+def _short_enough(text: str) -> str:
+    if len(text) > LONGEST_TEXT:
+        found = f"got {len(text)} characters; expected at most {LONGEST_TEXT}"
+        raise ParameterError(f"text of the chart: {found}, a chart has at most {LONGEST_SIDE} rows and columns")
+    return text
 
 
 def _box(values: dict[str, Any]) -> Box:

@@ -284,6 +284,7 @@ def test_the_last_message_of_each_browser_is_confirmed(rib):
      ("stroke", '{"places": [[0, 0]], "yarn": 999999}'), ("fill", '{"row": "1e9"}'),
      ("fill", '{"row": 99, "column": 0}'),
      ("select", '{"row": 5, "row_end": 2, "column": 0, "column_end": 1}'), ("box", "{}"), ("pick", "{}"),
+     ("text", json.dumps({"text": "k" * 1_000_001})),
      ("yarn", "x"), ("yarn", "256"), ("layer", "7x"), ("move", '{"rows": 1, "columns": 1}'),
      ("paste", ""), ("copy", "")],
 )  # fmt: skip
