@@ -37,6 +37,7 @@ class App:
         self.queue.on_error = self.report
         self.tasks = TaskRunner(self.queue, self.report)
         self.page: Page | None = None
+        self._is_built = False
         self._pages: dict[str, Page] = {}
         self._navigation = Navigation(front.navigation, self.open_page)
         self._watch_project()
@@ -89,14 +90,20 @@ class App:
         page = self._pages.get(name) or PAGES[name](self)
         self._pages[name] = self.page = page
         self.project.set_settings(APP_SETTINGS, {**self.project.settings(APP_SETTINGS), "page": name})
+        self.front.name_left_panel(page.left_title)
         reason = page.unavailable()
         self._navigation.show(name, reason or page.hint)
-        if reason is None:
+        self._is_built = reason is None
+        if self._is_built:
             page.build()
 
     def refresh(self) -> None:
         """Show the project after it changed; the page is built anew if it became available or unavailable."""
-        if self.page is not None:
+        if self.page is None:
+            return
+        if self._is_built != (self.page.unavailable() is None):
+            self.open_page(self.page.name)
+        elif self._is_built:
             self.page.refresh()
 
     def set_project(self, project: Project) -> None:
@@ -134,25 +141,25 @@ class App:
         self.refresh()
 
     def _close_page(self) -> None:
-        if self.page is not None:
+        if self.page is not None and self._is_built:
             self.page.leave()
-        self.page = None
+        self.page, self._is_built = None, False
         self.controls.clear()
         self.left_controls.clear()
         self.scene.clear()
 
     def _picked(self, pick: Pick) -> None:
-        if self.page is not None:
+        if self.page is not None and self._is_built:
             self.page.picked(pick)
 
     def _stroked(self, stroke: Stroke) -> None:
-        if self.page is not None:
+        if self.page is not None and self._is_built:
             self.page.stroked(stroke)
 
     def _boxed(self, box: ScreenBox) -> None:
-        if self.page is not None:
+        if self.page is not None and self._is_built:
             self.page.boxed(box)
 
     def _camera_moved(self) -> None:
-        if self.page is not None:
+        if self.page is not None and self._is_built:
             self.page.camera_moved()

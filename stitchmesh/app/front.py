@@ -61,6 +61,9 @@ class Front(Protocol):
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""
 
+    def name_left_panel(self, title: str) -> None:
+        """Give the panel on the left a title."""
+
     def close(self) -> None:
         """End all connections."""
 
@@ -78,6 +81,7 @@ class NullFront:
     downloads: list[tuple[str, bytes]] = field(default_factory=list)
     listener: Listener | None = None
     dark: bool = False
+    left_title: str = ""
 
     def listen(self, listener: Listener) -> None:
         """Remember the listener."""
@@ -94,6 +98,10 @@ class NullFront:
     def set_dark(self, dark: bool) -> None:
         """Remember the choice."""
         self.dark = dark
+
+    def name_left_panel(self, title: str) -> None:
+        """Remember the title."""
+        self.left_title = title
 
     def close(self) -> None:
         """Do nothing."""

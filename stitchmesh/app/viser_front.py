@@ -56,7 +56,7 @@ class ViserFront:
         self.navigation = ViserControls(server, self.bridge, self.queue)
         self.controls = ViserControls(server, self.bridge, self.queue)
         self._left_panel = server.gui.add_panel(visible=False)
-        left = self._left_panel.add_tab("Chart")
+        self._left_tab = left = self._left_panel.add_tab("Chart")
         self._left_panel.dock_left()
         self._left_panel.set_width(LEFT_WIDTH)
         self.left_controls = ViserControls(
@@ -122,6 +122,12 @@ class ViserFront:
 
         client.camera.on_update(moved)
         self._post("camera_moved")
+
+    def name_left_panel(self, title: str) -> None:
+        """Give the panel on the left a title; viser names a tab only when it is made, and keeps the name in the tab."""
+        if self._left_tab._label != title:
+            self._left_tab._label = title
+            self._left_panel._rebuild_tab_props()
 
     def _show_left_panel(self, count: int) -> None:
         """Show the panel on the left while it has controls."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import re
 import tempfile
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,9 @@ CHART_SUFFIXES = (".knit", ".weave", ".leaf", ".txt", ".png")
 """Suffixes of files that hold charts."""
 
 
+TEXT_KEY = "stitchmesh chart"
+"""Name under which a picture holds the text of its chart."""
+PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 MOST_CHARACTERS = 80
 """Number of characters of the name of a file that messages show."""
 _UNSAFE = re.compile(r"[^\w. -]")
@@ -79,7 +83,7 @@ def read_chart(name: str, content: bytes) -> ChartText:
 
     Args:
         name: the name of the file, with a suffix of ``CHART_SUFFIXES``.
-        content: what the file holds.
+        content: what the file holds; a picture that ``chart_picture`` made holds its chart.
 
     Raises:
         FileError: the content is empty, damaged or no text.
@@ -90,6 +94,9 @@ def read_chart(name: str, content: bytes) -> ChartText:
     if own.lower().endswith((".knit", ".weave")) and content and b"\0" not in content:
         text = content.decode("utf-8-sig", errors="replace")
         return parse_chart(text, own, digits_are_weave=own.lower().endswith(WEAVE_SUFFIX))
+    held = picture_text(content)
+    if held is not None:
+        return parse_chart(held, own)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / own
         path.write_bytes(content)
@@ -97,6 +104,19 @@ def read_chart(name: str, content: bytes) -> ChartText:
             return write_chart(chart_of(resolve_pattern(path)))
         except (FileError, PatternError) as error:
             raise type(error)(str(error).replace(f"{folder}/", "")) from None
+
+
+def picture_text(content: bytes) -> str | None:
+    """Return the text of the chart that a picture of ``chart_picture`` holds; None for any other content."""
+    from PIL import Image
+
+    if not content.startswith(PNG_BEGINS):
+        return None
+    try:
+        held = Image.open(BytesIO(content), formats=["PNG"]).info.get(TEXT_KEY)
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None  # the reader of images gives the reason
+    return held if isinstance(held, str) else None
 
 
 def chart_image(chart: Chart) -> tuple[str, bytes]:

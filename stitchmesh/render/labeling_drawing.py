@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.labeling import PartialLabeling
-from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.render.lettering import Colour
 from stitchmesh.render.surface import lifted_corners
 from stitchmesh.yarn.colours import row_colours
@@ -47,7 +47,7 @@ def labeling_arrowheads(labeling: PartialLabeling) -> FloatArray:
     faces = faces[:: -(-len(faces) // MOST_ARROWS) or 1]
     mesh = labeling.mesh
     left, right = (wale[faces] for wale in labeling.directed_wales())
-    position = lifted_corners(mesh)
+    position = lifted_corners(mesh) + _height_of_bulge(mesh)[mesh.side_face]
     low_left, low_right = position[mesh.side_next[left]], position[right]
     high_right, high_left = position[mesh.side_next[right]], position[left]
     bottom, top = (low_left + low_right) / 2, (high_left + high_right) / 2
@@ -56,3 +56,12 @@ def labeling_arrowheads(labeling: PartialLabeling) -> FloatArray:
     return np.stack(
         [middle + 0.22 * wale, middle - 0.15 * wale - 0.14 * across, middle - 0.15 * wale + 0.14 * across], axis=1
     )
+
+
+def _height_of_bulge(mesh: Mesh) -> FloatArray:
+    """By how much the corners of each face stand off its plane, as a vector along its normal [cm], shape (F, 3)."""
+    first, size = mesh.face_start[:-1], np.diff(mesh.face_start)
+    middle = np.add.reduceat(mesh.corner_position, first, axis=0) / size[:, None]
+    normal = mesh.face_vector_area / np.linalg.norm(mesh.face_vector_area, axis=1, keepdims=True)
+    height = np.einsum("ij,ij->i", mesh.corner_position - middle[mesh.side_face], normal[mesh.side_face])
+    return np.maximum.reduceat(np.abs(height), first)[:, None] * normal

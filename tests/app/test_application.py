@@ -85,6 +85,17 @@ def test_an_unavailable_page_says_what_to_do_first(app):
     assert app.controls.made == []
 
 
+def test_a_page_that_becomes_available_is_built_and_one_that_is_no_longer_is_emptied(app, monkeypatch):
+    do(app, app.open_page, "Divide")
+    monkeypatch.setattr(Later, "unavailable", lambda page: None)
+    monkeypatch.setattr(Later, "build", lambda page: page.app.controls.markdown("built"))
+    do(app, app.refresh)
+    assert app.controls.text_shown() == "built" and "Choose a size." in app.front.navigation.text_shown()
+    monkeypatch.setattr(Later, "unavailable", lambda page: "Label the mesh first.")
+    do(app, app.refresh)
+    assert app.controls.made == [] and "Label the mesh first." in app.front.navigation.text_shown()
+
+
 def test_an_error_of_the_library_is_a_notice_and_the_application_lives_on(app):
     do(app, app.open_page, "Label")
     do(app, app.controls.press, "Fail")

@@ -4,11 +4,17 @@
 
 from __future__ import annotations
 
+from io import BytesIO
+
+import numpy as np
 import pytest
+from PIL import Image
 
 from stitchmesh.errors import PatternError, StitchMeshError
-from stitchmesh.patterns import read_pattern
+from stitchmesh.patterns import parse_pattern, read_pattern
+from stitchmesh.patterns.charts.chart_operations import repeat
 from stitchmesh.periodic.chart_files import chart_image, chart_of, parse_chart, read_chart, write_chart
+from stitchmesh.periodic.chart_picture import LARGEST_SQUARE, LONGEST_SIDE, MARGIN, chart_picture
 from stitchmesh.periodic.weave.library import read_weave
 
 
@@ -73,3 +79,25 @@ def test_damaged_files_are_refused_by_one_line(name, content):
 def test_a_name_with_folders_stays_within_its_folder(tmp_path):
     read_chart(str(tmp_path / "b.leaf"), b"KP\nPK")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["rope-cable", "peerie", "mrs-montagues", "twill-3x2", "double-plain-stitched"])
+def test_a_picture_with_symbols_holds_its_chart(name):
+    source = read_weave(name) if name.startswith(("twill", "double")) else read_pattern(name)
+    content = chart_picture(chart_of(source))
+    assert content.startswith(b"\x89PNG")
+    assert read_chart(f"{name}.chart.png", content).pattern() == source
+
+
+def test_the_squares_of_a_picture_have_the_colours_of_their_yarns():
+    chart = chart_of(parse_pattern('colours "#102030, #a0b0c0"\nchart colours:\n01\n11'))
+    image = np.asarray(Image.open(BytesIO(chart_picture(chart))))
+    centres = image[MARGIN + LARGEST_SQUARE // 2 :: LARGEST_SQUARE, MARGIN + LARGEST_SQUARE // 2 :: LARGEST_SQUARE]
+    assert centres[:2, :2].tolist() == [[[16, 32, 48], [160, 176, 192]], [[160, 176, 192], [160, 176, 192]]]
+
+
+def test_the_picture_of_the_largest_chart_is_bounded():
+    content = chart_picture(repeat(chart_of(parse_pattern("chart letters:\n" + "kp" * 25)), 500, 10))
+    image = Image.open(BytesIO(content))
+    assert max(image.size) <= LONGEST_SIDE + 2 * MARGIN
+    assert read_chart("a.png", content).chart.shape == (500, 500)

@@ -10,6 +10,8 @@
   const COVERED = 65535;
   const DOT = 0.1, RING = 0.2;
   const LONGEST = 400; // height of the canvas at most, in pixels
+  const NEAR = 8; // size of a square from which symbols are drawn, in pixels; below it they are shades
+  const SHADE = 0.35;
   const FLUSH_MS = 40; // a stroke is sent in parts at this interval
   const TYPING_MS = 250; // a text is sent when the user pauses
   const browser = Math.random().toString(36).slice(2, 10);
@@ -69,9 +71,9 @@
       this.fills = this.baseFills.slice();
       this.inks = base.colours.map(inkOn);
       this.changed = [];
-      this.image = document.createElement("canvas");
-      this.image.width = base.columns;
-      this.image.height = base.rows;
+      this.shades = base.symbols.map(([, marks]) => (marks.length && !base.warps.length ? SHADE : 0));
+      this.near = this.newImage();
+      this.far = this.newImage();
       if (!old || old.rows !== base.rows || old.columns !== base.columns) {
         this.cell = 0;
         this.cursor = [0, 0];
@@ -113,6 +115,7 @@
       this.word = changes.word;
       this.yarn = changes.yarn;
       this.faultRow = changes.fault_row;
+      if (this.stroke && this.stroke.places.length) this.flushSoon();
       if (!this.drag) this.selection = changes.selection;
       this.draw();
     }
@@ -185,6 +188,11 @@
       stroke.places = [];
     }
 
+    // A large chart takes the server longer than a part of a stroke takes the user, so one part is sent at a time.
+    flushSoon() {
+      if (this.pending.length === 0) this.timer = this.timer || setTimeout(() => this.flush(), FLUSH_MS);
+    }
+
     brush() {
       return { word: this.word, yarn: this.yarn };
     }
@@ -243,7 +251,7 @@
       if (this.tool === "Select") this.choose(box);
       else if (warps.length) {
         this.drag = { kind: "thread", margin, seen: new Set([number]) };
-        send(this.root, "thread", { kind: margin === "rows" ? "wefts" : "warps", number });
+        send(this.root, "thread", { kind: margin === "rows" ? "wefts" : "warps", thread: number });
       } else send(this.root, "box", { ...this.named(box), ...this.brush() });
     }
 
@@ -255,7 +263,7 @@
           const { row, column } = this.at(each);
           this.paintTo(row, column);
         }
-        this.timer = this.timer || setTimeout(() => this.flush(), FLUSH_MS);
+        this.flushSoon();
       } else if (this.drag) this.dragTo(place, event);
       this.tell(place.row, place.column);
     }
@@ -270,7 +278,7 @@
         const count = drag.margin === "rows" ? this.base.rows : this.base.columns;
         if (number >= 0 && number < count && !drag.seen.has(number)) {
           drag.seen.add(number);
-          send(this.root, "thread", { kind: drag.margin === "rows" ? "wefts" : "warps", number });
+          send(this.root, "thread", { kind: drag.margin === "rows" ? "wefts" : "warps", thread: number });
         }
       } else {
         const free = drag.kind === "shift";
@@ -430,30 +438,48 @@
 
     // Drawing.
 
+    newImage() {
+      const image = document.createElement("canvas");
+      image.width = this.base.columns;
+      image.height = this.base.rows;
+      return image;
+    }
+
+    // The colour of a square, and its mixture with ink that stands for the symbol where squares are small.
+    coloursOf(index) {
+      const number = this.fills[index] < this.base.colours.length ? this.fills[index] : 0;
+      const paper = this.papers[number];
+      const shade = this.squares[index] === COVERED ? SHADE : this.shades[this.squares[index]] || 0;
+      const ink = this.inks[number] === "#ffffff" ? 255 : 27;
+      return [paper, shade ? paper.map((part) => Math.round(part + (ink - part) * shade)) : paper];
+    }
+
     repaint() {
       const { rows, columns, colours, upwards } = this.base;
-      const parts = colours.map(partsOf);
-      const context = this.image.getContext("2d");
-      const pixels = context.createImageData(columns, rows);
+      this.papers = colours.map(partsOf);
+      const contexts = [this.near, this.far].map((image) => image.getContext("2d"));
+      const pixels = contexts.map((context) => context.createImageData(columns, rows));
       for (let row = 0, index = 0; row < rows; row++) {
         let place = 4 * columns * (upwards ? rows - 1 - row : row);
         for (let column = 0; column < columns; column++, index++, place += 4) {
-          const [red, green, blue] = parts[this.fills[index]] || parts[0];
-          pixels.data[place] = red;
-          pixels.data[place + 1] = green;
-          pixels.data[place + 2] = blue;
-          pixels.data[place + 3] = 255;
+          const both = this.coloursOf(index);
+          for (let which = 0; which < 2; which++) {
+            pixels[which].data.set(both[which], place);
+            pixels[which].data[place + 3] = 255;
+          }
         }
       }
-      context.putImageData(pixels, 0, 0);
+      contexts.forEach((context, which) => context.putImageData(pixels[which], 0, 0));
     }
 
     pixel(index) {
-      const { rows, columns, colours, upwards } = this.base;
+      const { rows, columns, upwards } = this.base;
       const row = Math.floor(index / columns);
-      const context = this.image.getContext("2d");
-      context.fillStyle = colours[this.fills[index]] || colours[0];
-      context.fillRect(index % columns, upwards ? rows - 1 - row : row, 1, 1);
+      this.coloursOf(index).forEach((colour, which) => {
+        const context = (which ? this.far : this.near).getContext("2d");
+        context.fillStyle = `rgb(${colour.join(",")})`;
+        context.fillRect(index % columns, upwards ? rows - 1 - row : row, 1, 1);
+      });
     }
 
     fitting() {
@@ -525,9 +551,10 @@
       const { cell } = this;
       context.imageSmoothingEnabled = cell < 1;
       const across = columnEnd - column, down = lineEnd - line;
-      context.drawImage(this.image, column, line, across, down, column * cell, line * cell, across * cell, down * cell);
+      const image = cell < NEAR ? this.far : this.near;
+      context.drawImage(image, column, line, across, down, column * cell, line * cell, across * cell, down * cell);
       if (cell >= 4) this.drawGrid(context, { column, line, columnEnd, lineEnd });
-      if (cell < 8) return;
+      if (cell < NEAR) return;
       for (let y = line; y < lineEnd; y++) {
         const row = this.rowOf(y);
         for (let x = Math.max(column - 30, 0); x < columnEnd; x++) this.drawSquare(context, row, x, y);
@@ -574,6 +601,14 @@
         }
       };
       context.lineJoin = "round";
+      if (columns > 1) {
+        context.save();
+        context.beginPath();
+        context.rect(x + 1, y + 1, columns * cell - 1, cell - 1);
+        context.clip();
+        context.fillStyle = paper;
+        context.fillRect(x, y, columns * cell, cell);
+      }
       for (const [kind, points] of marks) {
         context.lineCap = kind === "strand" || this.base.warps.length ? "butt" : "round";
         if (kind === "shade") {
@@ -601,6 +636,7 @@
           context.stroke();
         }
       }
+      if (columns > 1) context.restore();
     }
 
     drawLayers(context, row, column, line, number) {

@@ -54,6 +54,11 @@ class ChartBoard:
         return self.history.value.chart
 
     @property
+    def can_undo(self) -> bool:
+        """Whether there is a step to undo, or a text that could not be read."""
+        return bool(self.history.past) or self.text != self.history.value.text
+
+    @property
     def view(self) -> Chart:
         """The chart as it is shown: all of it, or one layer of a weave."""
         chart = self.chart

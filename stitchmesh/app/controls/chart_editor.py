@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.chart_board import open_board
-from stitchmesh.app.controls.chart_drawing import ChartDrawing, data_element, draw_chart, palette_of
+from stitchmesh.app.controls.chart_data import base_values, data_element
 from stitchmesh.app.controls.chart_palette import (
     STITCHES,
     TOOLS,
@@ -27,6 +27,7 @@ from stitchmesh.app.controls.chart_palette import (
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.patterns.charts.grid import LONGEST_SIDE, Box, Brush
+from stitchmesh.periodic.chart_drawing import ChartDrawing, draw_chart, palette_of
 from stitchmesh.periodic.chart_files import (
     CHART_SUFFIXES,
     Chart,
@@ -35,6 +36,7 @@ from stitchmesh.periodic.chart_files import (
     read_chart,
     write_chart,
 )
+from stitchmesh.periodic.chart_picture import PICTURE_SUFFIX, chart_picture
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.weave.weave_chart import WeaveChart
 
@@ -191,7 +193,7 @@ class ChartEditor:
             row, column = _integers(values, "row", "column")
             board.pick(row, column)
         elif action == "thread":
-            board.dye("wefts" if values.get("kind") == "wefts" else "warps", _integers(values, "number"))
+            board.dye("wefts" if values.get("kind") == "wefts" else "warps", _integers(values, "thread"))
         elif action == "text":
             board.edit_text(str(values.get("text", ""))[: 4 * LONGEST_SIDE * LONGEST_SIDE])
 
@@ -233,7 +235,6 @@ class ChartEditor:
         """Do what a button of the selection or of the size asks for."""
         board = self._board
         self._do({
-            "Undo": board.undo, "Redo": board.redo,
             "Copy": board.copy, "Cut": self._cut, "Paste": board.paste, "Clear": board.clear_selection,
             "Mirror ↔": lambda: board.mirror(upwards=False), "Mirror ↕": lambda: board.mirror(upwards=True),
             "Fill chart": board.repeat_selection, "Repeat box": board.set_repeat, "Crop": board.crop,
@@ -250,6 +251,9 @@ class ChartEditor:
     def _give_text(self) -> None:
         suffix = ".weave" if isinstance(self.chart, WeaveChart) else ".knit"
         self._download(_file_name(self.chart.name) + suffix, self.text.encode())
+
+    def _give_picture(self) -> None:
+        self._download(_file_name(self.chart.name) + PICTURE_SUFFIX, chart_picture(self.chart))
 
     def _give_image(self) -> None:
         suffix, content = chart_image(self.chart)
@@ -276,7 +280,6 @@ class ChartEditor:
         controls.html(_canvas(self._name), self.act)
         self._data, self._changes = controls.html(""), controls.html("")
         self._fault = controls.html("")
-        controls.buttons("Steps", "Undo or redo a step of the chart (Ctrl+Z, Ctrl+Y)", ("Undo", "Redo"), self._use)
         self._stitches = controls.html("", self.act)
         self._yarns = controls.html("", self.act)
         self._colour = controls.colour("Yarn colour", "Colour of the chosen yarn", "#ece2ce", self._set_colour)
@@ -311,6 +314,8 @@ class ChartEditor:
             controls.upload("Open a chart", hint, CHART_SUFFIXES, self._receive)
             controls.button("Save the text", "Download the text of the chart", self._give_text)
             controls.button("Save the image", "Download the chart as an image, one pixel a stitch", self._give_image)
+            hint = "Download the chart with its symbols, to print it; it can be opened again"
+            controls.button("Save the picture", hint, self._give_picture)
 
     def _set_colour(self, colour: str) -> None:
         self._do(self._board.set_colour, self._board.yarn, colour)
@@ -325,7 +330,7 @@ class ChartEditor:
     def _show(self) -> None:
         """Bring all controls to the state of the board; equal contents are not sent again."""
         board = self._board
-        self._tools.content = tool_buttons(self._tool)
+        self._tools.content = tool_buttons(self._tool, can_undo=board.can_undo, can_redo=bool(board.history.future))
         self._stitches.content = stitch_buttons(self.chart, self._words, board.brush.word or "")
         self._yarns.content = colour_buttons(self.chart, self._yarn_count, board.painted_yarn)
         self._colour.value = palette_of(self.chart, max(self._yarn_count, board.yarn + 1))[board.yarn]
@@ -343,7 +348,7 @@ class ChartEditor:
         if changes is None:
             self._base, changes = drawing, []
             self._version += 1
-            self._data.content = data_element("base", self._name, drawing.base(self._version))
+            self._data.content = data_element("base", self._name, base_values(drawing, self._version))
         self._changes.content = data_element("changes", self._name, {
             "version": self._version, "squares": changes, "tool": self._tool, "word": board.brush.word,
             "yarn": board.brush.yarn, "selection": _corners(board.selection), "fault_row": board.fault_row,

@@ -7,8 +7,9 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 
-from stitchmesh.app.controls.chart_drawing import palette_of, symbol_svg
+from stitchmesh.app.controls.chart_data import symbol_svg
 from stitchmesh.patterns.charts.chart_symbols import WARP_OVER, WEFT_OVER, chart_symbol, word_instruction
+from stitchmesh.periodic.chart_drawing import palette_of
 from stitchmesh.periodic.chart_files import Chart
 from stitchmesh.periodic.weave.weave_chart import WeaveChart
 
@@ -32,26 +33,31 @@ _STYLE = (
 _RAISED = '<span style="vertical-align:super">{}</span>'
 _PLAIN = "background:#fbfaf7;color:#1b1f24;"
 
+_WORD = _PLAIN + "padding:1px 7px;"
 
-def tool_buttons(chosen: str) -> str:
-    """Return the buttons of the tools."""
-    return _group("Tools of the chart", [
-        _button("tool", name, hint, name == chosen, html.escape(name), _PLAIN + "padding:1px 8px;")
-        for name, hint in TOOLS.items()
-    ])  # fmt: skip
+
+def tool_buttons(chosen: str, *, can_undo: bool, can_redo: bool) -> str:
+    """Return the buttons of the tools, and of undo and redo."""
+    buttons = [
+        _button("tool", name, hint, html.escape(name), _WORD, pressed=name == chosen) for name, hint in TOOLS.items()
+    ]
+    buttons.append('<span style="display:inline-block;width:8px"></span>')
+    buttons.append(_button("undo", "", "Undo the last step (Ctrl+Z)", "Undo", _WORD, disabled=not can_undo))
+    buttons.append(_button("redo", "", "Redo the step that was undone (Ctrl+Y)", "Redo", _WORD, disabled=not can_redo))
+    return _group("Tools of the chart", buttons)
 
 
 def stitch_buttons(chart: Chart, words: Sequence[str], chosen: str) -> str:
     """Return the buttons of stitches, or of the two crossings of a weave."""
     if isinstance(chart, WeaveChart):
         symbols = {"1": WEFT_OVER, "0": WARP_OVER}
-        buttons = [
-            _button("stitch", word, hint, word == chosen, f"{symbol_svg(symbols[word])} {_RAISED.format(hint)}", _PLAIN)
-            for word, hint in CROSSINGS.items()
-        ]
+        buttons = []
+        for word, hint in CROSSINGS.items():
+            content = f"{symbol_svg(symbols[word])} {_RAISED.format(hint)}"
+            buttons.append(_button("stitch", word, f"Paint {hint}", content, _PLAIN, pressed=word == chosen))
         return _group("What passes over", buttons)
     return _group("Stitches", [
-        _button("stitch", word, f"{word}: {word_instruction(word)}", word == chosen, _square(word), _PLAIN)
+        _button("stitch", word, f"{word}: {word_instruction(word)}", _square(word), _PLAIN, pressed=word == chosen)
         for word in words
     ])  # fmt: skip
 
@@ -60,22 +66,21 @@ def layer_buttons(layers: Sequence[int], shown: int | None) -> str:
     """Return the buttons of the layers of a weave; nothing if the weave has one layer."""
     if not layers:
         return ""
-    buttons = [_button("layer", "", "Show the yarns of all layers", shown is None, "All layers", _PLAIN)]
+    buttons = [_button("layer", "", "Show the yarns of all layers", "All layers", _WORD, pressed=shown is None)]
     for layer in layers:
         hint = f"Show and paint layer {layer + 1} alone, counted from the front"
-        buttons.append(_button("layer", str(layer), hint, layer == shown, f"Layer {layer + 1}", _PLAIN))
+        buttons.append(_button("layer", str(layer), hint, f"Layer {layer + 1}", _WORD, pressed=layer == shown))
     return _group("Layers of the weave", buttons)
 
 
 def colour_buttons(chart: Chart, count: int, chosen: int | None) -> str:
     """Return the buttons of the yarn colours, and one that adds a colour."""
-    colours = palette_of(chart, count)
     what = "Colours of wefts and warps" if isinstance(chart, WeaveChart) else "Colours of yarns"
-    buttons = [
-        _button("yarn", str(number), f"yarn {number}, {colour}", number == chosen, str(number), _swatch(colour))
-        for number, colour in enumerate(colours)
-    ]
-    buttons.append(_button("add-yarn", "", "Add a yarn of another colour", False, "+", _PLAIN))
+    buttons = []
+    for number, colour in enumerate(palette_of(chart, count)):
+        hint = f"{number}: yarn number {number}, {colour}"
+        buttons.append(_button("yarn", str(number), hint, str(number), _swatch(colour), pressed=number == chosen))
+    buttons.append(_button("add-yarn", "", "Add a yarn of another colour", "+ colour", _WORD))
     return _group(what, buttons)
 
 
@@ -90,13 +95,19 @@ def _swatch(colour: str) -> str:
     return f"background:{colour};color:{ink};"
 
 
-def _button(action: str, value: str, hint: str, pressed: bool, content: str, more: str) -> str:
-    style = _STYLE.format(edge="#1f6fd1" if pressed else "#8b9097", more=more)
-    mark = "outline:2px solid #f2b134;" if pressed else ""
+def _button(
+    action: str, value: str, hint: str, content: str, look: str, *, pressed: bool | None = None, disabled: bool = False
+) -> str:
+    """Return a button; ``pressed`` is None for a button that does something once."""
+    style = _STYLE.format(edge="#1f6fd1" if pressed else "#8b9097", more=look)
+    style += "outline:2px solid #f2b134;" if pressed else ""
+    style += "opacity:0.5;cursor:default;" if disabled else ""
     text = html.escape(hint, quote=True)
+    named = "" if look == _WORD else f' aria-label="{text}"'  # a visible word is the name already
+    state = "" if pressed is None else f' aria-pressed="{str(pressed).lower()}"'
     return (
-        f'<button type="button" data-action="{action}" data-value="{html.escape(value, quote=True)}" title="{text}" '
-        f'aria-label="{text}" aria-pressed="{str(pressed).lower()}" style="{style}{mark}">{content}</button>'
+        f'<button type="button" data-action="{action}" data-value="{html.escape(value, quote=True)}" title="{text}"'
+        f'{named}{state}{" disabled" if disabled else ""} style="{style}">{content}</button>'
     )
 
 

@@ -13,7 +13,7 @@ from stitchmesh.app.scene.drawing import Colour
 SQUARE = 14
 """Width and height of a coloured square [CSS pixels]."""
 BORDER = "1px solid var(--mantine-color-default-border)"
-"""Border of a square, so that it can be seen on light and on dark panels."""
+"""Border of a mark, so that it can be seen on light and on dark panels."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,10 @@ def legend(entries: Sequence[LegendEntry]) -> str:
 
 def _mark(entry: LegendEntry) -> str:
     """The squares or the line of an entry; screen readers pass over them."""
-    height = 5 if entry.line else SQUARE
-    border = "" if entry.line else f"border:{BORDER};"
+    height = 6 if entry.line else SQUARE
     width = 2 * SQUARE if entry.line else SQUARE
     parts = "".join(
-        f'<span style="display:inline-block;width:{width}px;height:{height}px;{border}'
+        f'<span style="display:inline-block;width:{width}px;height:{height}px;border:{BORDER};'
         f'background:rgb{colour!r}"></span>'
         for colour in entry.colours
     )

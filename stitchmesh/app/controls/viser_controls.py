@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,8 @@ GREY = (92, 99, 106)
 """Colour of the other buttons; white letters on it are readable."""
 HTML_STYLE = "margin:0 .75em .5em;color:var(--mantine-color-text)"
 """Margins and colour of a piece of HTML, as of the other controls."""
+UPLOAD_NOTICE_SECONDS = 0.25
+"""Time after an upload for which its button must stand, so that the browser can end its notice of the upload."""
 MODIFIERS = {None: None, "ctrl": "cmd/ctrl", "shift": "shift", "ctrl+shift": "cmd/ctrl+shift"}
 """Viser's names of the keys that are held."""
 
@@ -259,7 +262,13 @@ class ViserControls:
         """Add a button that takes a file."""
         with self._place():
             handle = self._server.gui.add_upload_button(label, hint=hint, mime_type=",".join(suffixes), color=GREY)
-        handle.on_upload(lambda event: self._post(event, received, event.target.value.name, event.target.value.content))
+
+        def post(event: viser.GuiEvent) -> None:
+            file = event.target.value
+            time.sleep(UPLOAD_NOTICE_SECONDS)
+            self._post(event, received, file.name, file.content)
+
+        handle.on_upload(post)
         self._bridge.set_hint(handle._impl.uuid, hint)
         return self._keep(handle)
 

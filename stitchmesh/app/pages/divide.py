@@ -53,6 +53,7 @@ class DividePage(Page):
         self._labeled: StitchMesh | None = None
         self._side: int | None = None
         self._shown = MESH
+        self._typing = False
 
     def unavailable(self) -> str | None:
         """Say what is missing."""
@@ -82,6 +83,9 @@ class DividePage(Page):
         self._estimate = controls.html("")
         self._make_size_controls()
         self._make_edge_controls()
+        controls.buttons(
+            "Changes", "One change back (Ctrl+Z), one change forward (Ctrl+Y).", ("Undo", "Redo"), self._step
+        )
         self._show_choice = controls.choice(
             "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._shown, self._show
         )
@@ -172,10 +176,13 @@ class DividePage(Page):
         self.app.project.set_settings(self.name, {**self._settings, "draft": self._draft.table})
         self.refresh()
 
-    def _change(self, division: Division) -> None:
-        """Take another division; it can be undone."""
-        self._draft.change(division)
+    def _change(self, division: Division, what: str = "") -> None:
+        """Take another division; it can be undone, together with changes of the same thing just before."""
+        self._draft.change(division, what)
         self._keep()
+
+    def _step(self, option: str) -> None:
+        {"Undo": self._undo, "Redo": self._redo}[option]()
 
     def _undo(self) -> None:
         self._draft.undo()
@@ -199,20 +206,20 @@ class DividePage(Page):
         self._keep()
 
     def _set_width(self, width: float) -> None:
-        self._set_size(replace(self._draft.division, stitch_width=width))
+        self._set_size(replace(self._draft.division, stitch_width=width), "width")
 
     def _set_height(self, height: float) -> None:
-        self._set_size(replace(self._draft.division, stitch_height=height))
+        self._set_size(replace(self._draft.division, stitch_height=height), "height")
 
     def _set_usual(self, usual: bool) -> None:
         height = None if usual else round(self._draft.height, DIGITS)
         self._set_size(replace(self._draft.division, stitch_height=height))
         self._show_sizes()
 
-    def _set_size(self, division: Division) -> None:
+    def _set_size(self, division: Division, what: str = "") -> None:
         """Take a size that the user has chosen instead of a yarn."""
         self._settings["yarn"] = self._yarn.value = OWN_SIZE
-        self._change(division)
+        self._change(division, what)
 
     def _show_sizes(self) -> None:
         """Show the sizes of the draft in their controls."""
@@ -227,7 +234,7 @@ class DividePage(Page):
     def _set_count(self, count: float) -> None:
         """Give the chosen edge a number."""
         labeled, _, edge = self._chosen()
-        self._change(with_count(self._draft.division, labeled, edge, int(count)))
+        self._change(with_count(self._draft.division, labeled, edge, int(count)), f"number {edge}")
 
     def _clear_count(self) -> None:
         labeled, _, edge = self._chosen()
@@ -246,7 +253,11 @@ class DividePage(Page):
         except StitchMeshError as error:
             self._text_error.content = refusal(str(error))
             return
-        self._change(division)
+        self._typing = True
+        try:
+            self._change(division, "text")
+        finally:
+            self._typing = False
 
     def _chosen(self) -> tuple[StitchMesh, int, VertexPair]:
         """The labeled mesh, a side of the chosen edge, and its two vertices.
@@ -274,7 +285,8 @@ class DividePage(Page):
         self._height.visible = not self._usual.value
         self._show_chosen(estimate)
         division = self._draft.division
-        self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
+        if not self._typing:  # The text under the user's hands stays as it is.
+            self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
         self._text_error.content = ""
         fabric = project.fabric if self._shown == STITCHES else None
         entries = self._view.show_mesh() if fabric is None else self._view.show_stitches(fabric)

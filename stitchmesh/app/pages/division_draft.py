@@ -23,6 +23,7 @@ class DivisionDraft:
         self.division = division
         self._done: list[Division] = []
         self._undone: list[Division] = []
+        self._last = ""
 
     @classmethod
     def of_settings(cls, settings: dict[str, Any], otherwise: Division) -> DivisionDraft:
@@ -39,12 +40,20 @@ class DivisionDraft:
         """Course spacing [cm]."""
         return height_of(self.division)
 
-    def change(self, division: Division) -> None:
-        """Take another division; ``undo`` returns to the present one."""
-        if division != self.division:
+    def change(self, division: Division, what: str = "") -> None:
+        """Take another division; ``undo`` returns to the present one.
+
+        Args:
+            division: the division.
+            what: what changes; changes of the same thing that follow each other, as a slider makes them, are undone
+                together. Without it, a change is undone alone.
+        """
+        if division == self.division:
+            return
+        if not what or what != self._last or self._undone:
             self._done.append(self.division)
-            self._undone.clear()
-        self.division = division
+        self._undone.clear()
+        self.division, self._last = division, what
 
     def undo(self) -> None:
         """Return to the division before the last change.
@@ -66,7 +75,7 @@ class DivisionDraft:
         if not source:
             raise ParameterError(f"{what}: there is no change of the division to {what}")
         target.append(self.division)
-        self.division = source.pop()
+        self.division, self._last = source.pop(), ""
 
 
 def height_of(division: Division) -> float:

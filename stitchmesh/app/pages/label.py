@@ -35,7 +35,6 @@ from stitchmesh.mesh.outline import outline_sides
 from stitchmesh.mesh.picking import PickedPlace, picking_table, side_near_ray
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.render.labeling_drawing import (
-    FAULT_COLOUR,
     MISMATCH_COLOUR,
     faces_at_fault,
     labeling_arrowheads,
@@ -52,7 +51,7 @@ ROWS, FLIP, INSIDE, WALE, COURSE_EDGE, CLEAR = (
     "clears an edge",
 )  # fmt: skip
 MEANINGS = {
-    ROWS: "Click an orange border for the first row, then click on for the next. Shift takes the whole border.",
+    ROWS: "Click an orange border for the first row, then click on for the next. Shift takes the border past corners.",
     FLIP: "Click a row to reverse its arrows.",
     INSIDE: "Click beside an inner edge: a row grows from its edge loop, on the side of the click.",
     WALE: "Click beside an edge to set it to wale: rows cross it.",
@@ -72,6 +71,7 @@ class LabelPage(Page):
         """Make the page."""
         super().__init__(app)
         self._meaning = ROWS
+        self._flips_when_done = True
         self._mesh: Mesh | None = None
 
     def unavailable(self) -> str | None:
@@ -96,7 +96,9 @@ class LabelPage(Page):
             "Steps", "One row more (N), one step back (Ctrl+Z), one step forward (Ctrl+Y).",
             ("Next row", "Undo", "Redo"), self._pressed,
         )  # fmt: skip
-        controls.choice("A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean)
+        self._choice = controls.choice(
+            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean
+        )
         self._meaning_hint = controls.html("")
         self._legend = controls.html("")
         self._faults = controls.html("", self._clicked)
@@ -164,11 +166,11 @@ class LabelPage(Page):
         self._show_row()
 
     def _draw_faults(self, labeling: PartialLabeling) -> None:
-        """Draw the outline and the number of each fault that is listed."""
+        """Cross out the faces of each fault that is listed, and write its number."""
         faults = labeling.faults[:MOST_FAULTS]
         mesh = labeling.mesh
         faces = np.array([face for fault in faults for face in fault.faces], dtype=np.int64)
-        self._drawing.show_sides("faults", mesh.sides_of(faces), FAULT_COLOUR, 6.0)
+        self._drawing.show_crosses("faults", faces, INK, 4.0)
         if not faults:
             self.app.scene.remove("fault numbers")
             return
@@ -193,6 +195,8 @@ class LabelPage(Page):
     def _describe(self, labeling: PartialLabeling) -> None:
         """Show the numbers, the legend and the faults as text."""
         done = bool(labeling.labeled.all())
+        if self._flips_when_done:
+            self._meaning = self._choice.value = FLIP if done else ROWS
         self._go_on.visible, self._label_all.visible = done, not done
         self._status.content = labeling_status(labeling, self._inside_out)
         self._meaning_hint.content = f'<p style="margin:0;font-size:.86em">{escape(MEANINGS[self._meaning])}</p>'
@@ -246,7 +250,8 @@ class LabelPage(Page):
         self._changed(self.app.project.redo_label())
 
     def _mean(self, meaning: str) -> None:
-        self._meaning = meaning
+        """Take what the user wants a click to mean; with rows, a click flips a row once all faces have rows."""
+        self._meaning, self._flips_when_done = meaning, meaning in (ROWS, FLIP)
         self.refresh()
 
     def _flip_row(self) -> None:

@@ -35,7 +35,8 @@ BUTTON = (
 def labeling_status(labeling: PartialLabeling, inside_out: bool) -> str:
     """The numbers in one or two lines."""
     done, faces = int(labeling.labeled.sum()), labeling.mesh.face_count
-    lines = [f"<strong>{labeling.row_count} rows</strong>, {done} of {faces} faces labeled"]
+    rows = labeling.row_count
+    lines = [f"<strong>{rows} row{'s' * (rows != 1)}</strong>, {done} of {faces} faces labeled"]
     seams = len(labeling.mismatched_sides())
     if seams:
         lines.append(
@@ -92,6 +93,8 @@ def start_list(mesh: Mesh) -> str:
         buttons.append(
             f'<button type="button" data-action="start" data-value="{chain[0]}" '
             f'style="{BUTTON} var(--mantine-color-default-border)">'
-            f"Start at the border of {length:.0f} cm, {height:.0f} cm above the lowest point</button>"
+            f"Border of {length:.0f} cm at height {height:.0f} cm</button>"
         )
-    return "".join(buttons) or "<p>The mesh has no border. Choose that a click starts at an inner edge.</p>"
+    heading = '<p style="margin:0;font-size:.86em">Start the next row at a border:</p>'
+    without = "<p>The mesh has no border. Choose that a click starts at an inner edge.</p>"
+    return heading + "".join(buttons) if buttons else without

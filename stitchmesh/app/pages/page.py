@@ -23,6 +23,9 @@ class Page:
     hint: ClassVar[str]
     """One line that says what to do on this page."""
 
+    left_title: ClassVar[str] = "Chart"
+    """Title of the panel on the left, if the page has controls there."""
+
     def __init__(self, app: App) -> None:
         """Make the page; nothing is shown yet."""
         self.app = app

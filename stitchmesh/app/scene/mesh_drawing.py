@@ -44,6 +44,23 @@ class MeshDrawing:
         ends = np.stack([sides, self.mesh.side_next[sides]], axis=1)
         self._scene.show(name, Lines(self._lifted[ends], colour, width))
 
+    def show_crosses(self, name: str, faces: IntArray, colour: Colour, width: float) -> None:
+        """Draw lines from the middle of some faces to their corners; without faces, nothing.
+
+        Args:
+            name: name of the drawing.
+            faces: the faces, shape (n,).
+            colour: colour of the lines, sRGB.
+            width: width of the lines [pixels].
+        """
+        if not len(faces):
+            self._scene.remove(name)
+            return
+        sides, size = self.mesh.sides_of(faces), np.diff(self.mesh.face_start)[faces]
+        corners = self._lifted[sides]
+        middles = np.add.reduceat(corners, np.cumsum(size) - size, axis=0) / size[:, None]
+        self._scene.show(name, Lines(np.stack([np.repeat(middles, size, axis=0), corners], axis=1), colour, width))
+
     def show_arrowheads(self, name: str, arrowheads: FloatArray, colour: Colour) -> None:
         """Draw triangles of one colour, shape (n, 3, 3); without triangles, nothing."""
         if not len(arrowheads):

@@ -20,14 +20,14 @@ from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.polygon_mesh import frozen_array
 from stitchmesh.mesh.stitch import mirrored as mirrored_stitch
-from stitchmesh.patterns.charts.grid import BLANK, Box, Brush, check_chart_shape
+from stitchmesh.patterns.charts.grid import BLANK, LONGEST_SIDE, Box, Brush, check_chart_shape
 from stitchmesh.patterns.language.items import ItemParser
-from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
+from stitchmesh.patterns.language.rows import WrittenRow, finish_row, finish_rows
 from stitchmesh.patterns.language.tokens import Place, split_lines
 from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.language.words import NO_STITCH
 from stitchmesh.patterns.language.writing import chart_word, pieces_of
-from stitchmesh.patterns.pattern import Cell, Loop, Pattern
+from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, first_fault
 
 COVERED = -1
 """Value of a square that is covered by the cable on its left."""
@@ -113,8 +113,28 @@ class KnitChart:
             PatternError: the rows do not fit together, or a cable lies across the limit of a border.
         """
         places = lines or [Place(self.name, row + 1, 1) for row in range(self.shape[0])]
-        rows = finish_rows([self._written_row(row, places[row]) for row in range(self.shape[0])])
+        tucks = any(read_square(self.words[number]).tuck for number in np.unique(self.squares) if number != COVERED)
+        rows = self._rows_with_tucks(places) if tucks else self._rows(places)
         return Pattern(self.name, self.source, rows, self.palette)
+
+    def _rows_with_tucks(self, places: Sequence[Place]) -> tuple[Row, ...]:
+        """Return the rows; a row over a tuck depends on the row below it."""
+        return finish_rows([self.written_row(row, places[row]) for row in range(self.shape[0])])
+
+    def _rows(self, places: Sequence[Place]) -> tuple[Row, ...]:
+        """Return the rows without tucks, each of which is made once while it does not change."""
+        rows = tuple(self._row(index, place) for index, place in enumerate(places))
+        fault = first_fault(rows)
+        if fault:
+            raise places[fault[0]].error(f"row {fault[0] + 1}: {fault[1]}")
+        return rows
+
+    def _row(self, index: int, place: Place) -> Row:
+        squares, yarns = self.squares[index].tobytes(), self.yarns[index].tobytes()
+        try:
+            return _made_row(self.words, squares, yarns, self.left, self.right)
+        except PatternError:
+            return finish_row(self.written_row(index, place))  # raises the error with the place of the row
 
     def painted(self, places: IntArray, brush: Brush) -> KnitChart:
         """Paint squares one after another; see ``EditedChart``.
@@ -194,7 +214,12 @@ class KnitChart:
             raise ParameterError(f"chart: {word} covers {width} columns; got {room} up to the right edge")
         return np.array(kept)
 
-    def _written_row(self, row: int, place: Place) -> WrittenRow:
+    def written_row(self, row: int, place: Place) -> WrittenRow:
+        """Return a row as its words describe it, with its place in a text.
+
+        Raises:
+            PatternError: a cable lies across the limit of a border.
+        """
         starts = np.flatnonzero(self.squares[row] != COVERED).tolist()
         limits = [self.left, self.shape[1] - self.right] if self.left or self.right else []
         for limit in limits:
@@ -214,7 +239,9 @@ class KnitChart:
 
 
 def knit_chart(pattern: Pattern) -> KnitChart:
-    """Return the chart of a pattern; rows with fewer stitches end with squares that hold no stitch.
+    """Return the chart of a pattern.
+
+    Rows with fewer stitches have squares that hold no stitch, so that the wales of all rows lie in line.
 
     Raises:
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
@@ -260,15 +287,30 @@ def chart_of_sections(
 def _lay(
     squares: IntArray, yarns: IntArray, words: dict[str, int], start: int, end: int, pieces: Sequence[WordStitches]
 ) -> None:
-    """Write pieces into a row of squares from ``start`` on, and squares without a stitch up to ``end``."""
-    column = start
-    for piece in pieces:
+    """Write pieces into a row of squares from ``start`` to ``end``, with squares without a stitch between them."""
+    empty = words.setdefault(NO_STITCH, len(words)) if sum(piece.columns for piece in pieces) < end - start else -1
+    squares[start:end] = empty
+    for column, piece in zip(_columns_of(pieces, end - start), pieces, strict=True):
         word, own = _word_and_yarns(piece)
-        squares[column] = words.setdefault(word, len(words))
-        yarns[column : column + len(own)] = own
-        column += piece.columns
-    if column < end:
-        squares[column:end] = words.setdefault(NO_STITCH, len(words))
+        place = start + column
+        squares[place : place + piece.columns] = COVERED
+        squares[place] = words.setdefault(word, len(words))
+        yarns[place : place + len(own)] = own
+
+
+def _columns_of(pieces: Sequence[WordStitches], room: int) -> list[int]:
+    """Return the first column of each piece: where its loops are, so that the wales of all rows lie in line."""
+    left = sum(piece.columns for piece in pieces)
+    if left == room:
+        return np.cumsum([0, *(piece.columns for piece in pieces[:-1])]).tolist() if pieces else []
+    columns, free, below, above = [], 0, 0, 0
+    for piece in pieces:
+        made = sum(cell.n_top for cell in piece.cells)
+        middle = (2 * below + len(piece.loops) + 2 * above + made) / 4
+        columns.append(min(max(round(middle - piece.columns / 2), free), room - left))
+        free, left = columns[-1] + piece.columns, left - piece.columns
+        below, above = below + len(piece.loops), above + made
+    return columns
 
 
 @lru_cache(maxsize=4096)
@@ -316,6 +358,13 @@ def mirrored_word(word: str) -> str:
     )
     loops = tuple(Loop(-loop.shift, loop.layer, -loop.twist) for loop in piece.loops[::-1])
     return chart_word(replace(piece, cells=cells, loops=loops))
+
+
+@lru_cache(maxsize=2 * LONGEST_SIDE)
+def _made_row(words: tuple[str, ...], squares: bytes, yarns: bytes, left: int, right: int) -> Row:
+    """Return a row without tucks; an edit of a chart changes a few of its rows, and the others are made already."""
+    numbers, colours = (np.frombuffer(values, dtype=np.int64)[None] for values in (squares, yarns))
+    return finish_row(KnitChart(numbers, words, colours, left, right).written_row(0, Place("chart", 1, 1)))
 
 
 @lru_cache(maxsize=4096)

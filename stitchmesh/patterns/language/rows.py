@@ -43,14 +43,19 @@ def finish_rows(written: Sequence[WrittenRow]) -> tuple[Row, ...]:
         PatternError: the stitch above a tuck cannot work two loops together, or the numbers of loops of two rows
             differ; the message gives the place of the row.
     """
-    rows = [_finish(_with_tucks(written[index - 1], row)) for index, row in enumerate(written)]
+    rows = [finish_row(_with_tucks(written[index - 1], row)) for index, row in enumerate(written)]
     fault = first_fault(rows)
     if fault:
         raise written[fault[0]].place.error(f"row {fault[0] + 1}: {fault[1]}")
     return tuple(rows)
 
 
-def _finish(row: WrittenRow) -> Row:
+def finish_row(row: WrittenRow) -> Row:
+    """Convert one written row that lies over no tuck.
+
+    Raises:
+        PatternError: its stitches do not fit its loops; the message gives the place of the row.
+    """
     counts = [len(piece.cells) for piece in row.pieces]
     left = sum(counts[: row.bars[0]]) if row.bars else 0
     right = sum(counts[row.bars[1] :]) if row.bars else 0

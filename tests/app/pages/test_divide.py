@@ -95,8 +95,8 @@ def test_a_finer_quality_has_more_control_points(page):
 
 
 def test_a_yarn_gives_its_gauge_and_the_weight(page):
-    page.controls.set("Yarn", "aran")
-    yarn = Yarn.named("aran")
+    page.controls.set("Yarn", "worsted")
+    yarn = Yarn.named("worsted")
     divided(page)
     assert page.project.division == Division(
         stitch_width=yarn.gauge.stitch_width, stitch_height=yarn.gauge.stitch_height
@@ -243,17 +243,39 @@ def test_the_stitches_are_shown_with_their_numbers(page):
 
 
 def test_changes_are_undone_and_redone_by_keys(page):
-    page.controls.set("Stitch width", 0.7)
     page.controls.set("Usual height", False)
-    page.controls.press("Undo the last change")
-    assert page.controls.find("Usual height").value is True
+    page.controls.set("Stitch width", 0.7)
     page.controls.press("Undo the last change")
     assert page.controls.find("Stitch width").value == WIDTH
+    page.controls.press("Changes", "Undo")
+    assert page.controls.find("Usual height").value is True
     page.controls.press("Redo the change")
+    page.controls.press("Changes", "Redo")
     assert page.controls.find("Stitch width").value == 0.7
     with pytest.raises(ParameterError, match="no change of the division to undo"):
         for _ in range(9):
             page.controls.press("Undo the last change")
+
+
+def test_the_moves_of_a_slider_are_undone_together(page):
+    page.controls.set("Usual height", False)
+    for width in (0.6, 0.7, 0.8):
+        page.controls.set("Stitch width", width)
+    page.controls.press("Undo the last change")
+    assert page.controls.find("Stitch width").value == WIDTH
+    assert page.controls.find("Usual height").value is False
+
+
+def test_a_text_that_is_typed_is_not_rewritten(page):
+    """While a count is typed, its edge alone is a mark for a moment."""
+    first, second = ends(page, int(labeled_of(page).left_wale[14]))
+    for end in ("", "=", "=7"):
+        text = f"# sleeve\n{first},{second}{end}"
+        page.controls.set("Edges", text)
+        assert page.controls.find("Edges").value == text
+    assert (lines(page, "counted"), lines(page, "marked")) == (1, 0)
+    page.controls.press("Undo the last change")
+    assert (lines(page, "counted"), lines(page, "marked")) == (0, 0)
 
 
 def test_what_was_chosen_is_there_again_after_the_project_was_closed(tmp_path):

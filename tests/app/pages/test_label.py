@@ -105,6 +105,19 @@ def test_a_click_flips_a_row_and_the_seams_are_said_and_drawn(page):
     assert "seams" not in page.scene.drawings
 
 
+def test_a_click_flips_a_row_once_all_faces_have_rows(page):
+    """The list of what a click means shows it; what the user has chosen stays."""
+    page.controls.press("Label all")
+    assert page.controls.find("A click").value == FLIP
+    page.click_face(24)
+    assert bits(labeling_of(page)) == bits(start_labeling(mesh_of(page)).label_all().flip_row(24))
+    page.controls.press("Start again")
+    assert page.controls.find("A click").value == ROWS
+    page.controls.set("A click", WALE)
+    page.controls.press("Label all")
+    assert page.controls.find("A click").value == WALE
+
+
 def test_the_arrowheads_of_a_flipped_row_point_down(page):
     page.controls.press("Label all")
     page.controls.set("A click", FLIP)

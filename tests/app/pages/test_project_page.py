@@ -11,7 +11,7 @@ from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import next_page
-from stitchmesh.app.project.exports import exports
+from stitchmesh.app.project.exports import Export, exports
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import new_project_folder, recent_projects
 from stitchmesh.errors import FileError, ParameterError
@@ -136,6 +136,21 @@ def test_a_download_is_sent(opened, tmp_path):
             break
     ((name, content),) = app.front.downloads
     assert name == "report.json" and b'"iterations": 7' in content
+
+
+def test_a_format_that_cannot_hold_a_value_is_refused_in_words(opened, tmp_path, monkeypatch):
+    def refuse(path: object) -> None:
+        raise FileError("stitches.k: a knitting machine cannot make bobbles; remove them first")
+
+    monkeypatch.setattr("stitchmesh.app.pages.project_page.exports", lambda project: [Export("A", "a.k", refuse)])
+    app = opened(relaxed_project(tmp_path / "one"))
+    app.controls.act("download", "a.k")
+    for _ in range(1000):
+        app.queue.settle()
+        if app.front.notices:
+            break
+    _, text, kind = app.front.notices[-1]
+    assert (text, kind) == ("stitches.k: a knitting machine cannot make bobbles; remove them first", "error")
 
 
 def test_only_files_of_the_project_can_be_asked_for(opened, tmp_path):

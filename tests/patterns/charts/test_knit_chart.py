@@ -59,10 +59,14 @@ def test_borders_stay_borders_and_change_sides_in_the_mirror():
     assert [row.left for row in mirrored.pattern().rows] == [1, 1]
 
 
-def test_rows_of_unequal_widths_end_with_squares_without_a_stitch():
+def test_rows_of_unequal_widths_have_squares_without_a_stitch_that_keep_the_wales_in_line():
     edited = chart("row 1 RS: k4\nrow 2 WS: p2tog p2\nrow 3 RS: k yo k2")
-    assert words(edited) == [["k"] * 4, ["k2tog", "k", "k", "none"], ["k", "k", "yo", "k"]]
+    assert words(edited) == [["k"] * 4, ["k2tog", "none", "k", "k"], ["k", "k", "yo", "k"]]
     assert edited.pattern().rows == parse_pattern("row 1 RS: k4\nrow 2 WS: p2tog p2\nrow 3 RS: k yo k2").rows
+
+
+def test_decreases_and_increases_stand_at_their_wales():
+    assert words(knit_chart(read_pattern("openwork-trellis")))[2] == "yk none k2tog k k ssk none yk".split()
 
 
 def test_a_cable_covers_its_columns_and_keeps_the_yarn_of_each_stitch():

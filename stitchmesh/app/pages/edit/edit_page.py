@@ -56,6 +56,7 @@ class EditPage(Page):
 
     name = "Edit"
     hint = "Choose a tool, then click or drag on the stitches; every edit can be undone."
+    left_title = "Stitches and yarns"
 
     def __init__(self, app: App) -> None:
         """Make the tools."""

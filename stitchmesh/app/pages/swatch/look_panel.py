@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import legend
 from stitchmesh.app.pages.swatch.state import COLOURINGS, MOST_TILES, Look
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign
+from stitchmesh.render.lettering import Colour
 
 
 class LookPanel:
@@ -38,7 +40,19 @@ class LookPanel:
                 "Strength", "How much these colours cover those of the yarns; 0 shows the yarns alone", look.blend,
                 lambda part: self._set(blend=part), least=0.0, most=1.0, step=0.05,
             )  # fmt: skip
+            self._legend = controls.html("")
         self.show(design, look)
+
+    def show_legends(self, legends: Sequence[tuple[str, Sequence[tuple[str, Colour]]]]) -> None:
+        """Show what the colours of each variant mean; without a legend, nothing.
+
+        Args:
+            legends: name of each variant, with the names and colours of its legend.
+        """
+        several = len(legends) > 1
+        self._legend.content = "".join(
+            legend(entries, f"Colours of {name}" if several else "") for name, entries in legends if entries
+        )
 
     def show(self, design: SwatchDesign, look: Look) -> None:
         """Show a look, with the controls that apply to a design."""

@@ -75,7 +75,8 @@ class SwatchPage(Page):
         """Do nothing: the garment of the project is not part of this page."""
 
     def leave(self) -> None:
-        """End the sessions."""
+        """End the sessions, and a stretch test."""
+        self._stretch.leave()
         for variant in self.variants:
             variant.close()
         self.variants.clear()
@@ -106,8 +107,8 @@ class SwatchPage(Page):
                          (RUN, PAUSE, STEP, AGAIN), self._tell)  # fmt: skip
         controls.slider("Iterations per frame", "More iterations show larger steps of the relaxation",
                         self.state.iterations, self._set_iterations, least=1, most=200, step=1)  # fmt: skip
-        controls.key("Start or stop the yarns", "Let the yarns relax or stand", "P", "ctrl+shift", self._toggle)
-        controls.key("One step of the yarns", "Relax for one frame", "S", "ctrl+shift", lambda: self._tell(STEP))
+        controls.key("Start or stop the yarns", "Let the yarns relax or stand", "R", "shift", self._toggle)
+        controls.key("One step of the yarns", "Relax for one frame", "N", "shift", lambda: self._tell(STEP))
         self._dials = DialPanel(controls, design, self._turn)
         controls.button("Set all dials back", "The values of a new swatch; the chart stays", self._set_back)
         self._look = LookPanel(controls, self.state.look, design, self._set_look)
@@ -146,7 +147,7 @@ class SwatchPage(Page):
         if frame.error is not None and (variant.frame is None or variant.frame.error is not frame.error):
             self.app.notice(f"{frame.error}", "error")
         drawing = variant.draw(frame, self.state.look)
-        self._drawing.show(self.variants)
+        self._show_fabric()
         if frame.report["at_rest"]:
             self._drawing.fit_at_rest()
         self._measures.show(self.variants)
@@ -154,6 +155,10 @@ class SwatchPage(Page):
             self._dials.show(self.state.design, frame)
         sent = 12.0 * sum(len(part.vertices) for part in drawing.parts)
         variant.slow_down(max(FRAME_SECONDS, (time.perf_counter() - began) / PART_OF_TIME, sent / BYTES_A_SECOND))
+
+    def _show_fabric(self) -> None:
+        self._drawing.show(self.variants)
+        self._look.show_legends([(variant.name, variant.legend) for variant in self.variants])
 
     def _show(self) -> None:
         """Show the state of the page in the controls."""
@@ -191,7 +196,7 @@ class SwatchPage(Page):
         for variant in self.variants:
             if variant.frame is not None:
                 variant.draw(variant.frame, look)
-        self._drawing.show(self.variants)
+        self._show_fabric()
 
     def _set_iterations(self, count: float) -> None:
         self._keep(replace(self.state, iterations=int(count)))
@@ -225,7 +230,7 @@ class SwatchPage(Page):
             self.variant.name = NAMES[0]
         self._drawing.expect_other_size()
         self._drawing.fit_next()
-        self._drawing.show(self.variants)
+        self._show_fabric()
         self._show()
 
     def _edit(self, name: str) -> None:

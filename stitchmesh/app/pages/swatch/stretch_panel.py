@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.task import TaskControl
+from stitchmesh.app.controls.html_pieces import verdict
+from stitchmesh.app.task import Task, TaskControl
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPoint, stretch_test
 from stitchmesh.periodic.swatch_design import SwatchDesign
 
@@ -63,6 +64,8 @@ class StretchPanel:
         self._app, self._designs, self._exported = app, designs, exported
         self._direction, self._strain = next(iter(DIRECTIONS)), 40.0
         self._curves: list[tuple[str, StretchCurve]] = []
+        self._task: Task[Any] | None = None
+        self._left = False
         controls = app.controls
         with controls.group("Stretch test", opened=False):
             controls.choice("Direction", "Direction in which the fabric is pulled; it is free across",
@@ -74,6 +77,7 @@ class StretchPanel:
             self._stop = controls.button("Stop the test", "End the test; its points stay in the plot", app.tasks.cancel)
             self._bar = controls.progress_bar()
             self._plot = controls.plot(aspect=1.35)
+            self._snaps = controls.html("")
             self._save = controls.button("Download the curve (CSV)", "A table of strains, tensions, sizes and energies",
                                          self._download)  # fmt: skip
         self._show_running(False)
@@ -83,11 +87,18 @@ class StretchPanel:
         """Start the test of all variants."""
         designs, direction = list(self._designs()), DIRECTIONS[self._direction]
         strain = (0.0, self._strain / 100.0)
-        task = self._app.tasks.start(
+        self._task = self._app.tasks.start(
             "the stretch test", lambda control: _test(designs, direction, strain, control), self._done, self._failed
         )
-        task.on_frame = self._show
+        self._task.on_frame = self._show
+        self._snaps.content = ""
         self._show_running(True)
+
+    def leave(self) -> None:
+        """End a test that runs; its controls are about to be removed."""
+        self._left = True
+        if self._task is not None and self._task is self._app.tasks.current:
+            self._app.tasks.cancel()
 
     def _set_direction(self, name: str) -> None:
         self._direction = name
@@ -96,16 +107,22 @@ class StretchPanel:
         self._strain = percent
 
     def _done(self, curves: list[tuple[str, StretchCurve]]) -> None:
+        if self._left:
+            return
         self._curves = curves
         self._show_running(False)
         self._save.visible = True
         self._show([Curve(name, curve.points, curve.direction) for name, curve in curves])
+        self._snaps.content = "".join(verdict("fair", text) for text in snap_texts(curves))
 
     def _failed(self, error: Exception | None) -> None:
-        self._show_running(False)
+        if not self._left:
+            self._show_running(False)
 
     def _show(self, curves: list[Curve]) -> None:
         """Show the points so far."""
+        if self._left:
+            return
         count = sum(len(curve.points) for curve in curves)
         self._bar.value = 100.0 * count / (STEPS * len(self._designs()))
         if any(curve.points for curve in curves):
@@ -136,6 +153,18 @@ def stretch_figure(curves: Sequence[Curve]) -> go.Figure:
         xaxis_title=f"strain along the {along} [%]", yaxis_title="tension [N/m]", showlegend=len(curves) > 1,
         legend={"x": 0.02, "y": 0.98},
     )  # fmt: skip
+
+
+def snap_texts(curves: Sequence[tuple[str, StretchCurve]]) -> list[str]:
+    """Return a sentence about each place where a fabric snapped to another shape."""
+    texts = []
+    for name, curve in curves:
+        percent = 100.0 * curve.column("strain")
+        whose = f" of {name}" if len(curves) > 1 else ""
+        for point in curve.snaps:
+            between = f"Between {percent[point - 1]:.0f} % and {percent[point]:.0f} %"
+            texts.append(f"{between} the fabric{whose} snapped to another shape; yarn without friction can snap.")
+    return texts
 
 
 def _test(

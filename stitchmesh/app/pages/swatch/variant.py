@@ -15,6 +15,7 @@ from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.session import SwatchSession
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.render.colouring import colour_yarns
+from stitchmesh.render.lettering import Colour
 from stitchmesh.render.tile_drawing import TileDrawing, draw_tiles
 
 PLAIN = parse_pattern("round 1: k1")
@@ -44,6 +45,8 @@ class Variant:
         """The newest frame of the design; None before the first one."""
         self.drawing: TileDrawing | None = None
         """What the scene shows of the newest frame."""
+        self.legend: tuple[tuple[str, Colour], ...] = ()
+        """Names and colours of what the colours of the drawing mean; empty for the colours of yarns."""
         self.refusal: str | None = None
         """Why the design is not relaxed; None if it is."""
         self.session = SwatchSession(PLAIN, quality="draft", stopped=True, iterations_per_frame=iterations)
@@ -97,6 +100,7 @@ class Variant:
         fabric = frame.fabric
         by = look.colour_by if fabric is not None else "yarn"
         coloured = colour_yarns(frame.yarns, by, fabric=fabric, blend=look.blend)
+        self.legend = coloured.key
         self.drawing = draw_tiles(
             frame.yarns, (look.columns, look.rows), colours=coloured.points, before=self.drawing
         )

@@ -18,9 +18,11 @@ from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.swatch.page import SwatchPage
 from stitchmesh.app.pages.swatch.state import state_table
+from stitchmesh.app.pages.swatch.stretch_panel import snap_texts
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Copies, Labels
 from stitchmesh.errors import ParameterError
+from stitchmesh.periodic.stretch import StretchCurve, StretchPoint
 from stitchmesh.periodic.swatch_design import SwatchDesign
 
 SAFETY = 60.0
@@ -212,6 +214,7 @@ def test_colours_by_stitch_and_copies_are_only_a_matter_of_drawing(rig):
     number = rig.page.variant.frame.number
     rig.set("Colour by", "stitch")
     assert len(rig.copies()) == 2  # knit and purl
+    assert "knit" in rig.text() and "purl" in rig.text()
     rig.set("Copies across", 5)
     assert {len(drawing.offsets) for drawing in rig.copies()} == {5 * rig.page.state.look.rows}
     assert rig.page.variant.frame.number == number
@@ -326,3 +329,23 @@ def test_a_stretch_test_can_be_stopped(rig):
     rig.until(lambda: not rig.app.tasks.running)
     assert not rig.front.controls.find("Run the stretch test").disabled
     assert not rig.front.notices
+
+
+def test_a_page_that_is_left_ends_its_stretch_test(rig):
+    rig.choose("honeycomb")
+    rig.press("Run the stretch test")
+    rig.do(rig.app.open_page, "Project")
+    rig.until(lambda: not rig.app.tasks.running)
+    assert not rig.front.notices
+
+
+def test_snaps_are_said_in_words():
+    curve = StretchCurve("course", "free", None, tuple(point(0.1 * n, 1.0, 100.0 * (n > 1)) for n in range(4)), ())
+    assert snap_texts([("A", curve)]) == [
+        "Between 10 % and 20 % the fabric snapped to another shape; yarn without friction can snap."
+    ]
+    assert "the fabric of B" in snap_texts([("A", curve), ("B", curve)])[1]
+
+
+def point(strain: float, tension: float, energy: float) -> StretchPoint:
+    return StretchPoint(strain, 1.0, 1.0, tension, 0.0, energy, 0.0, 0.0, True)

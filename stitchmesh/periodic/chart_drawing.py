@@ -1,15 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a browser needs to draw a chart, as plain data, and the squares in which two drawings differ."""
+"""A chart as symbols on coloured squares, and the squares in which two drawings differ."""
 
 from __future__ import annotations
 
-import base64
-import html
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +21,7 @@ COVERED = 65535
 POINT_PAPER = ("#f3ead8", "#3d4f63")
 """Colours of wefts and warps if the weave has one colour: light and dark, as on the point paper of weavers."""
 MOST_CHANGES = 4000
-"""Largest number of changed squares that are sent one by one."""
+"""Largest number of squares that are listed as changes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,21 +45,15 @@ class ChartDrawing:
     warps: tuple[tuple[int, int], ...] = ()
     """Colour and layer of each warp."""
 
-    def base(self, version: int) -> dict[str, Any]:
-        """Return the whole drawing as values that JSON can hold."""
-        return {
-            "version": version, "rows": self.squares.shape[0], "columns": self.squares.shape[1],
-            "squares": _text(self.squares), "fills": _text(self.fills), "words": self.words,
-            "symbols": [_symbol(symbol) for symbol in self._symbols()], "colours": self.colours,
-            "upwards": self.upwards, "left": self.left, "right": self.right,
-            "wefts": self.wefts, "warps": self.warps,
-        }  # fmt: skip
-
     def changes_from(self, base: ChartDrawing) -> list[int] | None:
-        """Return index, symbol and colour of every square that differs from a base; None if more than squares differs.
+        """Return index, symbol and colour of every square that differs from a base.
 
         Args:
             base: an earlier drawing.
+
+        Returns:
+            Three numbers for each square, one square after another; None if the drawings differ in more than squares,
+            or in more than ``MOST_CHANGES`` squares.
         """
         frames = [(d.squares.shape, d.words, d.colours, d.left, d.right, d.wefts, d.warps) for d in (self, base)]
         if frames[0] != frames[1]:
@@ -73,8 +63,10 @@ class ChartDrawing:
             return None
         return np.stack([changed, self.squares.flat[changed], self.fills.flat[changed]], axis=-1).ravel().tolist()
 
-    def _symbols(self) -> Sequence[Symbol]:
-        return [WARP_OVER, WEFT_OVER] if self.warps else [chart_symbol(word) for word in self.words]
+    @property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """The symbol of each word."""
+        return (WARP_OVER, WEFT_OVER) if self.warps else tuple(chart_symbol(word) for word in self.words)
 
 
 def draw_chart(chart: Chart, words: Sequence[str] = (), yarns: int = 1) -> ChartDrawing:
@@ -114,39 +106,3 @@ def _draw_weave(chart: WeaveChart, yarns: int) -> ChartDrawing:
     squares = chart.squares.astype(np.uint16)
     wefts, warps = (tuple(kind) for kind in threads)
     return ChartDrawing(squares, fills, chart.words, colours, False, wefts=wefts, warps=warps)
-
-
-def data_element(name: str, chart: str, values: dict[str, Any]) -> str:
-    """Return a hidden element of HTML that holds values for the script of the chart."""
-    text = html.escape(json.dumps(values, separators=(",", ":")), quote=True)
-    return f'<div hidden data-chart-{name}="{chart}" data-json="{text}"></div>'
-
-
-def symbol_svg(symbol: Symbol, fill: str = "none", size: int = 22) -> str:
-    """Return a symbol as a picture of SVG, in the colour of the text around it."""
-    parts = []
-    for mark in symbol.marks:
-        points = " ".join(f"{20 * x:.1f},{20 - 20 * y:.1f}" for x, y in mark.points)
-        x, y = points.split(" ")[0].split(",") if points else ("0", "0")
-        parts.append({
-            "line": f'<polyline points="{points}" class="sm-line"/>',
-            "strand": f'<polyline points="{points}" class="sm-under"/><polyline points="{points}" class="sm-strand"/>',
-            "ring": f'<circle cx="{x}" cy="{y}" r="4" class="sm-line"/>',
-            "dot": f'<circle cx="{x}" cy="{y}" r="2.4" class="sm-dot"/>',
-            "shade": '<rect width="20" height="20" class="sm-shade"/>',
-        }[mark.kind])  # fmt: skip
-    width = 20 * symbol.columns
-    shown = size * (symbol.columns if symbol.columns < 3 else (symbol.columns + 2) / 2)
-    drawing = "".join(parts)
-    return (
-        f'<svg viewBox="0 0 {width} 20" width="{shown:g}" height="{size}" preserveAspectRatio="none" '
-        f'aria-hidden="true" style="background:{fill}">{drawing}</svg>'
-    )
-
-
-def _symbol(symbol: Symbol) -> list[Any]:
-    return [symbol.columns, [[mark.kind, [value for point in mark.points for value in point]] for mark in symbol.marks]]
-
-
-def _text(array: NDArray[np.uint16]) -> str:
-    return base64.b64encode(array.astype("<u2").tobytes()).decode("ascii")

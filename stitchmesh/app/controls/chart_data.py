@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The drawing of a chart as the script in the browser reads it: values that JSON can hold, in hidden elements."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.patterns.charts.chart_symbols import Symbol
+from stitchmesh.periodic.chart_drawing import ChartDrawing
+
+
+def base_values(drawing: ChartDrawing, version: int) -> dict[str, Any]:
+    """Return a whole drawing as values that JSON can hold."""
+    return {
+        "version": version, "rows": drawing.squares.shape[0], "columns": drawing.squares.shape[1],
+        "squares": _text(drawing.squares), "fills": _text(drawing.fills), "words": drawing.words,
+        "symbols": [_symbol(symbol) for symbol in drawing.symbols], "colours": drawing.colours,
+        "upwards": drawing.upwards, "left": drawing.left, "right": drawing.right,
+        "wefts": drawing.wefts, "warps": drawing.warps,
+    }  # fmt: skip
+
+
+def data_element(name: str, chart: str, values: dict[str, Any]) -> str:
+    """Return a hidden element of HTML that holds values for the script of the chart."""
+    text = html.escape(json.dumps(values, separators=(",", ":")), quote=True)
+    return f'<div hidden data-chart-{name}="{chart}" data-json="{text}"></div>'
+
+
+def symbol_svg(symbol: Symbol, fill: str = "none", size: int = 22) -> str:
+    """Return a symbol as a picture of SVG, in the colour of the text around it."""
+    parts = []
+    for mark in symbol.marks:
+        points = " ".join(f"{20 * x:.1f},{20 - 20 * y:.1f}" for x, y in mark.points)
+        x, y = points.split(" ")[0].split(",") if points else ("0", "0")
+        parts.append({
+            "line": f'<polyline points="{points}" class="sm-line"/>',
+            "strand": f'<polyline points="{points}" class="sm-under"/><polyline points="{points}" class="sm-strand"/>',
+            "ring": f'<circle cx="{x}" cy="{y}" r="4" class="sm-line"/>',
+            "dot": f'<circle cx="{x}" cy="{y}" r="2.4" class="sm-dot"/>',
+            "shade": '<rect width="20" height="20" class="sm-shade"/>',
+        }[mark.kind])  # fmt: skip
+    width = 20 * symbol.columns
+    shown = size * (1.0 + 0.35 * (symbol.columns - 1))
+    drawing = "".join(parts)
+    return (
+        f'<svg viewBox="0 0 {width} 20" width="{shown:g}" height="{size}" preserveAspectRatio="none" '
+        f'aria-hidden="true" style="background:{fill}">{drawing}</svg>'
+    )
+
+
+def _symbol(symbol: Symbol) -> list[Any]:
+    return [symbol.columns, [[mark.kind, [value for point in mark.points for value in point]] for mark in symbol.marks]]
+
+
+def _text(array: NDArray[np.uint16]) -> str:
+    return base64.b64encode(array.astype("<u2").tobytes()).decode("ascii")

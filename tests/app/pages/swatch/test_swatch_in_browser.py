@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Swatch in a real browser: paint, turn a dial, watch, compare and take the yarns home."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import stitchmesh as sm
+from stitchmesh.app.pages.swatch.page import SwatchPage
+from tests.app.browser import Rig
+
+MIDDLE = (0.25, 0.25, 0.75, 0.75)
+"""Part of the scene that the fabric covers."""
+
+
+def page_of(rig: Rig) -> SwatchPage:
+    assert isinstance(rig.app.page, SwatchPage)
+    return rig.app.page
+
+
+def rest(rig: Rig) -> None:
+    """Wait until the fabric rests, and the browser has drawn it."""
+    rig.settle()
+    variants = page_of(rig).variants
+    rig.wait_for(
+        lambda: all(
+            variant.frame is not None and variant.frame is variant.session.frame
+            and not variant.frame.report["running"]
+            for variant in variants
+        ),
+        "the fabric rests",
+    )  # fmt: skip
+    rig.settle()
+
+
+def fabric_seen(rig: Rig) -> np.ndarray:
+    """The middle of the scene, as the browser shows it, shape (h, w, 3)."""
+    rig.browser_page.wait_for_timeout(400)  # The renderer draws when it is idle.
+    picture = np.asarray(Image.open(io.BytesIO(rig.screenshot())).convert("RGB"), dtype=np.int64)
+    (left, top), (right, bottom) = rig.place(MIDDLE[:2]), rig.place(MIDDLE[2:])
+    return picture[int(top) : int(bottom), int(left) : int(right)]
+
+
+def changed_pixels(before: np.ndarray, after: np.ndarray) -> float:
+    """Part of the pixels that differ by more than the noise of two drawings of one scene."""
+    return float((np.abs(after - before).max(axis=2) > 12).mean())
+
+
+def test_a_painted_square_and_a_turned_dial_change_the_fabric_and_its_yarns_come_home(app_in_browser, tmp_path):
+    with app_in_browser("Swatch") as rig:
+        rest(rig)
+        before = fabric_seen(rig)
+        # The fabric covers the middle: the background is white.
+        assert (before.min(axis=2) < 250).mean() > 0.5
+        rig.act("stitch", "k")
+        rig.settle()
+        rig.browser_page.locator("[data-chart] canvas").focus()
+        rig.browser_page.keyboard.press("Space")
+        rig.wait_for(lambda: page_of(rig).state.design.pattern != sm.read_pattern("rib2x2"), "the chart is painted")
+        rest(rig)
+        painted = fabric_seen(rig)
+        assert changed_pixels(before, painted) > 0.05
+        first = page_of(rig).state.design.pattern.rows[0].cells[0].stitch
+        assert first == sm.Stitch.KNIT
+        rig.type("Tightness", 1.3)
+        rig.wait_for(lambda: page_of(rig).state.design.dials.gamma == 1.3, "the dial is turned")
+        rest(rig)
+        assert changed_pixels(painted, fabric_seen(rig)) > 0.05
+        rig.browser_page.get_by_text("Download", exact=True).click()
+        name, content = rig.downloaded(lambda: rig.press("Download the yarns"))
+        (tmp_path / name).write_bytes(content)
+        frame = page_of(rig).variant.frame
+        assert frame is not None
+        np.testing.assert_array_equal(sm.read_yarns(tmp_path / name).points, frame.yarns.points)
+
+
+def test_two_variants_and_a_second_browser_that_sees_the_same(app_in_browser):
+    with app_in_browser("Swatch", size=(1280, 800)) as rig:
+        rig.choose("Start from", "twill-2x1")
+        rig.browser_page.get_by_text("Two variants", exact=True).click()
+        rig.tick("Compare two variants")
+        rig.wait_for(lambda: len(page_of(rig).variants) == 2, "two variants")
+        rig.type("Warp length", 1.3)
+        rest(rig)
+        first, second = page_of(rig).variants
+        assert first.frame is not None and second.frame is not None
+        assert second.frame.measures.loop_length > first.frame.measures.loop_length
+        other = rig.another_window()
+        other.wait_for_text("Warps in 10 cm")
+        for frame in (first.frame, second.frame):
+            other.wait_for_text(f"{frame.measures.gauge.stitches:.1f}")
+        assert not other.faults
+        other.close()
+
+
+@pytest.mark.parametrize(("file", "content", "message"), [
+    ("broken.txt", b"pattern \"x\"\nround 1: k1 zz3\n", "zz3"),
+    ("huge.txt", b"1" * 600 + b"\n", "500"),
+    ("broken.png", b"\x89PNG no picture", "broken.png"),
+])  # fmt: skip
+def test_a_broken_chart_is_a_notice_and_the_fabric_stays(app_in_browser, tmp_path, file, content, message):
+    with app_in_browser("Swatch") as rig:
+        rest(rig)
+        design = page_of(rig).state.design
+        (tmp_path / file).write_bytes(content)
+        rig.upload(tmp_path / file)
+        rig.wait_for(lambda: any(message in text for text in rig.notices()), "a notice")
+        assert page_of(rig).state.design == design

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A server or a browser that is killed loses nothing, and comes back where it was."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import closing
+
+import pytest
+
+from stitchmesh.app.project.project import Project
+from stitchmesh.labeling import label
+from tests.app.app_process import app_process
+from tests.app.browser import BrowserWindow
+from tests.app.project.projects import mesh_bytes, same
+from tests.gallery import tube
+
+
+@pytest.fixture
+def tube_file(tmp_path):
+    path = tmp_path / "tube.obj"
+    path.write_bytes(mesh_bytes(tmp_path))
+    return path
+
+
+def saved_steps(folder) -> list[str]:
+    """The names of the steps of the labeling that are on disk."""
+    table = json.loads((folder / "project.json").read_text())
+    return [name for name, _ in table["work"]["label_steps"]]
+
+
+def test_a_killed_server_comes_back_where_it_was(browser, tmp_path, tube_file):
+    folder = tmp_path / "project"
+    with app_process(folder) as first:
+        with closing(BrowserWindow(browser, first.address)) as window:
+            window.upload(tube_file)
+            window.wait_for_text("Label all")
+            window.press("Label all")
+            window.wait_for(lambda: saved_steps(folder) == ["label_all"], "the step is on disk")
+            first.kill()
+            with app_process(folder, port=first.port) as second:
+                assert second.port == first.port
+                window.press("Undo")  # Playwright waits until the page is connected again and takes clicks.
+                window.wait_for(lambda: saved_steps(folder) == [], "the undo is on disk")
+                window.press("Redo")
+                window.wait_for(lambda: saved_steps(folder) == ["label_all"], "the step is on disk again")
+                assert second.terminate() == 0
+                assert "Traceback" not in second.output()
+    project = Project.open(folder)
+    assert same(project.labeled, label(tube(12, 4)))
+    project.close()
+
+
+def test_a_killed_browser_loses_nothing(browser, tmp_path, tube_file):
+    folder = tmp_path / "project"
+    with app_process(folder, str(tube_file)) as running:
+        window = BrowserWindow(browser, running.address)
+        window.page_button("Garment")
+        window.wait_for_text("Label all")
+        window.press("Label all")
+        window.wait_for(lambda: saved_steps(folder) == ["label_all"], "the step is on disk")
+        window.browser_page.goto("about:blank")  # The connection ends without a word, in the middle of whatever ran.
+        window.close()
+        with closing(BrowserWindow(browser, running.address)) as again:
+            again.wait_for_text("Go on: divide into stitches")
+            assert again.faults == []
+        assert running.terminate() == 0
+        assert "Traceback" not in running.output()
+
+
+def test_what_is_done_last_is_saved_at_the_end(browser, tmp_path, tube_file):
+    folder = tmp_path / "project"
+    with app_process(folder, str(tube_file)) as running:
+        with closing(BrowserWindow(browser, running.address)) as window:
+            window.page_button("Garment")
+            window.press("Label all")
+            window.wait_for_text("Go on: divide into stitches")
+        assert running.terminate() == 0
+    assert saved_steps(folder) == ["label_all"]
+
+
+def test_a_second_program_on_a_project_is_refused_and_told_why(tmp_path, tube_file):
+    folder = tmp_path / "project"
+    with app_process(folder, str(tube_file)) as running:
+        with pytest.raises(AssertionError, match="is open in another stitchmesh app"):
+            with app_process(folder):
+                pass
+        assert running.terminate() == 0
+
+
+def test_a_port_in_use_is_said(tmp_path):
+    with app_process(tmp_path / "one") as first:
+        with app_process(tmp_path / "two", port=first.port) as second:
+            assert second.port > first.port
+            assert f"port {first.port} is in use; took {second.port}" in "".join(second.lines)
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("no folder")
+    with pytest.raises(AssertionError, match="cannot hold a project"):
+        with app_process(blocked / "project"):
+            pass
+    assert os.listdir(tmp_path) == ["file"]
+
