@@ -97,13 +97,18 @@ def device_named(name: str | None) -> wp.Device:
     Raises:
         ParameterError: there is no device of that name.
     """
-    _start_warp()
-    names = [str(device) for device in wp.get_devices()]
+    names = device_names()
     if name is None:
         name = "cuda:0" if "cuda:0" in names else "cpu"
     if name not in names:
         raise ParameterError(f"device: got {name!r}; expected one of {', '.join(names)}")
     return wp.get_device(name)
+
+
+def device_names() -> list[str]:
+    """Return Warp's names of all devices of this machine."""
+    _start_warp()
+    return [str(device) for device in wp.get_devices()]
 
 
 @functools.cache

@@ -383,6 +383,7 @@
       else if (event.key === "0") this.fit();
       else if (event.key === "[") send(this.root, "previous-stitch", "");
       else if (event.key === "]") send(this.root, "next-stitch", "");
+      else if (this.base.warps.length && "we".includes(event.key.toLowerCase())) this.dyeAtCursor(event.key.toLowerCase());
       else if (event.key.toLowerCase() === "i") send(this.root, "pick", { row: this.cursor[0], column: this.cursor[1] });
       else return false;
       return true;
@@ -414,6 +415,11 @@
         this.beginStroke(row, column);
         this.stroke = null;
       }
+    }
+
+    // W dyes the weft under the cursor, and E the warp, which weavers call an end.
+    dyeAtCursor(key) {
+      send(this.root, "thread", key === "w" ? { kind: "wefts", thread: this.cursor[0] } : { kind: "warps", thread: this.cursor[1] });
     }
 
     reveal() {

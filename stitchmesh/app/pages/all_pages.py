@@ -12,6 +12,7 @@ from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_page import ProjectPage
 from stitchmesh.app.pages.swatch.page import SwatchPage
 from stitchmesh.app.pages.view.page import ViewPage
+from stitchmesh.app.pages.yarns.page import YarnsPage
 
 _CLASSES: tuple[type[Page], ...] = (
     ProjectPage,
@@ -19,6 +20,7 @@ _CLASSES: tuple[type[Page], ...] = (
     DividePage,
     EditPage,
     EvenOutPage,
+    YarnsPage,
     SwatchPage,
     ViewPage,
 )

@@ -245,6 +245,14 @@ def test_faces_that_cannot_be_labeled_are_red_numbered_and_explained(tmp_path):
         assert ((low < middle) & (middle < high)).all()
 
 
+def test_a_mesh_of_triangles_is_called_one(tmp_path):
+    quads = grid(4, 3)
+    corners = quads.face_vertex.reshape(-1, 4).tolist()
+    triangles = Mesh.from_polygons(quads.vertices, [t for a, b, c, d in corners for t in ([a, b, c], [a, c, d])])
+    with headless(tmp_path, triangles, "Label") as page:
+        assert "these are triangles: 24 of 24 faces" in page.controls.text_shown()
+
+
 def test_a_refused_step_is_a_notice_and_changes_nothing(tmp_path):
     with headless(tmp_path, torus(8, 10), "Label") as page:
         assert "The mesh has no border" in page.controls.text_shown()

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The plot of a relaxation: the energies above, the residual below, against the iterations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+
+MOST_POINTS = 400
+"""Most points of a curve; more cannot be seen, and each costs time at every update."""
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+"""Colours of curves that colour-blind people can tell apart (Okabe and Ito)."""
+DASHES = ("solid", "dash", "dot", "dashdot")
+"""Dashes of curves, so that colours are not needed."""
+RESIDUAL, LIMIT = "#444444", "#d55e00"
+"""Colours of the residual and of the residual at rest."""
+MICROJOULES_PER_ERG = 0.1
+LOGARITHMIC: dict[str, object] = {"type": "log", "dtick": 1, "exponentformat": "power"}
+"""An axis with one mark for each power of ten."""
+
+
+@dataclass(frozen=True)
+class Assessed:
+    """The figures of one assessment."""
+
+    iteration: int
+    residual: float
+    energies: Mapping[str, float]
+    """Energy of each term [erg]."""
+
+
+def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | None:
+    """Return the plot; None while there are fewer than two assessments.
+
+    Args:
+        assessed: the assessments in order.
+        tolerance: residual at rest.
+    """
+    if len(assessed) < 2:
+        return None
+    chosen = [assessed[k] for k in np.unique(np.linspace(0, len(assessed) - 1, MOST_POINTS).astype(int)).tolist()]
+    iterations = [entry.iteration for entry in chosen]
+    names = dict.fromkeys(name for entry in chosen for name in entry.energies)
+    figure = go.Figure()
+    for number, name in enumerate(names):
+        energies = [MICROJOULES_PER_ERG * entry.energies.get(name, 0.0) for entry in chosen]
+        line = {"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)], "width": 2}
+        figure.add_scatter(x=iterations, y=energies, mode="lines", name=name, line=line)
+    below = {"mode": "lines", "yaxis": "y2", "showlegend": False}
+    residuals = [max(entry.residual, 1e-12) for entry in chosen]
+    figure.add_scatter(x=iterations, y=residuals, name="residual", line={"color": RESIDUAL, "width": 2}, **below)
+    limit = {"color": LIMIT, "dash": "dash", "width": 1.5}
+    figure.add_scatter(x=[iterations[0], iterations[-1]], y=[tolerance] * 2, name="at rest", line=limit, **below)
+    return figure.update_layout(
+        xaxis={"title": "iterations", "anchor": "y2"},
+        yaxis={"title": "energy [\N{MICRO SIGN}J]", "domain": [0.46, 0.86], **_scale(chosen)},
+        yaxis2={"title": "residual", "domain": [0.0, 0.38], **LOGARITHMIC},
+        legend={"orientation": "h", "y": 1.05, "yanchor": "top", "x": 0.0, "font": {"size": 10}}, uirevision="energies",
+    )  # fmt: skip
+
+
+def _scale(assessed: Sequence[Assessed]) -> dict[str, object]:
+    """Return a logarithmic axis where all energies are positive; gravity, for example, has none of a fixed sign."""
+    positive = all(energy > 0.0 for entry in assessed for energy in entry.energies.values())
+    return LOGARITHMIC if positive else {}

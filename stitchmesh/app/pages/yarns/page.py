@@ -1,0 +1,368 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Yarns: generate the yarns, look at them, and relax them while they are watched."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from stitchmesh.app.live_run import LiveRun
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.verdict_html import figures_html, message_html, verdict_html
+from stitchmesh.app.pages.yarns.choices import BODY_SUFFIXES, Choices
+from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
+from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path, settings_of, settings_table
+from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
+from stitchmesh.app.scene.scene import Pick, ScreenBox
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.io import read_mesh
+from stitchmesh.io.atomic import write_bytes
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.pipeline import relax_with_options
+from stitchmesh.reporting.figures import report_figures
+from stitchmesh.reporting.verdict import relaxation_verdict
+from stitchmesh.run_control import RunControl, Snapshot
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.fabric_gauge import fabric_gauge
+from stitchmesh.yarn.picking import pick_yarn, yarn_picking_table
+from stitchmesh.yarn.yarn_presets import yarn_for_gauge
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarnrelax import Relaxation
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+GENERATE, GENERATE_AGAIN = "Generate the yarns", "Generate the yarns again"
+RELAX, RELAX_AGAIN, CONTINUE = "Relax the yarns", "Relax from the start again", "Continue the relaxation"
+"""Labels of the buttons that start something."""
+OTHER_SETTINGS = "The yarns were generated with other settings. Generate them again to use yours."
+BODY_HINT = "A mesh that the yarns lie on and do not enter"
+PLOT_SECONDS = 1.0
+"""Shortest time between two updates of the plot while the yarns relax [s]."""
+INTERRUPTED = "interrupted"
+"""Key of the settings that is true from the start of a relaxation until its result is kept."""
+Run = LiveRun[YarnSet, Relaxation]
+
+
+class YarnsPage(Page):
+    """Generation and relaxation of yarns."""
+
+    name: ClassVar[str] = "Yarns"
+    hint: ClassVar[str] = "Generate the yarns, then relax them: they find the shape that real yarn would have."
+
+    def __init__(self, app: App) -> None:
+        """Make the page; nothing runs yet."""
+        super().__init__(app)
+        self._run: Run | None = None
+        self._view = YarnView(app.scene)
+        self._pinning = False
+        self._plotted = 0.0
+
+    @property
+    def settings(self) -> YarnSettings:
+        """The choices of the user."""
+        return settings_of(self.app.project.settings(self.name).get("choices", {}))
+
+    @property
+    def fabric(self) -> StitchMesh | None:
+        """The stitches from which yarns are generated; None if they are not even yet."""
+        project = self.app.project
+        if project.evened is not None:
+            return project.evened
+        # Stitches from a file may have been relaxed before.
+        return project.fabric if project.fabric is not None and project.fabric.stretch is not None else None
+
+    def unavailable(self) -> str | None:
+        """Return what to do first while there are no even stitches."""
+        if self.fabric is None:
+            return "The stitches are not even yet. Even them out first, on the page Even out."
+        return None
+
+    def build(self) -> None:
+        """Make the controls and show the yarns."""
+        controls = self.app.controls
+        self._generate = controls.button(GENERATE, "Make yarn curves from the stitches", self.generate, main=True)
+        self._continue = controls.button(CONTINUE, "Go on from the last checkpoint", self.resume, main=True)
+        self._relax = controls.button(RELAX, "Let the yarns move until they are at rest", self.relax, main=True)
+        self._panel = RunPanel(controls, "20 iterations")
+        self._verdict = controls.html("")
+        self._plot = controls.plot(None, aspect=1.25)
+        self._colouring = controls.choice(
+            "Colours show", "What the colours of the yarns mean", list(COLOURINGS), self._view.colouring, self._recolour
+        )
+        self._legend = controls.html("")
+        with controls.group("Figures", opened=False) as self._figure_group:
+            self._figures = controls.html("")
+        self._choices = Choices(controls, self.settings, self._set)
+        self._choices.yarn_group()
+        self._choices.force_group()
+        self._build_body()
+        self._build_pins()
+        self._generate_again = controls.button(GENERATE_AGAIN, "Make new yarn curves", self.generate)
+        self._relax_again = controls.button(RELAX_AGAIN, "Relax from the generated yarns", self.relax)
+        self._view = YarnView(self.app.scene, self._view.colouring)
+        if self._run is not None:
+            self._run.on_snapshot = self._show_snapshot
+        self.refresh()
+        self._view.look_at_all()
+
+    def leave(self) -> None:
+        """Let the relaxation go on unseen."""
+        if self._run is not None:
+            self._run.on_snapshot = None
+
+    def refresh(self) -> None:
+        """Show the yarns of the project and what can be done with them."""
+        if self.unavailable() is not None:
+            return
+        self._panel.show(self._run)
+        self._choices.set_disabled(self._run is not None)
+        self._show_buttons()
+        if self._run is None:
+            self._show_result()
+        elif self._run.newest is not None:
+            self._show_snapshot(self._run.newest)
+
+    def generate(self) -> None:
+        """Generate yarns from the stitches."""
+        project, settings, fabric = self.app.project, self.settings, self._even_fabric()
+        arguments = settings.generation()
+
+        def done(yarns: YarnSet) -> None:
+            if self.app.project is project:
+                project.set_yarns(yarns, arguments)
+                self._keep(**{INTERRUPTED: False})
+            self._after()
+
+        self.app.tasks.start(
+            "generating the yarns", lambda task: generate_yarns(fabric, **arguments), done, lambda error: self._after()
+        )
+        self._show_buttons()
+        self._verdict.content = message_html("Generating the yarns.", "info")
+
+    def relax(self) -> None:
+        """Relax the generated yarns."""
+        self._start(resume=False)
+
+    def resume(self) -> None:
+        """Continue the relaxation from its last checkpoint."""
+        self._start(resume=True)
+
+    def picked(self, pick: Pick) -> None:
+        """Pin the stitch under the pointer, or free it."""
+        yarns = self._view.yarns
+        if not self._pinning or self._run is not None or yarns is None:
+            return
+        place = pick_yarn(yarn_picking_table(yarns), pick.ray_origin, pick.ray_direction)
+        if place is None:
+            return
+        # A segment extends approximately from its second to its third control point.
+        face = int(yarns.face[yarns.segment_points[place.segment, 1]])
+        if face < 0:
+            raise ParameterError(f"pin: this piece of yarn {place.yarn} belongs to no stitch; click a stitch beside it")
+        self._set(pins=tuple(sorted(set(self.settings.pins) ^ {face})))
+
+    def boxed(self, box: ScreenBox) -> None:
+        """Pin all stitches in the rectangle."""
+        yarns = self._view.yarns
+        if self._pinning and self._run is None and yarns is not None:
+            faces = np.unique(yarns.face[box.inside(yarns.points) & (yarns.face >= 0)])
+            self._set(pins=tuple(sorted({*self.settings.pins, *faces.tolist()})))
+
+    def _start(self, *, resume: bool) -> None:
+        """Start a relaxation in the worker thread."""
+        project, settings, fabric = self.app.project, self.settings, self._even_fabric()
+        if project.yarns is None:
+            raise ParameterError(f"relaxation: there are no yarns; press {GENERATE} first")
+        yarns, quality = project.yarns, settings.solver_quality()
+        self._check_pins(yarns)
+        options = settings.relax_options(project, resume=resume)
+
+        def relax(control: RunControl[YarnSet]) -> Relaxation:
+            return relax_with_options(
+                yarns, options, quality=quality, device=settings.device_name(), fabric=fabric,
+                keep_shape=settings.keep_shape, control=control,
+            )  # fmt: skip
+
+        def done(result: Relaxation) -> None:
+            if self.app.project is project:
+                project.set_relaxed(result.yarns, result.report, result.history)
+                self._keep(**{INTERRUPTED: not result.report["converged"], "tolerance": quality.tolerance})
+            self._end_run()
+
+        self._run = LiveRun(
+            self.app.tasks, "relaxing the yarns", relax, stage="yarnrelax", done=done,
+            failed=lambda error: self._end_run(), max_iterations=quality.max_iterations,
+        )  # fmt: skip
+        self._run.on_snapshot = self._show_snapshot
+        self._keep(**{INTERRUPTED: True, "tolerance": quality.tolerance})
+        self._verdict.content, self._figures.content = "", ""
+        self._plot.figure = None
+        self.refresh()
+
+    def _check_pins(self, yarns: YarnSet) -> None:
+        unknown = np.setdiff1d(self.settings.pins, yarns.face)
+        if len(unknown):
+            raise ParameterError(f"pins: stitch {unknown[0]:g} does not exist any more; remove all pins, and pin again")
+
+    def _end_run(self) -> None:
+        self._run = None
+        self._after()
+
+    def _after(self) -> None:
+        if self.app.page is self:
+            self.refresh()
+
+    def _show_buttons(self) -> None:
+        """Show the buttons that make sense now."""
+        project, idle = self.app.project, not self.app.tasks.running
+        has_yarns, has_result = project.yarns is not None, project.relaxed is not None
+        can_continue = has_yarns and self._is_unfinished()
+        self._generate.visible = idle and not has_yarns
+        self._continue.visible = idle and can_continue
+        self._relax.visible = idle and has_yarns and not has_result and not can_continue
+        self._relax_again.visible = idle and has_yarns and (has_result or can_continue)
+        self._generate_again.visible = idle and has_yarns
+        self._figure_group.visible = project.report is not None and self._run is None
+
+    def _is_unfinished(self) -> bool:
+        """Return whether a relaxation was stopped or killed, and its checkpoint is there."""
+        path = self.settings.checkpoints(self.app.project).path
+        return bool(self.app.project.settings(self.name).get(INTERRUPTED)) and path.exists()
+
+    def _show_result(self) -> None:
+        """Show the yarns while nothing runs, and what is said about them."""
+        project = self.app.project
+        yarns = project.relaxed or project.yarns
+        self._colouring.visible = yarns is not None
+        self._verdict.content = self._verdict_content()
+        if yarns is None:
+            self._legend.content = ""
+            return
+        first = self._view.yarns is None
+        self._view.show(yarns, self.fabric)
+        self._view.show_pins(self.settings.pins)
+        self._legend.content = self._view.legend()
+        if first:
+            self._view.look_at_all()
+        if project.report is not None and project.history is not None:
+            tolerance = project.settings(self.name).get("tolerance", self.settings.solver_quality().tolerance)
+            self._figures.content = figures_html(report_figures(project.report, tolerance=tolerance))
+            history = [Assessed(entry["iteration"], entry["residual"], entry["energies"]) for entry in project.history]
+            self._plot.figure = energy_plot(history, tolerance)
+        else:
+            self._plot.figure = None
+
+    def _verdict_content(self) -> str:
+        project = self.app.project
+        if project.yarns is None:
+            return message_html("There are no yarns yet. Generate them above.", "info")
+        amount = self._amount(project.relaxed or project.yarns)
+        if project.report is None:
+            interrupted = " The relaxation was interrupted; it can be continued." if self._is_unfinished() else ""
+            return self._changed_note() + message_html(f"{amount} Not relaxed yet.{interrupted}", "info")
+        evened = project.settings("Even out").get("report")
+        verdict = relaxation_verdict(project.report, mesh_converged=evened is None or bool(evened["converged"]))
+        box = verdict_html(verdict, "Good", "Not good yet")
+        return f'{self._changed_note()}{box}<p style="font-size:.86em;margin:.3em 0 0">{amount}</p>'
+
+    def _changed_note(self) -> str:
+        """Return a box that says that the yarns do not have the present settings; nothing if they have."""
+        made = self.app.project.yarn_settings
+        if made is None or made == self.settings.generation():
+            return ""
+        return message_html(OTHER_SETTINGS, "doubtful")
+
+    def _amount(self, yarns: YarnSet) -> str:
+        """Return how much yarn there is, as a sentence."""
+        metres = float(yarns.lengths.sum()) / 100.0
+        known = yarn_for_gauge(fabric_gauge(self._even_fabric()))
+        count = f"{yarns.yarn_count:,} yarn{'' if yarns.yarn_count == 1 else 's'}"
+        return (
+            f"{count}, {len(yarns.points):,} control points, {metres:,.4g} m; "
+            f"about {metres * known.grams_per_metre:.2g} g if it is {known.name}."
+        )
+
+    def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:
+        """Show a state of the relaxation."""
+        self._view.show(snapshot.state, self.fabric, moving=True)
+        self._panel.update()
+        now = time.monotonic()
+        if self._run is not None and (self._run.paused or now - self._plotted > PLOT_SECONDS):
+            self._plotted = now
+            history = [Assessed(one.iteration, one.residual, one.energies) for one in self._run.history]
+            self._plot.figure = energy_plot(history, snapshot.tolerance)
+
+    def _recolour(self, colouring: str) -> None:
+        self._view.set_colouring(colouring)
+        self._legend.content = self._view.legend()
+
+    def _set(self, **changes: Any) -> None:
+        """Keep changed choices, and show what follows from them."""
+        self._keep(choices=settings_table(replace(self.settings, **changes)))
+        if "pins" in changes:
+            self._show_pins()
+        if self._run is None and self.app.page is self:
+            self._verdict.content = self._verdict_content()
+
+    def _keep(self, **values: Any) -> None:
+        self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})
+
+    def _build_body(self) -> None:
+        controls = self.app.controls
+        with controls.group("Body", opened=False):
+            self._body_text = controls.markdown("")
+            controls.upload("Choose a body", BODY_HINT, BODY_SUFFIXES, self._receive_body)
+            self._body_remove = controls.button("Remove the body", "Relax without a body", lambda: self._set_body(""))
+        self._show_body()
+
+    def _receive_body(self, name: str, content: bytes) -> None:
+        """Keep the mesh of a body in the project, if it can be read."""
+        path = body_path(self.app.project.folder, name)
+        write_bytes(path, content)
+        try:
+            read_mesh(path, unit=self.settings.body_unit)
+        except StitchMeshError:
+            path.unlink(missing_ok=True)
+            raise
+        self._set_body(path.name)
+
+    def _set_body(self, name: str) -> None:
+        self._set(body=name)
+        self._show_body()
+
+    def _show_body(self) -> None:
+        settings = self.settings
+        self._body_text.content = f"Body: {settings.body or 'none'}"
+        self._body_remove.visible = bool(settings.body)
+        path = body_path(self.app.project.folder, settings.body)
+        self._view.show_body(read_mesh(path, unit=settings.body_unit) if settings.body else None)
+
+    def _build_pins(self) -> None:
+        controls = self.app.controls
+        with controls.group("Pins", opened=False):
+            self._pin_text = controls.markdown("")
+            controls.toggle(
+                "Pin by clicking", "A click holds a stitch in its place or frees it; shift and drag holds all in a box",
+                self._pinning, self._set_pinning,
+            )  # fmt: skip
+            self._pin_remove = controls.button("Remove all pins", "No stitch is held", lambda: self._set(pins=()))
+        self._show_pins()
+
+    def _set_pinning(self, pinning: bool) -> None:
+        self._pinning = pinning
+
+    def _show_pins(self) -> None:
+        count = len(self.settings.pins)
+        self._pin_text.content = f"{count} stitch{'' if count == 1 else 'es'} held"
+        self._pin_remove.visible = count > 0
+        self._view.show_pins(self.settings.pins)
+
+    def _even_fabric(self) -> StitchMesh:
+        assert self.fabric is not None
+        return self.fabric

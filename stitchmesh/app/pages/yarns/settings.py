@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the user chooses on the page Yarns, and the arguments of the library that follow from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.io import read_mesh
+from stitchmesh.io.checked import check_table
+from stitchmesh.pipeline import RelaxOptions
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named, quality_with
+from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.body import Body
+from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
+from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
+
+if TYPE_CHECKING:
+    from stitchmesh.app.project.project import Project
+
+BODIES = "bodies"
+"""Folder of the project for the meshes of bodies."""
+CHECKPOINT_EVERY = 400
+"""Iterations between two checkpoints: a few seconds of a small garment, half a minute of a large one."""
+AUTOMATIC = "automatic"
+"""Name of the preferred device."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class YarnSettings:
+    """The choices on the page, as JSON can hold them.
+
+    Zero means that a radius or a limit is automatic, and that a force does not act.
+    """
+
+    quality: str = DEFAULT_QUALITY
+    """Preset of accuracy."""
+    yarn_radius: float = 0.0
+    """Yarn radius [cm]."""
+    bind_off: str = YarnFinish.bind_off
+    cast_on: str = YarnFinish.cast_on
+    material: str = DEFAULT_MATERIAL
+    rest_length: float = 1.0
+    """Factor of all rest lengths."""
+    keep_shape: bool = True
+    """Whether the borders and the shape of the garment are kept."""
+    gravity: float = 0.0
+    """Weight of the yarn over that on Earth."""
+    friction: float = 0.0
+    """Coefficient of friction."""
+    body: str = ""
+    """Name of the file of a body in the project; empty without a body."""
+    body_unit: str = "cm"
+    """Unit of the file of the body."""
+    pins: tuple[int, ...] = ()
+    """Stitches that do not move."""
+    most_iterations: int = 0
+    """Iterations after which the relaxation ends."""
+    device: str = AUTOMATIC
+
+    def generation(self) -> dict[str, Any]:
+        """Return the arguments of ``generate_yarns``."""
+        return {
+            "quality": self.quality, "yarn_radius": self.yarn_radius or None, "bind_off": self.bind_off,
+            "cast_on": self.cast_on,
+        }  # fmt: skip
+
+    def solver_quality(self) -> Quality:
+        """Return the quality of the relaxation.
+
+        Raises:
+            ParameterError: there is no preset of that name.
+        """
+        return quality_named(quality_with(self.quality, max_iterations=self.most_iterations or None))
+
+    def device_name(self) -> str | None:
+        """Return the name of the device; None for the preferred one."""
+        return None if self.device == AUTOMATIC else self.device
+
+    def checkpoints(self, project: Project) -> Checkpoints:
+        """Return where and how often checkpoints are written."""
+        return Checkpoints(project.checkpoint_folder, CHECKPOINT_EVERY)
+
+    def relax_options(self, project: Project, *, resume: bool) -> RelaxOptions:
+        """Return the options of the relaxation.
+
+        Args:
+            project: the project, which holds the body and the checkpoints.
+            resume: whether the relaxation continues from its newest checkpoint.
+
+        Raises:
+            StitchMeshError: a name or a number is not accepted, or the body cannot be read.
+        """
+        return RelaxOptions(
+            material=self.material, rest_lengths=RestLengths(factor=self.rest_length),
+            terms=self._terms(project.folder), constraints=[Pins(faces=self.pins)] if self.pins else [],
+            checkpoint=self.checkpoints(project), resume=self.checkpoints(project).path if resume else None,
+        )  # fmt: skip
+
+    def _terms(self, folder: Path) -> list[TermChoice]:
+        terms: list[TermChoice] = []
+        if self.gravity:
+            x, y, z = STANDARD
+            terms.append(Gravity((self.gravity * x, self.gravity * y, self.gravity * z)))
+        if self.friction:
+            terms.append(Friction(self.friction))
+        if self.body:
+            terms.append(Body(read_mesh(body_path(folder, self.body), unit=self.body_unit)))
+        return terms
+
+
+def settings_of(table: Mapping[str, Any]) -> YarnSettings:
+    """Return the settings of a table that ``settings_table`` made; the default settings if it has another form."""
+    try:
+        return check_table({**table, "pins": list(table.get("pins", ()))}, YarnSettings)
+    except (StitchMeshError, TypeError):  # The file was written by another version, or by hand.
+        return YarnSettings()
+
+
+def settings_table(settings: YarnSettings) -> dict[str, Any]:
+    """Return the settings as JSON can hold them."""
+    return asdict(settings) | {"pins": list(settings.pins)}
+
+
+def body_path(folder: Path, name: str) -> Path:
+    """Return the path of the file of a body in a project; folders in the name are left out."""
+    return folder / BODIES / Path(name.replace("\\", "/")).name

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The drawing of the yarns of a garment: tubes in colours, pinned stitches and the body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.scene.drawing import Colour, Surface, YarnTubes
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
+from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.yarn_blocks import YarnBlocks, make_blocks
+from stitchmesh.yarn import YarnSet
+
+COLOURINGS = {
+    "Yarn": "yarn", "Row": "row", "Stitch": "stitch", "Strain": "strain", "Stretch of stitches": "stretch",
+    "Contact force": "contact", "Distance of yarns": "distance",
+}  # fmt: skip
+"""What the colours can show, by the words of the user."""
+MOVING = ("strain",)
+"""Colours that change while the yarns move and are computed fast enough to follow them."""
+PIN_COLOUR: Colour = (230, 120, 0)
+BODY_COLOUR: Colour = (176, 168, 158)
+BODY_OPACITY = 0.75
+PIN_SIZE = 2.2
+"""Size of the mark of a pinned stitch, in apparent radii of the yarn."""
+OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
+OCTAHEDRON_FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+
+
+class YarnView:
+    """Draws yarns that move, with the same structure in every frame."""
+
+    def __init__(self, scene: Scene, colouring: str = "Yarn") -> None:
+        """Draw nothing yet."""
+        self._scene, self.colouring = scene, colouring
+        self._fabric: StitchMesh | None = None
+        self._yarns: YarnSet | None = None
+        self._blocks: YarnBlocks | None = None
+        self._coloured: Coloured | None = None
+
+    @property
+    def yarns(self) -> YarnSet | None:
+        """The yarns that are shown."""
+        return self._yarns
+
+    def show(self, yarns: YarnSet, fabric: StitchMesh | None, *, moving: bool = False) -> None:
+        """Draw yarns.
+
+        Args:
+            yarns: the yarns.
+            fabric: the stitch mesh from which they were generated.
+            moving: whether the yarns are a frame of a relaxation; colours that take long then stay as they are.
+        """
+        if self._yarns is None or not np.array_equal(self._yarns.start, yarns.start):
+            self._blocks = self._coloured = None
+        self._yarns, self._fabric = yarns, fabric
+        if self._blocks is None:
+            self._blocks = make_blocks(yarns)
+        if self._coloured is None or not moving or COLOURINGS[self.colouring] in MOVING:
+            self._coloured = self._colours(yarns, fabric)
+        self._scene.show("yarns", YarnTubes(self._blocks, yarns.points, self._coloured.points))
+
+    def set_colouring(self, colouring: str) -> None:
+        """Show other colours."""
+        self.colouring, self._coloured = colouring, None
+        if self._yarns is not None:
+            self.show(self._yarns, self._fabric)
+
+    def legend(self) -> str:
+        """Return the legend of the colours as HTML; nothing if they need none."""
+        if self._coloured is None or not self._coloured.key:
+            return ""
+        return legend([LegendEntry(text, (colour,)) for text, colour in self._coloured.key])
+
+    def show_pins(self, faces: Sequence[int]) -> None:
+        """Mark the stitches that do not move."""
+        centres = np.zeros((0, 3)) if self._yarns is None else stitch_centres(self._yarns, np.asarray(faces, dtype=int))
+        if self._yarns is None or not len(centres):
+            self._scene.remove("pins")
+            return
+        size = PIN_SIZE * float(self._yarns.drawn_radius.mean())
+        points = (centres[:, None] + size * OCTAHEDRON).reshape(-1, 3)
+        triangles = (len(OCTAHEDRON) * np.arange(len(centres))[:, None, None] + OCTAHEDRON_FACES).reshape(-1, 3)
+        self._scene.show("pins", Surface(points, triangles, PIN_COLOUR))
+
+    def show_body(self, body: Mesh | None) -> None:
+        """Draw the body; None removes it."""
+        if body is None:
+            self._scene.remove("body")
+            return
+        triangles = body.face_vertex[face_triangles(body).corners]
+        self._scene.show("body", Surface(body.vertices, triangles, BODY_COLOUR, opacity=BODY_OPACITY))
+
+    def look_at_all(self) -> None:
+        """Show the whole garment."""
+        if self._yarns is not None:
+            self._scene.look_at(self._yarns.points.min(axis=0), self._yarns.points.max(axis=0))
+
+    def _colours(self, yarns: YarnSet, fabric: StitchMesh | None) -> Coloured:
+        found = colour_yarns(yarns, COLOURINGS[self.colouring], fabric=fabric)
+        # The scene sends colours only if they are another object.
+        if self._coloured is not None and np.array_equal(self._coloured.points, found.points):
+            return Coloured(self._coloured.points, found.key)
+        return found
+
+
+def stitch_centres(yarns: YarnSet, faces: NDArray[np.int64]) -> FloatArray:
+    """Return the mean of the control points of some stitches [cm], shape (n, 3); stitches without yarn are left out."""
+    chosen = np.flatnonzero(np.isin(yarns.face, faces))
+    known, index = np.unique(yarns.face[chosen], return_inverse=True)
+    count = np.bincount(index, minlength=len(known))
+    total = [np.bincount(index, weights=yarns.points[chosen, axis], minlength=len(known)) for axis in range(3)]
+    centres: FloatArray = np.stack(total, axis=1) / count[:, None]
+    return centres

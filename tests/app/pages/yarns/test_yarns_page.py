@@ -1,0 +1,299 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Yarns, without a browser: it gives what the library gives, live, and after any interruption."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stitchmesh.app.application import App
+from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, GENERATE_AGAIN, RELAX, RELAX_AGAIN, YarnsPage
+from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS
+from stitchmesh.app.project.division import Division
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.scene.camera_view import CameraView
+from stitchmesh.app.scene.drawing import Surface, YarnTubes
+from stitchmesh.app.scene.scene import ScreenBox
+from stitchmesh.compute.device import alone
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.meshes import write_mesh
+from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.mesh import Mesh
+from stitchmesh.meshrelax import relax_mesh
+from stitchmesh.pipeline import RelaxOptions, relax_with_options
+from stitchmesh.quality import quality_named, quality_with
+from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarnrelax import Relaxation
+from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
+from tests.app.pages.headless import Headless, headless
+from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.test_even_out import uneven_tube
+from tests.gallery import tube
+
+MOST = 120
+"""Iterations of the relaxations of these tests, which need not come to rest."""
+
+
+@pytest.fixture
+def shown(tmp_path: Path) -> Iterator[Headless]:
+    with headless(tmp_path, uneven_tube(), "Label") as app:
+        app.project.apply_label_step(LabelStep("label_all"))
+        app.project.divide(Division(stitch_width=1.3))
+        assert app.project.fabric is not None and app.project.mesh is not None
+        app.project.set_evened(relax_mesh(app.project.fabric, surface=app.project.mesh))
+        app.app.open_page("Yarns")
+        app.controls.set("Quality", "draft")
+        app.controls.set("Most iterations", MOST)
+        yield app
+
+
+@pytest.fixture
+def generated(shown: Headless) -> Headless:
+    press(shown, GENERATE)
+    wait_for_task(shown)
+    return shown
+
+
+def relaxed(project: Project, options: RelaxOptions | None = None, **more: Any) -> Relaxation:
+    quality = quality_named(quality_with("draft", max_iterations=MOST))
+    arguments = {"quality": quality, "fabric": project.evened, "keep_shape": True} | more
+    return relax_with_options(project.yarns, options or RelaxOptions(), **arguments)
+
+
+def run_of(shown: Headless) -> Any:
+    assert isinstance(shown.app.page, YarnsPage) and shown.app.page._run is not None
+    return shown.app.page._run
+
+
+def paused_at(shown: Headless, steps: int, button: str = RELAX) -> Any:
+    """Start a relaxation, let it make some steps, and return the run while it is paused."""
+    with alone():  # The relaxation cannot begin before it is paused.
+        press(shown, button)
+        press(shown, "Pause")
+    run = run_of(shown)
+    run.control.step(steps)
+    while run.newest is None or run.newest.iteration < 20 * steps:
+        shown.app.queue.settle()
+    return run
+
+
+def test_before_the_stitches_are_even_the_page_says_what_to_do(tmp_path: Path):
+    with headless(tmp_path, tube(12, 4), "Yarns") as app:
+        assert not app.controls.made
+        assert "on the page Even out" in app.front.navigation.text_shown()
+
+
+def test_yarns_are_those_of_the_library_and_are_drawn(generated: Headless):
+    expected = generate_yarns(generated.project.evened, quality="draft")
+    assert np.array_equal(generated.project.yarns.points, expected.points)
+    drawing = generated.scene.drawings["yarns"]
+    assert isinstance(drawing, YarnTubes) and drawing.points is generated.project.yarns.points
+    assert f"{expected.yarn_count} yarns, {len(expected.points):,} control points" in generated.controls.text_shown()
+    assert generated.scene.shown is not None
+
+
+def test_relaxed_yarns_are_those_of_the_library_to_the_last_bit(generated: Headless):
+    expected = relaxed(generated.project)
+    press(generated, RELAX)
+    wait_for_task(generated)
+    assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
+    assert generated.project.report["residual"] == expected.report["residual"]
+    assert len(generated.project.history) == len(expected.history)
+    assert generated.scene.drawings["yarns"].points is generated.project.relaxed.points
+
+
+def test_a_report_is_said_in_words_with_its_figures_and_its_plot(generated: Headless):
+    press(generated, RELAX)
+    wait_for_task(generated)
+    text = generated.controls.text_shown()
+    assert "Not good yet" in text and f"after {MOST} iterations" in text
+    for name in ("residual", "largest strain", "closest yarns", "energy"):
+        assert name in text
+    (plot,) = [control for control in generated.controls.made if control.kind == "plot"]
+    assert plot.figure is not None
+
+
+def test_settings_reach_the_library(generated: Headless):
+    generated.controls.set("Material", "kaldor-simulation")
+    generated.controls.set("Yarn length", 0.95)
+    generated.controls.set("Friction", 0.3)
+    generated.controls.set("Gravity", 1.0)
+    generated.controls.set("Keep the shape", False)
+    from stitchmesh.yarn.rest_length import RestLengths
+    from stitchmesh.yarnrelax.energies.friction import Friction
+    from stitchmesh.yarnrelax.energies.gravity import Gravity
+
+    options = RelaxOptions(
+        material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=[Gravity(), Friction(0.3)]
+    )
+    expected = relaxed(generated.project, options, keep_shape=False)
+    press(generated, RELAX)
+    wait_for_task(generated)
+    assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
+
+
+def test_a_step_shows_the_next_assessment_and_settings_rest_meanwhile(generated: Headless):
+    run = paused_at(generated, 1)
+    assert generated.scene.drawings["yarns"].points is run.newest.state.points
+    assert "Paused: iteration 20," in generated.controls.text_shown()
+    with pytest.raises(ParameterError, match="is disabled"):
+        generated.controls.set("Quality", "standard")
+    press(generated, "Step")
+    while run.newest.iteration < 40:
+        generated.app.queue.settle()
+    press(generated, "Stop")
+    wait_for_task(generated)
+
+
+def test_a_stopped_relaxation_keeps_what_was_shown_and_continues_to_the_same_bits(generated: Headless):
+    expected = relaxed(generated.project)
+    run = paused_at(generated, 2)
+    press(generated, "Stop")
+    wait_for_task(generated)
+    assert np.array_equal(generated.project.relaxed.points, run.newest.state.points)
+    assert "was stopped after 40 iterations" in generated.controls.text_shown()
+    press(generated, CONTINUE)
+    wait_for_task(generated)
+    assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
+    assert [entry["iteration"] for entry in generated.project.history] == list(range(0, MOST + 1, 20))
+
+
+def test_a_relaxation_whose_program_was_killed_continues_to_the_same_bits(generated: Headless, tmp_path: Path):
+    expected = relaxed(generated.project)
+    paused_at(generated, 2)
+    generated.project.save()
+    # What a killed program leaves: the folder as it is now.
+    shutil.copytree(generated.project.folder, tmp_path / "left", ignore=shutil.ignore_patterns(".lock"))
+    press(generated, "Stop")
+    wait_for_task(generated)
+    app = App(Project.open(tmp_path / "left"), front := NullFront())
+    again = Headless(app, front)
+    call(again, app.open_page, "Yarns")
+    assert "interrupted; it can be continued" in again.controls.text_shown()
+    press(again, CONTINUE)
+    wait_for_task(again)
+    assert np.array_equal(again.project.relaxed.points, expected.yarns.points)
+    app.close()
+
+
+def test_the_relaxation_can_begin_again_from_the_generated_yarns(generated: Headless):
+    press(generated, RELAX)
+    wait_for_task(generated)
+    first = generated.project.relaxed
+    press(generated, RELAX_AGAIN)
+    wait_for_task(generated)
+    assert generated.project.relaxed is not first
+    assert np.array_equal(generated.project.relaxed.points, first.points)
+
+
+def test_yarns_of_other_settings_are_said_to_be_so(generated: Headless):
+    assert "other settings" not in generated.controls.text_shown()
+    generated.controls.set("Cast-on", "open")
+    assert "other settings" in generated.controls.text_shown()
+    press(generated, GENERATE_AGAIN)
+    wait_for_task(generated)
+    assert "other settings" not in generated.controls.text_shown()
+    assert generated.project.yarn_settings["cast_on"] == "open"
+
+
+def middle_point(shown: Headless) -> tuple[int, np.ndarray]:
+    """A stitch, and a control point of it in front of all others, with neighbours of the same stitch."""
+    yarns = shown.project.yarns
+    inside = np.all([np.roll(yarns.face, shift) == yarns.face for shift in (-2, -1, 1, 2)], axis=0) & (yarns.face >= 0)
+    point = int(np.where(inside, yarns.points[:, 2], -np.inf).argmax())
+    return int(yarns.face[point]), yarns.points[point]
+
+
+def test_a_click_pins_a_stitch_and_the_next_click_frees_it(generated: Headless):
+    face, point = middle_point(generated)
+    call(generated, generated.click, point)
+    assert generated.app.page.settings.pins == ()  # clicks pin nothing before the user says so
+    generated.controls.set("Pin by clicking", True)
+    call(generated, generated.click, point)
+    assert generated.app.page.settings.pins == (face,)
+    assert isinstance(generated.scene.drawings["pins"], Surface)
+    assert "1 stitch held" in generated.controls.text_shown()
+    call(generated, generated.click, point)
+    assert generated.app.page.settings.pins == () and "pins" not in generated.scene.drawings
+
+
+def test_a_box_pins_the_stitches_in_it_and_they_do_not_move(generated: Headless):
+    yarns = generated.project.yarns
+    generated.controls.set("Pin by clicking", True)
+    camera = CameraView(np.array([0.0, 2.0, 30.0]), np.array([0.0, 1.0, 0.0, 0.0]), 0.6, 1.0)
+    call(generated, generated.app.page.boxed, ScreenBox(camera, (0.0, 0.0), (0.5, 0.5)))
+    pins = generated.app.page.settings.pins
+    assert 0 < len(pins) < generated.project.evened.face_count
+    press(generated, RELAX)
+    wait_for_task(generated)
+    held = pinned_points(yarns, Pins(faces=pins))
+    # Positions are rounded to float32 by the solver of this quality.
+    np.testing.assert_allclose(generated.project.relaxed.points[held], yarns.points[held], atol=1e-5)
+    press(generated, "Remove all pins")
+    assert generated.app.page.settings.pins == ()
+
+
+def test_pins_of_stitches_that_exist_no_more_are_refused_before_anything_runs(generated: Headless):
+    call(generated, lambda: generated.app.page._set(pins=(10_000,)))
+    press(generated, RELAX)
+    assert "stitch 10000 does not exist any more" in generated.notices() and not generated.app.tasks.running
+
+
+def body_bytes(folder: Path) -> bytes:
+    """A closed body inside the garment."""
+    from tests.gallery import closed_cone
+
+    path = folder / "body.obj"
+    cone = closed_cone(8)
+    write_mesh(path, Mesh(vertices=0.3 * cone.vertices, face_start=cone.face_start, face_vertex=cone.face_vertex,
+                          twin=cone.twin))  # fmt: skip
+    return path.read_bytes()
+
+
+def test_a_body_is_kept_in_the_project_drawn_and_used(generated: Headless, tmp_path: Path):
+    content = body_bytes(tmp_path)
+    generated.controls.send("Choose a body", "../../cone.obj", content)
+    assert generated.app.page.settings.body == "cone.obj"
+    assert (generated.project.folder / "bodies" / "cone.obj").read_bytes() == content
+    assert isinstance(generated.scene.drawings["body"], Surface)
+    press(generated, RELAX)
+    wait_for_task(generated)
+    assert generated.project.relaxed is not None and "body" in generated.project.report["energies"]
+    press(generated, "Remove the body")
+    assert "body" not in generated.scene.drawings and generated.app.page.settings.body == ""
+
+
+def test_a_body_that_cannot_be_read_is_refused_and_not_kept(generated: Headless):
+    with pytest.raises((FileError, ParameterError)):
+        generated.controls.send("Choose a body", "broken.obj", b"v 1 2\nf 1 2 3\n")
+    assert not (generated.project.folder / "bodies" / "broken.obj").exists()
+    assert generated.app.page.settings.body == ""
+
+
+@pytest.mark.parametrize("colouring", COLOURINGS)
+def test_every_colouring_colours_the_yarns(generated: Headless, colouring: str):
+    call(generated, generated.controls.set, "Colours show", colouring)
+    drawing = generated.scene.drawings["yarns"]
+    assert drawing.colours.shape == drawing.points.shape and not generated.notices()
+
+
+def test_colours_of_frames_stay_the_same_object_so_that_they_are_not_sent_again(generated: Headless):
+    before = generated.scene.drawings["yarns"]
+    paused_at(generated, 1)
+    now = generated.scene.drawings["yarns"]
+    assert now.colours is before.colours and now.blocks is before.blocks and now.points is not before.points
+    press(generated, "Stop")
+    wait_for_task(generated)
+
+
+def test_settings_of_another_version_do_not_stop_the_page(shown: Headless):
+    call(shown, shown.project.set_settings, "Yarns", {"choices": {"quality": 3, "unknown": 1}})
+    call(shown, shown.app.open_page, "Yarns")
+    assert shown.controls.find("Quality").value == "standard"
