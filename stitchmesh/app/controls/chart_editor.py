@@ -59,27 +59,31 @@ class ChartEditor:
     >>> editor = ChartEditor(app.left_controls, read_pattern("rib2x2"), pattern_changed, download=app.download)
     >>> editor.show(read_weave("plain"))      # another chart, as a step that can be undone
     >>> settings["chart"] = editor.text       # what to keep in a project
-    >>> editor = ChartEditor(app.left_controls, settings["chart"], pattern_changed)
+    >>> editor = ChartEditor(app.left_controls, editor.source, pattern_changed, text=settings["chart"])
     """
 
     def __init__(
         self, controls: Controls, source: Source | str, changed: Callable[[Source], object], *,
         download: Callable[[str, bytes], object] = lambda _name, _content: None,
-        edited: Callable[[str], object] = lambda _text: None,
+        edited: Callable[[str], object] = lambda _text: None, text: str = "",
     ) -> None:  # fmt: skip
         """Build the controls of an editor.
 
         Args:
             controls: where the editor stands.
-            source: a pattern, a weave, or a text that ``text`` returned.
+            source: a pattern, a weave, or a text of one.
             changed: takes each new valid pattern or weave.
             download: takes the name and the content of a file for the user, such as ``app.download``.
             edited: takes the text after every change, valid or not, such as a function that saves it.
+            text: a text that ``text`` returned, which may be one that cannot be read; ``source`` then is the pattern
+                that was valid last.
 
         Raises:
-            StitchMeshError: the chart is larger than 500 x 500, or the text cannot be read.
+            StitchMeshError: the chart of ``source`` is larger than 500 x 500, or its text cannot be read.
         """
         self._board = open_board(source)
+        if text:
+            self._board.restore(text)
         self._changed, self._edited, self._download = changed, edited, download
         self._told, self._told_text = self._board.source, self._board.text
         self._name = f"chart{next(_numbers)}"
