@@ -45,6 +45,12 @@ from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
 from .patterns import pattern_names as pattern_names
 from .patterns import read_pattern as read_pattern
+from .patterns.charts.knit_chart import KnitChart as KnitChart
+from .periodic.chart_files import chart_of as chart_of
+from .periodic.chart_files import parse_chart as parse_chart
+from .periodic.chart_files import read_chart as read_chart
+from .periodic.chart_files import write_chart as write_chart
+from .periodic.chart_picture import chart_picture as chart_picture
 from .periodic.gauge import FabricMeasures as FabricMeasures
 from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
@@ -60,6 +66,7 @@ from .periodic.torus import torus_mesh as torus_mesh
 from .periodic.weave.library import read_weave as read_weave
 from .periodic.weave.library import weave_names as weave_names
 from .periodic.weave.weave import Weave as Weave
+from .periodic.weave.weave_chart import WeaveChart as WeaveChart
 from .periodic.weave.yarns import weave_yarns as weave_yarns
 from .quality import Quality as Quality
 from .recipe.estimate import GarmentEstimate as GarmentEstimate
@@ -70,6 +77,8 @@ from .recipe.recipe_file import read_recipe as read_recipe
 from .recipe.recipe_file import write_recipe as write_recipe
 from .render import PictureOptions as PictureOptions
 from .render import render as render
+from .render.thumbnails.pattern_thumbnail import pattern_thumbnail as pattern_thumbnail
+from .render.thumbnails.stitch_drawing import draw_stitch as draw_stitch
 from .reporting.verdict import Verdict as Verdict
 from .reporting.verdict import relaxation_verdict as relaxation_verdict
 from .run_control import RunControl as RunControl

@@ -52,6 +52,7 @@ HEAVY = {
     "matplotlib": {"render"},
     "viser": {"app"},
     "plotly": {"app"},
+    "websockets": {"app"},
 }
 """Where each heavy package may be imported."""
 VAGUE = {"utils", "util", "helpers", "common", "core", "misc", "tools", "types"}

@@ -62,6 +62,7 @@ def run_app(
         if options.browser:
             webbrowser.open(opened.address)
         _wait_for_end()
+        say(f"the application has ended; {project.name} is saved")
     finally:
         app.close()
         opened.stop()
@@ -76,14 +77,15 @@ def opening_lines(opened: OpenServer, options: RunOptions, project: Project) -> 
 
 
 def _wait_for_end() -> None:
-    """Wait until the process is asked to end by SIGTERM; Ctrl+C raises KeyboardInterrupt."""
+    """Wait until the process is asked to end, by Ctrl+C or by SIGTERM."""
     end = threading.Event()
 
     def ask(number: int, frame: FrameType | None) -> None:
         end.set()
 
-    before = signal.signal(signal.SIGTERM, ask)
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         end.wait()
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

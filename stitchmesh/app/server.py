@@ -7,6 +7,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
+import logging
 import secrets
 import socket
 import threading
@@ -27,6 +28,7 @@ PORTS_TRIED = 100
 """Number of ports that are tried from the one that was asked for."""
 
 _starting = threading.Lock()
+logging.getLogger("websockets").setLevel(logging.WARNING)  # It reports each connection, which no user needs to know.
 
 
 @dataclass(frozen=True)

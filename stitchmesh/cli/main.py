@@ -30,6 +30,7 @@ from stitchmesh.cli.commands.select import Select
 from stitchmesh.cli.commands.stretch import Stretch
 from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
+from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
 from stitchmesh.errors import StitchMeshError
 
@@ -38,7 +39,7 @@ INTERRUPTED = 130
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch,
-    Info, Select, Check, Patterns, Instructions, Convert, Render, App,
+    Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""
 

@@ -41,16 +41,24 @@ def find_faults(mesh: Mesh, labels: Labels) -> tuple[LabelingFault, ...]:
 def error_message(mesh: Mesh, labels: Labels, faults: tuple[LabelingFault, ...]) -> str:
     """Return one line that says why faces are unlabeled."""
     rest = np.count_nonzero(labels.row < 0)
-    triangles = np.count_nonzero(np.diff(mesh.face_start) == 3)
-    if triangles > MOSTLY * mesh.face_count:
-        return (
-            f"mesh: these are triangles: {triangles} of {mesh.face_count} faces; rows need quads that lie in rows, so "
-            "remodel the mesh with quads, or join pairs of triangles to quads in a modelling program"
-        )
+    triangles = triangles_message(mesh)
+    if triangles:
+        return triangles
     if not faults:
         return f"mesh: {rest} of {mesh.face_count} faces have no row yet; label more rows"
     others = "" if len(faults) == 1 else f" (+{len(faults) - 1} more faults; {rest} faces have no row)"
     return f"{faults[0].reason}{others}"
+
+
+def triangles_message(mesh: Mesh) -> str:
+    """Return one line that says that a mesh consists of triangles; no text for other meshes."""
+    triangles = np.count_nonzero(np.diff(mesh.face_start) == 3)
+    if triangles <= MOSTLY * mesh.face_count:
+        return ""
+    return (
+        f"mesh: these are triangles: {triangles} of {mesh.face_count} faces; rows need quads that lie in rows, so "
+        "remodel the mesh with quads, or join pairs of triangles to quads in a modelling program"
+    )
 
 
 def _contradiction(mesh: Mesh, labels: Labels, side: int) -> LabelingFault:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import logging
+import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -67,6 +68,8 @@ def chromium_path() -> str:
     for name in NAMES:
         if (path := shutil.which(name)) is not None:
             return path
+    if os.environ.get("STITCHMESH_NEEDS_BROWSER"):
+        raise FileNotFoundError(f"none of {', '.join(NAMES)} is installed, and the variable asks for one")
     pytest.skip(f"none of {', '.join(NAMES)} is installed; on Debian: apt-get install chromium libatomic1")
 
 

@@ -27,7 +27,8 @@ from tests.gallery import ROOT
 
 REQUIRED: dict[str, list[str]] = {
     "convert": ["a.h5", "b.h5"], "pattern": ["a.h5", "rib2x2", "-o", "b.h5"], "patterns": [], "edit": ["a.h5"],
-    "instructions": ["a.h5"], "info": ["a.h5"], "select": ["a.h5"], "check": ["a.h5"], "app": [],
+    "instructions": ["a.h5"], "info": ["a.h5"], "select": ["a.h5"], "check": ["a.h5"],
+    "app": [], "view": ["a.h5"], "swatch": ["plain"],
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
     "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
 }  # fmt: skip

@@ -249,6 +249,13 @@ class ChartBoard:
             return
         self._step(written)
 
+    def restore(self, text: str) -> None:
+        """Return to the text of an earlier board, readable or not; this is the first state, and no step."""
+        self.edit_text(text)
+        self.history = ChartHistory(self.history.value)
+        self.brush = Brush()
+        self._settle_brush()
+
     def show(self, written: ChartText) -> None:
         """Show another chart, as a step, with the brush that suits it."""
         self.layer, self.selection, self.brush = None, None, Brush()
@@ -301,10 +308,13 @@ class ChartBoard:
         shape = self.view.shape
         if self.selection is not None and (self.selection.row_end > shape[0] or self.selection.column_end > shape[1]):
             self.selection = None
+        self._settle_brush()
+        self._check(self.history.value)
+
+    def _settle_brush(self) -> None:
         woven = isinstance(self.chart, WeaveChart)
         if (self.brush.word is None and self.brush.yarn is None) or woven != (self.brush.word in WeaveChart.words):
             self.brush = self._first_brush()
-        self._check(self.history.value)
 
     def _first_brush(self) -> Brush:
         """A chart of colours is painted with yarns, other knits with stitches, and a weave with warps over wefts."""

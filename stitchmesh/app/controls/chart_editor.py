@@ -43,8 +43,8 @@ from stitchmesh.periodic.weave.weave_chart import WeaveChart
 if TYPE_CHECKING:
     from stitchmesh.app.controls.controls import Control, Controls
 
-LONG_TEXT = 20_000
-"""Number of characters above which the text follows a stroke only at its end."""
+LONGEST_TEXT = 4 * LONGEST_SIDE * LONGEST_SIDE
+"""Largest number of characters of a text."""
 MOST_BROWSERS = 16
 """Number of browsers whose last message is confirmed."""
 _numbers = itertools.count(1)
@@ -59,27 +59,31 @@ class ChartEditor:
     >>> editor = ChartEditor(app.left_controls, read_pattern("rib2x2"), pattern_changed, download=app.download)
     >>> editor.show(read_weave("plain"))      # another chart, as a step that can be undone
     >>> settings["chart"] = editor.text       # what to keep in a project
-    >>> editor = ChartEditor(app.left_controls, settings["chart"], pattern_changed)
+    >>> editor = ChartEditor(app.left_controls, editor.source, pattern_changed, text=settings["chart"])
     """
 
     def __init__(
         self, controls: Controls, source: Source | str, changed: Callable[[Source], object], *,
         download: Callable[[str, bytes], object] = lambda _name, _content: None,
-        edited: Callable[[str], object] = lambda _text: None,
+        edited: Callable[[str], object] = lambda _text: None, text: str = "",
     ) -> None:  # fmt: skip
         """Build the controls of an editor.
 
         Args:
             controls: where the editor stands.
-            source: a pattern, a weave, or a text that ``text`` returned.
+            source: a pattern, a weave, or a text of one.
             changed: takes each new valid pattern or weave.
             download: takes the name and the content of a file for the user, such as ``app.download``.
             edited: takes the text after every change, valid or not, such as a function that saves it.
+            text: a text that ``text`` returned, which may be one that cannot be read; ``source`` then is the pattern
+                that was valid last.
 
         Raises:
-            StitchMeshError: the chart is larger than 500 x 500, or the text cannot be read.
+            StitchMeshError: the chart of ``source`` is larger than 500 x 500, or its text cannot be read.
         """
         self._board = open_board(source)
+        if text:
+            self._board.restore(text)
         self._changed, self._edited, self._download = changed, edited, download
         self._told, self._told_text = self._board.source, self._board.text
         self._name = f"chart{next(_numbers)}"
@@ -195,7 +199,7 @@ class ChartEditor:
         elif action == "thread":
             board.dye("wefts" if values.get("kind") == "wefts" else "warps", _integers(values, "thread"))
         elif action == "text":
-            board.edit_text(str(values.get("text", ""))[: 4 * LONGEST_SIDE * LONGEST_SIDE])
+            board.edit_text(_short_enough(str(values.get("text", ""))))
 
     def _brush_of(self, values: dict[str, Any]) -> Brush:
         """Return the brush with which the browser painted, which may have changed since."""
@@ -362,7 +366,7 @@ class ChartEditor:
 def _canvas(name: str) -> str:
     label = (
         "Chart. Arrow keys move, Space paints, Shift with arrows selects, P, F, B and S choose a tool, "
-        "plus and minus change the size"
+        "W and E dye the weft and the warp, plus and minus change the size"
     )
     return (
         f'<div data-chart="{name}"><canvas tabindex="0" role="application" aria-label="{label}"></canvas>'
@@ -423,6 +427,13 @@ def _pairs(places: object) -> Sequence[Sequence[int]]:
     if not isinstance(places, list) or any(not isinstance(place, list) or len(place) != 2 for place in places):
         raise ParameterError("chart: got a stroke without squares; expected rows and columns")
     return [[_whole(part) for part in place] for place in places]
+
+
+def _short_enough(text: str) -> str:
+    if len(text) > LONGEST_TEXT:
+        found = f"got {len(text)} characters; expected at most {LONGEST_TEXT}"
+        raise ParameterError(f"text of the chart: {found}, a chart has at most {LONGEST_SIDE} rows and columns")
+    return text
 
 
 def _box(values: dict[str, Any]) -> Box:

@@ -22,8 +22,8 @@ STITCH_EDGE_COLOUR: Colour = (128, 120, 110)
 """Colour of the edges of stitches."""
 MOST_NUMBERS = 150
 """Number of edges whose numbers are shown."""
-MOST_EDGES_DRAWN = 30_000
-"""Number of stitches up to which the edges of stitches are drawn."""
+MOST_EDGES_DRAWN = 12_000
+"""Number of stitches up to which their edges are drawn; the lines of more stitches hide the colours."""
 EDGE_MARKS = (
     ("counted", COUNTED_COLOUR, 6.0, "number given by hand"),
     ("marked", MARKED_COLOUR, 6.0, "marked: increases and decreases stand here"),
@@ -40,7 +40,7 @@ class DivisionView:
         self._scene, self._labeled = scene, labeled
         self._drawing = MeshDrawing(scene, labeled)
         self._colours = row_colours(labeled.row)
-        self._fabric: StitchMesh | None = None
+        self._shown: StitchMesh | None = None
 
     def look(self) -> None:
         """Show the whole mesh."""
@@ -48,19 +48,20 @@ class DivisionView:
 
     def show_mesh(self) -> list[LegendEntry]:
         """Draw the faces of the mesh in the colours of their rows, and return the legend."""
-        self._fabric = None
-        for name in ("stitches", "stitch edges"):
-            self._scene.remove(name)
-        self._drawing.show_faces("faces", self._colours)
-        self._drawing.show_sides("edges", self._labeled.edge_side, INK, 1.0)
+        if self._shown is not self._labeled:
+            self._shown = self._labeled
+            for name in ("stitches", "stitch edges"):
+                self._scene.remove(name)
+            self._drawing.show_faces("faces", self._colours)
+            self._drawing.show_sides("edges", self._labeled.edge_side, INK, 1.0)
         rows = np.unique(self._labeled.row, return_index=True)[1]
         samples = self._colours[rows[np.unique(np.linspace(0, len(rows) - 1, 6).astype(np.int64))]]
         return [LegendEntry("rows of faces", tuple((int(r), int(g), int(b)) for r, g, b in samples))]
 
     def show_stitches(self, fabric: StitchMesh) -> list[LegendEntry]:
         """Draw stitches in their colours, and return the legend."""
-        if fabric is not self._fabric:
-            self._fabric = fabric
+        if self._shown is not fabric:
+            self._shown = fabric
             for name in ("faces", "edges"):
                 self._scene.remove(name)
             drawing = MeshDrawing(self._scene, fabric)

@@ -11,6 +11,7 @@ import numpy as np
 from stitchmesh.app.controls.legend import LegendEntry
 from stitchmesh.app.scene.drawing import Colour
 from stitchmesh.labeling import LabelingFault, PartialLabeling
+from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.pointed_step import free_border_sides
 from stitchmesh.labeling.seeds import candidate_seeds
 from stitchmesh.mesh import Mesh
@@ -43,6 +44,8 @@ def labeling_status(labeling: PartialLabeling, inside_out: bool) -> str:
             f"At {seams} edge{'s' * (seams != 1)} the arrows of two rows do not match. Flip one of the rows, or keep "
             "it: small rings of yarn will join them."
         )
+    if triangles_message(labeling.mesh):
+        lines.append(escape(triangles_message(labeling.mesh)))
     if inside_out:
         lines.append("The mesh seems to be inside out: its purl side would be outside. See <em>Whole mesh</em>.")
     return "".join(f'<p role="status" style="margin:0 0 .3em;font-size:.92em">{line}</p>' for line in lines)
@@ -63,7 +66,7 @@ def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
     if len(labeling.mismatched_sides()):
         entries.append(LegendEntry("seam where arrows do not match", (MISMATCH_COLOUR,), line=True))
     if labeling.faults:
-        entries.append(LegendEntry("cannot be labeled (numbered)", (FAULT_COLOUR,)))
+        entries.append(LegendEntry("cannot be labeled: crossed out, with a number", (FAULT_COLOUR,)))
     return entries
 
 

@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection
+from stitchmesh.cli.serving import Serving
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Edit:
-    """Apply an edit, or a log of edits, to a stitch mesh."""
+    """Apply edits to a stitch mesh; without edits, open it in the browser."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
     arguments: Annotated[Positional[tuple[str, ...]], help_entry("NAME=VALUE", "none")] = ()
@@ -34,12 +35,19 @@ class Edit:
     replay: Annotated[str | None, help_entry("LOG", "none")] = None
     """file of edits, one JSON object in each line (docs/editing.md)"""
     output: Annotated[str | None, help_entry("FILE", "none", short="-o", help=WRITTEN_STITCHES)] = None
+    serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
 
     def run(self) -> None:
-        """Apply the edits, and write the result; if one edit is not possible, nothing is written."""
+        """Apply the edits, and write the result; if one edit is not possible, nothing is written.
+
+        If neither edits nor an output are given, the application opens at the page Edit.
+        """
         from stitchmesh.editing.log import write_log
         from stitchmesh.io import read_stitches, write_stitches
 
+        if self == replace(Edit(self.fabric), serving=self.serving):
+            self._open_in_browser()
+            return
         if self.output is None or (self.apply is None) == (self.replay is None):
             raise ParameterError("edit: needs one edit or one log, and -o FILE; give --apply EDIT or --replay LOG")
         before = read_stitches(self.fabric)
@@ -48,6 +56,12 @@ class Edit:
         if self.log is not None:
             write_log(self.log, [self._edit()])
         print(f"{before.face_count} stitches before, {after.face_count} after")
+
+    def _open_in_browser(self) -> None:
+        from stitchmesh.app.project.opening import project_for
+        from stitchmesh.app.starts import EDIT
+
+        self.serving.run(project_for(self.fabric), EDIT)
 
     def _edited(self, before: StitchMesh) -> StitchMesh:
         """Return the stitch mesh after the edit or the log."""

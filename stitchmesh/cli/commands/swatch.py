@@ -23,6 +23,7 @@ from stitchmesh.cli.options import (
     YarnColours,
 )
 from stitchmesh.cli.output_folder import START_OF_RENDERER, draw_if_possible, output_folder, plot_history
+from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mesh.palette import checked_palette
@@ -40,11 +41,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Swatch:
-    """Relax one repeat of a pattern or of a weave with periodic borders."""
+    """Relax one repeat of a pattern or weave, or design it in the browser."""
 
     pattern: Annotated[Positional[str], help_entry("PATTERN")]
     """pattern or weave: a name of `stitchmesh patterns`, or a file"""
-    output: Annotated[str, help_entry("DIR", short="-o")]
+    output: Annotated[str | None, help_entry("DIR", "none", short="-o")] = None
     """output folder for the repeat, a tiled piece, a picture, a report and the convergence"""
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
     rest_length: Annotated[
@@ -67,9 +68,21 @@ class Swatch:
     no_picture: Flag = False
     """do not write preview.png"""
     json: AsJson = False
+    view: Flag = False
+    """design the swatch in the browser, from this pattern and --gamma; nothing is written"""
+    serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
 
     def run(self) -> None:
-        """Relax the repeat, write it with its pictures, and print a summary."""
+        """Relax the repeat, write it with its pictures, and print a summary; or open the application at its page.
+
+        Raises:
+            ParameterError: neither an output folder nor the browser is asked for.
+        """
+        if self.view:
+            self._open_in_browser()
+            return
+        if self.output is None:
+            raise ParameterError("swatch: needs -o DIR for its files, or --view for the browser")
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render import render_swatch
@@ -90,6 +103,11 @@ class Swatch:
                 drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
+
+    def _open_in_browser(self) -> None:
+        from stitchmesh.app.starts import SWATCH, swatch_project
+
+        self.serving.run(swatch_project(self.pattern, self.fabric.gamma), SWATCH)
 
     def _source(self) -> Pattern | Weave:
         """Return the pattern or the weave, with the colours of the options."""

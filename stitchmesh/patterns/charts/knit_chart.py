@@ -246,6 +246,7 @@ def knit_chart(pattern: Pattern) -> KnitChart:
     Raises:
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
     """
+    check_chart_shape((pattern.height, max(len(row.cells) for row in pattern.rows)))
     rows = [_sections_of(pieces_of(row), row.left, row.right) for row in pattern.rows]
     return chart_of_sections(rows, pattern.name, pattern.source, pattern.palette)
 
@@ -253,7 +254,11 @@ def knit_chart(pattern: Pattern) -> KnitChart:
 def chart_of_written(
     rows: Sequence[WrittenRow], name: str, source: str, palette: tuple[tuple[int, int, int], ...]
 ) -> KnitChart:
-    """Return the chart of rows as their words describe them, from the bottom up."""
+    """Return the chart of rows as their words describe them, from the bottom up.
+
+    Raises:
+        ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
+    """
     parts = []
     for row in rows:
         first, second = row.bars or (0, len(row.pieces))
@@ -275,35 +280,53 @@ def chart_of_sections(
     counts = np.array([[sum(piece.columns for piece in part) for part in row] for row in rows])
     left, tile, right = counts.max(axis=0).tolist()
     check_chart_shape((len(rows), left + tile + right))
-    squares = np.full((len(rows), left + tile + right), COVERED, dtype=np.int64)
-    yarns = np.zeros_like(squares)
-    words: dict[str, int] = {}
-    for index, row in enumerate(rows):
-        for start, width, part in zip((0, left, left + tile), (left, tile, right), row, strict=True):
-            _lay(squares[index], yarns[index], words, start, start + width, part)
-    return KnitChart(squares, tuple(words), yarns, left, right, name, source, palette)
+    sheet = _Sheet()
+    laid = [
+        [sheet.lay(part, room) for part, room in zip(row, (left, tile, right), strict=True)]
+        for row in rows
+    ]
+    squares, yarns = (
+        np.array([[number for part in row for number in part[which]] for row in laid], dtype=np.int64)
+        for which in (0, 1)
+    )
+    return KnitChart(squares, tuple(sheet.words), yarns, left, right, name, source, palette)
 
 
-def _lay(
-    squares: IntArray, yarns: IntArray, words: dict[str, int], start: int, end: int, pieces: Sequence[WordStitches]
-) -> None:
-    """Write pieces into a row of squares from ``start`` to ``end``, with squares without a stitch between them."""
-    empty = words.setdefault(NO_STITCH, len(words)) if sum(piece.columns for piece in pieces) < end - start else -1
-    squares[start:end] = empty
-    for column, piece in zip(_columns_of(pieces, end - start), pieces, strict=True):
-        word, own = _word_and_yarns(piece)
-        place = start + column
-        squares[place : place + piece.columns] = COVERED
-        squares[place] = words.setdefault(word, len(words))
-        yarns[place : place + len(own)] = own
+class _Sheet:
+    """The squares of rows of pieces, and the words that they need."""
+
+    def __init__(self) -> None:
+        self.words: dict[str, int] = {}
+        self._known: dict[int, tuple[WordStitches, list[int], list[int]]] = {}
+
+    def lay(self, pieces: Sequence[WordStitches], room: int) -> tuple[list[int], list[int]]:
+        """Return the squares and yarns of a part of a row, with squares without a stitch up to ``room`` columns."""
+        parts = [self._squares_of(piece) for piece in pieces]
+        if sum(piece.columns for piece in pieces) == room:
+            return [number for part in parts for number in part[0]], [yarn for part in parts for yarn in part[1]]
+        squares, yarns = [self._number(NO_STITCH)] * room, [0] * room
+        for column, (own, dyed) in zip(_columns_of(pieces, room), parts, strict=True):
+            squares[column : column + len(own)], yarns[column : column + len(own)] = own, dyed
+        return squares, yarns
+
+    def _squares_of(self, piece: WordStitches) -> tuple[list[int], list[int]]:
+        """Return the squares and yarns of a piece; a row has many pieces that are the same object."""
+        known = self._known.get(id(piece))
+        if known is None:
+            word, yarns = _word_and_yarns(piece)
+            squares = [self._number(word), *[COVERED] * (piece.columns - 1)]
+            known = self._known[id(piece)] = piece, squares, list(yarns)
+        return known[1], known[2]
+
+    def _number(self, word: str) -> int:
+        return self.words.setdefault(word, len(self.words))
 
 
 def _columns_of(pieces: Sequence[WordStitches], room: int) -> list[int]:
     """Return the first column of each piece: where its loops are, so that the wales of all rows lie in line."""
     left = sum(piece.columns for piece in pieces)
-    if left == room:
-        return np.cumsum([0, *(piece.columns for piece in pieces[:-1])]).tolist() if pieces else []
-    columns, free, below, above = [], 0, 0, 0
+    columns: list[int] = []
+    free = below = above = 0
     for piece in pieces:
         made = sum(cell.n_top for cell in piece.cells)
         middle = (2 * below + len(piece.loops) + 2 * above + made) / 4

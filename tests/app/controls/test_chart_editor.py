@@ -24,11 +24,12 @@ from stitchmesh.periodic.weave.weave_chart import WeaveChart
 class Desk:
     """An editor on controls without a panel, with what it gave."""
 
-    def __init__(self, source):
+    def __init__(self, source, text=""):
         self.controls, self.given, self.texts, self.files = NullControls(), [], [], {}
         self.editor = ChartEditor(
-            self.controls, source, self.given.append, download=self.files.__setitem__, edited=self.texts.append
-        )
+            self.controls, source, self.given.append, text=text,
+            download=self.files.__setitem__, edited=self.texts.append,
+        )  # fmt: skip
 
     def gesture(self, action, **values):
         self.editor.act(action, json.dumps(values))
@@ -139,6 +140,26 @@ def test_an_editor_comes_back_from_its_text(rib):
     again = Desk(rib.editor.text)
     assert again.rows() == rib.rows()
     assert again.editor.text == rib.editor.text
+
+
+def test_an_editor_comes_back_with_a_text_that_cannot_be_read(rib):
+    rib.gesture("text", text="chart letters:\nkq")
+    again = Desk(rib.editor.source, rib.editor.text)
+    assert (again.editor.text, again.editor.fault) == (rib.editor.text, rib.editor.fault)
+    assert again.editor.source == rib.editor.source
+    assert again.rows() == rib.rows()
+    again.editor.undo()
+    assert not again.editor.fault
+
+
+def test_digits_of_a_weave_come_back_as_a_weave():
+    desk = Desk(read_weave("plain"))
+    desk.gesture("text", text="0110\n1001\n")
+    again = Desk(desk.editor.source, desk.editor.text)
+    assert again.editor.source == desk.editor.source
+    assert isinstance(again.editor.chart, WeaveChart)
+    with pytest.raises(StitchMeshError, match="no step to undo"):
+        again.editor.undo()
 
 
 def test_the_buttons_of_the_selection(rib):
@@ -263,6 +284,7 @@ def test_the_last_message_of_each_browser_is_confirmed(rib):
      ("stroke", '{"places": [[0, 0]], "yarn": 999999}'), ("fill", '{"row": "1e9"}'),
      ("fill", '{"row": 99, "column": 0}'),
      ("select", '{"row": 5, "row_end": 2, "column": 0, "column_end": 1}'), ("box", "{}"), ("pick", "{}"),
+     ("text", json.dumps({"text": "k" * 1_000_001})),
      ("yarn", "x"), ("yarn", "256"), ("layer", "7x"), ("move", '{"rows": 1, "columns": 1}'),
      ("paste", ""), ("copy", "")],
 )  # fmt: skip

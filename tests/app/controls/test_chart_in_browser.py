@@ -226,6 +226,12 @@ def test_threads_of_a_weave_are_dyed_in_the_margins(page_with):
         settle(rig)
         assert [thread.colour for thread in editor.source.wefts] == [0, 0, 1, 0, 0]
         assert [thread.colour for thread in editor.source.warps] == [0, 0, 0, 1, 0]
+        rig.browser_page.locator("[data-chart] canvas").focus()
+        for key in ("ArrowDown", "w", "e"):
+            rig.browser_page.keyboard.press(key)
+        settle(rig)
+        assert [thread.colour for thread in editor.source.wefts] == [0, 1, 1, 0, 0]
+        assert [thread.colour for thread in editor.source.warps] == [1, 0, 0, 1, 0]
 
 
 def test_the_largest_chart_is_painted(page_with):

@@ -17,7 +17,7 @@ from stitchmesh.labeling import start_labeling
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.tessellate import tessellate
-from tests.gallery import odd_corner, tube
+from tests.gallery import grid, odd_corner, tube
 
 
 @pytest.fixture
@@ -90,6 +90,14 @@ def test_keys_label_a_garment(opened):
         rig.settle()
         assert rig.app.project.labeled is not None
         rig.wait_for_text("60 of 60 faces labeled")
+
+
+def test_a_click_with_shift_takes_the_border_past_its_corners(opened):
+    with opened(grid(5, 4)) as rig:
+        mesh = rig.app.project.mesh
+        side = int(mesh.boundary_loops[0][0])
+        rig.click_at(middle_of(mesh, side), "Shift")
+        assert rig.app.project.label_steps == (LabelStep("start_at_border", {"edge": side}),)
 
 
 def test_faults_are_explained_beside_a_red_picture(opened):

@@ -41,6 +41,7 @@ class FabricView:
         """Draw nothing yet."""
         self._scene = scene
         self._blocks = FabricBlocks(scene)
+        self._side_length: float | None = None
         self.colour_by: ColourBy = "stitch"
         """What decides the colours of the faces."""
         self.edges: bool | None = None
@@ -60,7 +61,7 @@ class FabricView:
 
     def select(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the selected faces, by colour and by a line around them."""
-        self._mark("selection", fabric, faces, SELECTED, 0.45)
+        self._mark("selection", fabric, faces, SELECTED, 0.25)
 
     def mark_faces(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the faces that a tool is about to change."""
@@ -94,9 +95,13 @@ class FabricView:
     def forget(self) -> None:
         """Forget what was drawn, after the scene was cleared."""
         self._blocks.forget()
+        self._side_length = None
 
     def _height(self, fabric: StitchMesh) -> float:
-        return LIFT * float(fabric.side_length.mean())
+        """Return the distance of marks from the surface [cm], by the first fabric that was drawn."""
+        if self._side_length is None:
+            self._side_length = float(fabric.side_length.mean())
+        return LIFT * self._side_length
 
     def _clear(self, name: str) -> None:
         for part in (f"{name}/faces", f"{name}/lines", f"{name}/reason"):

@@ -14,8 +14,6 @@ from stitchmesh.app.pages.edit.pattern_palette import PatternPalette
 from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_named, stitch_palette_html
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.yarn_palette import yarn_colour, yarn_palette_html
-from stitchmesh.errors import ParameterError
-from stitchmesh.mesh.palette import parse_colour
 from stitchmesh.mesh.stitch import Stitch
 
 
@@ -31,8 +29,9 @@ class Palettes:
         self._stitch = controls.html("")
         self._stitches = controls.html(stitch_palette_html(), lambda _, name: self._stitch_taken(name))
         self._yarns = controls.html("", lambda _, number: self._yarn_taken(number))
-        self._colour = controls.text("Colour of the yarn", "A name such as navy or cream, or #rrggbb", "",
-                                     lambda text: None)  # fmt: skip
+        colour = yarn_colour(session.fabric, session.yarn)
+        self._colour = controls.colour("Colour of the yarn", "Colour that the chosen yarn gets", colour,
+                                       lambda chosen: None)  # fmt: skip
         self._recolour = controls.button("Set the colour", "Give the chosen yarn this colour everywhere",
                                          self._set_colour)  # fmt: skip
         assert isinstance(laying, LayPatterns)
@@ -74,8 +73,4 @@ class Palettes:
         self.refresh()
 
     def _set_colour(self) -> None:
-        text = str(self._colour.value)
-        if not text.strip():
-            raise ParameterError("colour: got no text; expected #rrggbb or a name such as navy or cream")
-        parse_colour(text)
-        self._session.edit("recolour", {"yarn": self._session.yarn, "colour": text.strip()})
+        self._session.edit("recolour", {"yarn": self._session.yarn, "colour": str(self._colour.value)})

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.chart_editor import ChartEditor
-from stitchmesh.errors import StitchMeshError
 from stitchmesh.patterns import pattern_names
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.weave.library import weave_names
@@ -48,18 +47,8 @@ class ChartPanel:
         names = (OWN, *pattern_names(), *weave_names())
         self._library = controls.choice("Start from", "A pattern of the library; Undo brings the present chart back",
                                         names, OWN, self._choose)  # fmt: skip
-        self._editor = self._make_editor(text or source, source)
-
-    def _make_editor(self, shown: Source | str, otherwise: Source) -> ChartEditor:
-        """Make the editor of a text; of the pattern, if the text cannot be read."""
-        try:
-            return ChartEditor(self._app.left_controls, shown, self._painted, download=self._app.download,
-                               edited=self._edited)  # fmt: skip
-        except StitchMeshError as error:
-            if shown is otherwise:
-                raise
-            self._app.notice(f"the saved chart cannot be read ({error}); the last good one is shown", "warning")
-            return self._make_editor(otherwise, otherwise)
+        self._editor = ChartEditor(controls, source, self._painted, download=self._app.download,
+                                   edited=self._edited, text=text)  # fmt: skip
 
     def _choose(self, name: str) -> None:
         """Take a pattern of the library."""

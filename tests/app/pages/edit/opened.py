@@ -15,10 +15,16 @@ from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.edit.edit_page import EditPage
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.scene import Modifier, Stroke
+from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import write_stitches
 from stitchmesh.mesh import StitchMesh
 from tests.app.pages.headless import Headless, face_middle
+from tests.editing.fabrics import flat
+from tests.editing.random_edits import bits
+
+WIDE = flat(10, 12)
+"""A flat piece of knit stitches; faces are numbered row * 10 + column."""
 
 
 class OpenedEdit(Headless):
@@ -86,6 +92,13 @@ class OpenedEdit(Headless):
 def _holds(panel: object, action: str, value: str) -> bool:
     texts = [control.content for control in panel.made]  # type: ignore[attr-defined]
     return any(f'data-action="{action}"' in text and f'data-value="{value}"' in text for text in texts)
+
+
+def same_as(page: OpenedEdit, *edits: Edit, start: StitchMesh = WIDE) -> bool:
+    """Whether the fabric of the page is that of the edits."""
+    for edit in edits:
+        start = apply_edit(start, edit).fabric
+    return bits(page.fabric) == bits(start)
 
 
 @contextmanager

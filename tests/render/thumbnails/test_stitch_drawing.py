@@ -12,7 +12,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.palette import colour_text
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.render.palette import stitch_colour
-from stitchmesh.render.stitch_drawing import OTHER, OTHER_ON_PALE, OWN, draw_stitch
+from stitchmesh.render.thumbnails.stitch_drawing import OTHER, OTHER_ON_PALE, OWN, draw_stitch
 
 DRAWN = [stitch for stitch in Stitch if stitch != Stitch.PANEL]
 SVG = "{http://www.w3.org/2000/svg}"

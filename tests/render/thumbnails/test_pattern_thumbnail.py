@@ -13,7 +13,7 @@ from PIL import Image
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.library import pattern_names, read_pattern
-from stitchmesh.render.pattern_thumbnail import pattern_thumbnail
+from stitchmesh.render.thumbnails.pattern_thumbnail import pattern_thumbnail
 
 
 def pixels(name: str, size: int = 48) -> np.ndarray:

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Start of the application: from the command to its address, and to the first picture in an open browser.
+
+    python benchmarks/app_start.py assets/meshes/sweater.obj
+
+The browser is Chromium, which draws in software; the time of the server is printed by itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+from playwright.sync_api import Browser, sync_playwright
+
+ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/")
+ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+SIZE = {"width": 1280, "height": 800}
+DRAWN = """() => {
+  const state = window.__viserMutable;
+  if (!state || !state.scene || !state.canvas || state.messageQueue.length) return false;
+  const opacity = state.canvas.style.opacity;
+  const triangles = window.__viserTestpoints.rendererInfo.render.triangles;
+  return triangles > 100 && (opacity === "" || parseFloat(opacity) >= 1);
+}"""
+"""Whether the mesh is drawn: the scene has more triangles than its background, and is not faded any more."""
+
+
+def main() -> None:
+    """Start the application several times, and print the medians."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("mesh", type=Path)
+    parser.add_argument("--runs", type=int, default=5)
+    arguments = parser.parse_args()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
+        times = [one_start(browser, arguments.mesh) for _ in range(arguments.runs)]
+        browser.close()
+    listening, drawn = (median(column) for column in zip(*times, strict=True))
+    print(f"{arguments.mesh.stem}: address after {listening:.2f} s, first picture after {drawn:.2f} s")
+    slowest = [max(column) for column in zip(*times, strict=True)]
+    print(f"medians of {len(times)} starts; the slowest: {slowest[0]:.2f} s and {slowest[1]:.2f} s")
+
+
+def one_start(browser: Browser, mesh: Path) -> tuple[float, float]:
+    """Start the application once, and return the times after which its address and its first picture appeared [s]."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [
+            sys.executable,
+            "-m",
+            "stitchmesh",
+            "app",
+            str(mesh),
+            "--project",
+            f"{folder}/project",
+            "--port",
+            "0",
+        ]
+        began = time.perf_counter()
+        process = subprocess.Popen([*command, "--no-browser"], stdout=subprocess.PIPE, text=True)
+        try:
+            address = address_of(process)
+            listening = time.perf_counter() - began
+            page = browser.new_page(viewport=SIZE)
+            page.goto(address)
+            page.wait_for_function(DRAWN, timeout=60_000)
+            drawn = time.perf_counter() - began
+            page.close()
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(timeout=30)
+    return listening, drawn
+
+
+def address_of(process: subprocess.Popen[str]) -> str:
+    """Return the address that the program prints."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        if found := ADDRESS.search(line):
+            return found[0]
+    raise SystemExit("the application ended before it printed its address")
+
+
+if __name__ == "__main__":
+    main()

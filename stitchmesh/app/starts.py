@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Projects that open at one page: a swatch in the designer, a file in the viewer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from stitchmesh.app.pages.swatch.state import Look, SwatchState, read_state, state_table
+from stitchmesh.app.project.opening import title_of
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.project.project_folder import TABLE_NAME
+from stitchmesh.app.project.recent import new_project_folder, projects_folder
+from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.io.contents import read_bytes
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch_design import SwatchDesign
+
+SWATCH, VIEW, EDIT = "Swatch", "View", "Edit"
+"""Names of the pages."""
+OPENED = "Opened file"
+"""Entry of the page View for what was opened."""
+
+
+def swatch_project(pattern: str, gamma: float = 1.0) -> Project:
+    """Open a project whose page Swatch shows a pattern: one that holds just this design, or a new one.
+
+    Args:
+        pattern: name of a pattern or of a weave, or the path of a file.
+        gamma: tightness.
+
+    Raises:
+        StitchMeshError: the pattern cannot be read, or the tightness is out of bounds.
+    """
+    source = resolve_pattern(pattern)
+    design = SwatchDesign(source)
+    wanted = SwatchState((design.turned(gamma=gamma),), look=Look().fitted(source))
+    name = title_of(source.name)
+    for path in sorted(projects_folder().glob(f"*/{TABLE_NAME}")):
+        project = _holding(path.parent, wanted)
+        if project is not None:
+            return project
+    project = Project.create(new_project_folder(name), name)
+    project.set_settings(SWATCH, state_table(wanted))
+    return project
+
+
+def view_project(path: str) -> Project:
+    """Open a project whose page View shows a file, or the folder of a running job.
+
+    Raises:
+        FileError: there is no such file or folder, or the file cannot be read.
+    """
+    if not Path(path).is_dir():
+        read_bytes(path)
+    try:
+        project = Project.open_or_create(projects_folder() / VIEW)
+    except FileError:  # Another program shows a file already.
+        project = Project.create(new_project_folder(VIEW))
+    project.set_settings(VIEW, {**project.settings(VIEW), "show": OPENED, "path": str(Path(path).absolute())})
+    return project
+
+
+def _holding(folder: Path, wanted: SwatchState) -> Project | None:
+    """Return the project of a folder if its page Swatch shows the wanted design."""
+    try:
+        project = Project.open(folder)
+    except StitchMeshError:
+        return None  # Another program uses it, or it is damaged.
+    try:
+        state = read_state(project.settings(SWATCH)) if project.settings(SWATCH) else None
+    except StitchMeshError:
+        state = None
+    if state is not None and replace(state, charts=()) == replace(wanted, charts=()):
+        return project
+    project.close()
+    return None

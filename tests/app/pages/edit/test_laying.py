@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Patterns are shown before they are laid."""
+
+from __future__ import annotations
+
+import pytest
+
+from stitchmesh.editing.edit import Edit
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns import apply_pattern
+from stitchmesh.selection import select
+from tests.app.pages.edit.opened import WIDE, OpenedEdit, edit_page, same_as
+from tests.editing.fabrics import flat
+from tests.editing.random_edits import bits
+
+
+def test_a_pattern_is_shown_before_it_is_laid(page):
+    page.controls.set("Select by words", "rows 2-9")
+    page.press("Select these")
+    page.act("tool", "Lay a pattern")
+    page.act("pattern", "eyelet-lace")
+    faces = select(WIDE, "rows 2-9")
+    wanted = apply_pattern(WIDE, "eyelet-lace", faces=faces)
+    assert "Preview of Eyelet lace" in page.controls.text_shown()
+    assert bits(page.page.tools["Lay a pattern"].laid.fabric) == bits(wanted)
+    assert same_as(page) and len(page.scene.drawings["fabric/0"].triangles) > 2 * WIDE.face_count - 1
+    page.press("Lay the pattern")
+    assert bits(page.fabric) == bits(wanted)
+    assert page.project.edits == (
+        Edit("paste_pattern", {"pattern": "eyelet-lace", "on": "rows 2-9", "remainder": "centre"}),
+    )
+
+
+def shown_colours(page: OpenedEdit) -> list[int]:
+    """The colours of the first block of the fabric, one after another."""
+    colours = page.scene.drawings["fabric/0"].colours
+    return colours.palette[colours.index].ravel().tolist()
+
+
+def test_a_preview_is_discarded(page):
+    before = shown_colours(page)
+    page.act("tool", "Lay a pattern")
+    page.act("pattern", "rib2x2")
+    page.controls.set("Where", "Whole fabric")
+    assert shown_colours(page) != before
+    page.press("Discard the preview")
+    assert shown_colours(page) == before and same_as(page)
+    page.act("pattern", "garter")
+    assert shown_colours(page) != before
+    page.act("tool", "Select")
+    assert shown_colours(page) == before and same_as(page)
+
+
+def test_a_preview_of_several_yarns_shows_their_colours(page):
+    page.act("tool", "Lay a pattern")
+    page.controls.set("Where", "Whole fabric")
+    page.act("pattern", "checks")
+    assert page.controls.find("Colours").value == "Yarns" and len(set(shown_colours(page))) > 6
+
+
+def test_a_pattern_goes_around_a_click_or_over_the_whole_fabric(page):
+    page.act("tool", "Lay a pattern")
+    page.act("pattern", "rib1x1")
+    page.click_stitch(44)
+    page.press("Lay the pattern")
+    page.controls.set("Where", "Whole fabric")
+    page.controls.set("Stitches left over", "stretch the pattern")
+    page.act("pattern", "rope-cable")
+    page.press("Lay the pattern")
+    first = Edit("paste_pattern", {"pattern": "rib1x1", "face": 44, "remainder": "centre"})
+    assert same_as(page, first, Edit("paste_pattern", {"pattern": "rope-cable", "remainder": "stretch"}))
+
+
+def test_a_pattern_of_a_file_is_laid_as_its_text(page):
+    page.act("tool", "Lay a pattern")
+    page.controls.set("Where", "Whole fabric")
+    text = b'pattern "Own"\nsource "me"\nrow 1 RS: k1 p1\nrow 2 WS: k1 p1\n'
+    page.run(lambda: page.controls.send("Pattern from a file", "../own.knit", text))
+    page.press("Lay the pattern")
+    assert page.project.edits[-1].arguments["pattern"].startswith('pattern "Own"\n')
+    assert (page.fabric.stitch == Stitch.PURL).sum() == 55
+
+
+@pytest.mark.parametrize(("name", "content"), [("a.knit", b"row 1: ?"), ("b.png", b"no picture"), ("c.txt", b"")])
+def test_a_broken_file_of_a_pattern_is_refused(page, name, content):
+    page.act("tool", "Lay a pattern")
+    page.run(lambda: page.controls.send("Pattern from a file", name, content))
+    assert len(page.front.notices) == 1 and page.front.notices[0][2] == "error" and same_as(page)
+
+
+def test_stitches_that_a_pattern_leaves_out_are_marked_and_described(tmp_path):
+    with edit_page(tmp_path, flat(8, 9)) as page:
+        page.act("tool", "Lay a pattern")
+        page.act("pattern", "rib3x3")
+        page.controls.set("Where", "Whole fabric")
+        assert "left over beside whole repeats" in page.controls.text_shown()
+        assert "left out/faces" in page.scene.drawings

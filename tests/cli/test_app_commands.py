@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The commands that open the application: which project, which page, where it listens, and what they refuse."""
+
+from __future__ import annotations
+
+import pytest
+
+from stitchmesh.app.pages.swatch.state import read_state
+from stitchmesh.cli.main import main
+from stitchmesh.io.stitches import write_stitches
+from tests.app.project.projects import mesh_bytes
+from tests.editing.fabrics import flat
+
+
+@pytest.fixture
+def started(tmp_path, monkeypatch):
+    """A function that runs a command, and returns the project's values, the options and the page it would open."""
+    monkeypatch.setenv("STITCHMESH_PROJECTS", str(tmp_path / "projects"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    found = []
+
+    def run_app(project, options, *, page=None):
+        found.append((project, options, page))
+        project.close()
+
+    monkeypatch.setattr("stitchmesh.app.run.run_app", run_app)
+
+    def start(*words: object):
+        assert main([str(word) for word in words]) == 0
+        return found[-1]
+
+    return start
+
+
+@pytest.fixture
+def tube_file(tmp_path):
+    path = tmp_path / "tube.obj"
+    path.write_bytes(mesh_bytes(tmp_path))
+    return path
+
+
+def test_app_opens_the_project_of_a_file(started, tube_file, tmp_path):
+    project, options, page = started("app", tube_file, "--port", 0, "--no-browser")
+    assert project.mesh.face_count == 48 and project.folder == tmp_path / "projects" / "tube"
+    assert (options.host, options.port, options.browser, page) == ("127.0.0.1", 0, False, None)
+
+
+def test_app_opens_a_folder(started, tube_file, tmp_path):
+    project, options, _ = started("app", tube_file, "--project", tmp_path / "here", "--token", "correct-horse")
+    assert project.folder == tmp_path / "here" and options.token == "correct-horse" and options.browser
+    again, _, _ = started("app", tmp_path / "here")
+    assert again.mesh.face_count == 48
+
+
+def test_edit_without_edits_opens_the_page_edit(started, tmp_path):
+    write_stitches(tmp_path / "flat.h5", flat())
+    project, options, page = started("edit", tmp_path / "flat.h5", "--port", 9000)
+    assert project.fabric.face_count == 42 and page == "Edit" and options.port == 9000
+
+
+def test_swatch_view_opens_the_designer_with_the_pattern(started):
+    project, _, page = started("swatch", "rib2x2", "--view", "--gamma", 1.25)
+    design = read_state(project.settings("Swatch")).design
+    assert page == "Swatch" and design.pattern.name == "2 x 2 rib" and design.dials.gamma == 1.25
+    again, _, _ = started("swatch", "rib2x2", "--view", "--gamma", 1.25)
+    other, _, _ = started("swatch", "rib2x2", "--view")
+    assert again.folder == project.folder != other.folder
+    assert read_state(other.settings("Swatch")).design.dials.gamma == 1.0
+
+
+def test_view_opens_a_file_or_a_folder(started, tube_file, tmp_path):
+    project, _, page = started("view", tube_file)
+    assert page == "View" and project.settings("View")["path"] == str(tube_file)
+    project, _, _ = started("view", tmp_path)
+    assert project.settings("View")["path"] == str(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["app", "missing.obj"], "there is no such file"),
+        (["view", "missing.h5"], "there is no such file"),
+        (["edit", "missing.h5"], "there is no such file"),
+        (["edit", "a.h5", "-o", "b.h5"], "needs one edit or one log"),
+        (["swatch", "nothing", "--view"], "nothing"),
+        (["swatch", "plain"], "needs -o DIR for its files, or --view"),
+    ],
+)
+def test_wrong_words_give_one_line(started, capsys, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert message in said and said.count("\n") == 1
+
+
+def test_a_port_that_cannot_be_is_refused_and_the_project_is_free_again(capsys, tmp_path, monkeypatch, tube_file):
+    monkeypatch.setenv("STITCHMESH_PROJECTS", str(tmp_path / "projects"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    for _ in range(2):
+        assert main(["app", str(tube_file), "--port", "70000", "--no-browser"]) == 2
+        assert "port: got 70000" in capsys.readouterr().err
