@@ -53,6 +53,7 @@ class YarnsPage(Page):
     """Generation and relaxation of yarns."""
 
     name: ClassVar[str] = "Yarns"
+    needs = "Even out"
     hint: ClassVar[str] = "Generate the yarns, then relax them: they find the shape that real yarn would have."
 
     def __init__(self, app: App) -> None:
