@@ -59,9 +59,9 @@ CASES: list[tuple[str, Callable[[Rig], None]]] = [
     ("paint a row", lambda rig: rig.choose("Brush", "Row")),
     ("paint a yarn", lambda rig: rig.act("tool", "Paint yarns")),
     ("insert a row", lambda rig: rig.act("tool", "Rows and wales")),
-    ("insert a wale, whole", lambda rig: rig.choose("Rows and wales: edit", "Insert a wale")),
-    ("split an edge", lambda rig: rig.choose("Loops and edges: edit", "Split an edge")),
-    ("bobble", lambda rig: rig.choose("Loops and edges: edit", "Bobble")),
+    ("insert a wale, whole", lambda rig: rig.choose("Edit of rows", "Insert a wale")),
+    ("split an edge", lambda rig: rig.choose("Edit of loops", "Split an edge")),
+    ("bobble", lambda rig: rig.choose("Edit of loops", "Bobble")),
 ]
 """Edits, and what is pressed before them, one after another."""
 

@@ -61,7 +61,7 @@ class FabricView:
 
     def select(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the selected faces, by colour and by a line around them."""
-        self._mark("selection", fabric, faces, SELECTED, 0.45)
+        self._mark("selection", fabric, faces, SELECTED, 0.25)
 
     def mark_faces(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the faces that a tool is about to change."""

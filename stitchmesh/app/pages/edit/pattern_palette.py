@@ -69,7 +69,7 @@ class PatternPalette:
 
     def show_chosen(self, name: str) -> None:
         """Mark the button of a pattern."""
-        rule = f'.sm-patterns button[data-value="{name}"]{{border-color:#1f5673;background:#1f567333}}'
+        rule = f'.sm-patterns button[data-value="{name}"]{{border-color:#2f8fc4;background:#2f8fc433}}'
         self._mark.content = STYLE + (f"<style>{rule}</style>" if name else "")
 
     def close(self) -> None:

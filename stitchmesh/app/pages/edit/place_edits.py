@@ -8,11 +8,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from stitchmesh.app.controls.controls import Control, Controls
+
 PlaceKind = Literal["face", "course side", "wale side", "top side"]
 """What an edit is made at: a stitch, or the nearest side of a kind."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Setting:
     """A setting of an edit: words to choose from, or a whole number."""
 
@@ -91,9 +93,9 @@ def value_of(setting: Setting, chosen: Any) -> object:
     return None if int(chosen) == setting.none_at else int(chosen)
 
 
-def add_setting(controls: Any, setting: Setting, label: str, changed: Callable[[Any], object]) -> Any:
-    """Make the control of a setting."""
+def add_setting(controls: Controls, setting: Setting, value: Any, changed: Callable[[Any], object]) -> Control:
+    """Make the control of a setting; ``value`` is a word or a number."""
     if setting.words is not None:
-        return controls.choice(label, setting.hint, tuple(setting.words), str(setting.start), changed)
-    start = int(str(setting.start))
-    return controls.number(label, setting.hint, start, changed, least=setting.least, most=setting.most, step=1)
+        return controls.choice(setting.label, setting.hint, tuple(setting.words), str(value), changed)
+    bounds = {"least": setting.least, "most": setting.most}
+    return controls.number(setting.label, setting.hint, int(value), changed, **bounds, step=1)

@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from stitchmesh.app.controls.controls import Control, Controls
-from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
+from stitchmesh.app.pages.edit.edit_session import EditSession
 from stitchmesh.app.pages.edit.place_edits import LOOP_EDITS, ROW_EDITS, PlaceEdit, Setting, add_setting, value_of
 from stitchmesh.app.pages.edit.pointer import nearest_side
 from stitchmesh.app.pages.edit.tool import Tool
@@ -23,30 +24,27 @@ class PlaceTool(Tool):
 
     edits: ClassVar[tuple[PlaceEdit, ...]]
     """The edits to choose from."""
+    what: ClassVar[str]
+    """What the edits change, for labels."""
     takes_strokes = False
 
     def __init__(self, session: EditSession) -> None:
         """Start with the first edit, and with the first value of each setting."""
         super().__init__(session)
         self.chosen = self.edits[0]
-        self._values: dict[str, Any] = {}
-        self._shown: list[tuple[Setting, PlaceEdit, Control]] = []
+        self._values = {setting: setting.start for edit in self.edits for setting in edit.settings}
+        self._shown: dict[Setting, Control] = {}
 
     def build(self, controls: Controls) -> None:
         """Make the choice of the edit, the settings of all edits, and the button for the selection."""
         labels = [edit.label for edit in self.edits]
-        controls.choice(f"{self.name}: edit", "What a click does", labels, self.chosen.label, self._choose)
+        controls.choice(f"Edit of {self.what}", "What a click does", labels, self.chosen.label, self._choose)
         self._words = controls.markdown("")
-        self._shown = []
-        for edit in self.edits:
-            for setting in edit.settings:
-                key = f"{edit.edit} {setting.argument}"
-                start = self._values.setdefault(key, setting.start)
-                control = add_setting(controls, setting, f"{setting.label} ({edit.label.lower()})", self._setter(key))
-                control.value = start
-                self._shown.append((setting, edit, control))
-        controls.button(f"Do it on the selection ({self.name.lower()})",
-                        "Make the chosen edit at each place of the selection", self.on_selection)  # fmt: skip
+        self._shown = {}
+        for setting, start in self._values.items():
+            self._shown[setting] = add_setting(controls, setting, start, partial(self._set, setting))
+        controls.button(f"Edit the selected {self.what}", "Make the chosen edit at each place of the selection",
+                        self.on_selection)  # fmt: skip
         self._show_settings()
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
@@ -70,39 +68,32 @@ class PlaceTool(Tool):
         self.session.edit(self.chosen.edit, arguments, self.session.selection.faces)
 
     def _arguments(self) -> dict[str, object]:
-        edit = self.chosen
-        values = {
-            setting.argument: value_of(setting, self._values[f"{edit.edit} {setting.argument}"])
-            for setting in edit.settings
-        }
+        values = {each.argument: value_of(each, self._values[each]) for each in self.chosen.settings}
         return {name: value for name, value in values.items() if value is not None}
 
     def _choose(self, label: str) -> None:
         self.chosen = next(edit for edit in self.edits if edit.label == label)
-        self.session.view.refuse(self.session.fabric, NO_FACES, "")
+        self.session.view.unmark()
         self._show_settings()
 
-    def _setter(self, key: str) -> Any:
-        def set_value(value: Any) -> None:
-            self._values[key] = value
-
-        return set_value
+    def _set(self, setting: Setting, value: Any) -> None:
+        self._values[setting] = value
 
     def _show_settings(self) -> None:
         self._words.content = self.chosen.hint
-        for _, edit, control in self._shown:
-            control.visible = edit is self.chosen
+        for setting, control in self._shown.items():
+            control.visible = setting in self.chosen.settings
 
 
 class ChangeLoops(PlaceTool):
     """Edits of loops and edges."""
 
-    name, key, edits = "Loops and edges", "L", LOOP_EDITS
+    name, key, what, edits = "Loops and edges", "L", "loops", LOOP_EDITS
     hint = "Choose an edit below, then click the stitch or the edge."
 
 
 class ChangeRows(PlaceTool):
     """Edits of rows and wales."""
 
-    name, key, edits = "Rows and wales", "R", ROW_EDITS
+    name, key, what, edits = "Rows and wales", "R", "rows", ROW_EDITS
     hint = "Choose an edit below, then click the stitch or the edge."

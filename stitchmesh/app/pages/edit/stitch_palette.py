@@ -63,7 +63,7 @@ def stitch_palette_html() -> str:
 
 def chosen_stitch_html(stitch: Stitch) -> str:
     """Return which stitch is chosen, with a larger drawing, and the mark of its button in the palette."""
-    mark = f'.sm-palette button[data-value="{name_of(stitch)}"]{{border-color:#1f5673;background:#1f567333}}'
+    mark = f'.sm-palette button[data-value="{name_of(stitch)}"]{{border-color:#2f8fc4;background:#2f8fc433}}'
     words = f"<b>{escape(name_of(stitch))}</b><br>{escape(described(stitch))}"
     row = "display:flex;gap:.6em;align-items:center;font-size:.85em;line-height:1.3;margin:0 0 .3em"
     return f'<style>{mark}</style><div style="{row}" role="status">{picture_of(stitch, 56)}<span>{words}</span></div>'

@@ -29,7 +29,7 @@ def yarn_palette_html(fabric: StitchMesh, chosen: int) -> str:
 def _button(fabric: StitchMesh, yarn: int, used: int, chosen: bool) -> str:
     colour = yarn_colour(fabric, yarn)
     words = f"Yarn {yarn}, {colour}, {used} stitches"
-    border = "3px solid #1f5673" if chosen else "1px solid var(--mantine-color-default-border)"
+    border = "3px solid #2f8fc4" if chosen else "1px solid var(--mantine-color-default-border)"
     swatch = f'<span style="display:block;width:34px;height:22px;border-radius:4px;background:{colour}"></span>'
     style = (
         f"padding:2px;border:{border};border-radius:6px;background:none;cursor:pointer;font:inherit;font-size:.75em;"

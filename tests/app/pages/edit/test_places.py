@@ -42,7 +42,7 @@ def test_a_drag_over_several_rows_is_no_cable(page):
 @pytest.mark.parametrize("label", ["Insert a row", "Remove a row", "Flip a row", "Remove a wale"])
 def test_edits_of_rows_are_made_at_a_click(page, label):
     page.act("tool", "Rows and wales")
-    page.controls.set("Rows and wales: edit", label)
+    page.controls.set("Edit of rows", label)
     page.click_stitch(44)
     name = label.lower().replace("a ", "").replace(" ", "_")
     extra = {"stitch": "k"} if name == "insert_row" else {}
@@ -51,12 +51,12 @@ def test_edits_of_rows_are_made_at_a_click(page, label):
 
 def test_edits_of_edges_are_made_at_the_nearest_edge(page):
     page.act("tool", "Loops and edges")
-    page.controls.set("Loops and edges: edit", "Split an edge")
+    page.controls.set("Edit of loops", "Split an edge")
     page.click_edge(top_of(WIDE, 44))
     assert same_as(page, split := Edit("split_course_edge", {"side": top_of(WIDE, 44)}))
     page.act("tool", "Rows and wales")
-    page.controls.set("Rows and wales: edit", "Insert a wale")
-    page.controls.set("Rows (insert a wale)", 2)
+    page.controls.set("Edit of rows", "Insert a wale")
+    page.controls.set("Rows", 2)
     side = int(page.fabric.right_wale[22])
     page.click_edge(side)
     assert same_as(page, split, Edit("insert_wale", {"side": side, "courses": 2}))
@@ -64,11 +64,11 @@ def test_edits_of_edges_are_made_at_the_nearest_edge(page):
 
 def test_a_loop_is_twisted_and_a_bobble_made(page):
     page.act("tool", "Loops and edges")
-    page.controls.set("Twist (twist a loop)", "right leg in front")
+    page.controls.set("Twist", "right leg in front")
     page.click_edge(top_of(WIDE, 44))
     twist = Edit("twist_loop", {"side": top_of(WIDE, 44), "twist": -1})
     assert same_as(page, twist)
-    page.controls.set("Loops and edges: edit", "Bobble")
+    page.controls.set("Edit of loops", "Bobble")
     page.click_stitch(66)
     assert same_as(page, twist, Edit("bobble", {"face": 66}))
 
@@ -77,19 +77,19 @@ def test_an_edit_is_made_at_each_place_of_the_selection(page):
     page.controls.set("Select by words", "rectangle 43 3x2")
     page.press("Select these")
     page.act("tool", "Loops and edges")
-    page.press("Do it on the selection (loops and edges)")
+    page.press("Edit the selected loops")
     assert same_as(page, Edit("twist_loop", {"on": "rectangle 43 3x2", "twist": 1}))
 
 
 def test_an_edit_on_an_empty_selection_says_to_select(page):
     page.act("tool", "Rows and wales")
-    page.press("Do it on the selection (rows and wales)")
+    page.press("Edit the selected rows")
     assert "nothing is selected; select stitches first" in page.notices()
 
 
 def test_a_refused_edit_of_an_edge_marks_the_edge(page):
     page.act("tool", "Loops and edges")
-    page.controls.set("Loops and edges: edit", "Join two stitches")
+    page.controls.set("Edit of loops", "Join two stitches")
     page.click_edge(int(WIDE.right_wale[44]))
     assert page.project.edits == () and len(page.front.notices) == 1
     assert "place/lines" in page.scene.drawings and "refused/reason" in page.scene.drawings
@@ -109,7 +109,7 @@ def test_rows_are_separated_and_grafted_by_two_clicks(tmp_path):
     fabric = around()
     with edit_page(tmp_path, fabric) as page:
         page.act("tool", "Rows and wales")
-        page.controls.set("Rows and wales: edit", "Separate two rows")
+        page.controls.set("Edit of rows", "Separate two rows")
         page.click_edge(top_of(fabric, 20))
         separated = page.fabric
         assert len(separated.boundary_loops) == len(fabric.boundary_loops) + 2
