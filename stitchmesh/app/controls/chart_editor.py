@@ -14,7 +14,7 @@ import json
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.controls.chart_board import open_board
+from stitchmesh.app.controls.chart_board import NEW_CHARTS, open_board
 from stitchmesh.app.controls.chart_data import base_values, data_element
 from stitchmesh.app.controls.chart_palette import (
     STITCHES,
@@ -249,6 +249,10 @@ class ChartEditor:
     def _resize(self) -> None:
         self._do(self._board.resize, int(self._rows.value), int(self._columns.value))
 
+    def _begin(self, kind: str) -> None:
+        chosen = next(known for known in NEW_CHARTS if known == kind)
+        self._do(self._board.begin, chosen, int(self._rows.value), int(self._columns.value))
+
     def _receive(self, name: str, content: bytes) -> None:
         self._do(self._board.show, read_chart(name, content))
 
@@ -309,6 +313,8 @@ class ChartEditor:
             self._rows = _size(controls, "Rows", self.chart.shape[0])
             self._columns = _size(controls, "Columns", self.chart.shape[1])
             controls.button("Resize", "Give the chart these numbers of rows and columns", self._resize)
+            hint = "Begin a chart of these numbers of rows and columns; Undo brings the present chart back"
+            controls.buttons("New chart", hint, NEW_CHARTS, self._begin)
 
     def _build_text(self, controls: Controls) -> None:
         with controls.group("Text and files"):
