@@ -33,8 +33,10 @@ from tests.app.browser import Rig, rig_on, started_browser  # noqa: E402
 
 SIZES = ((1280, 800), (1000, 700))
 """Widths and heights of the window [pixels]."""
-FOLDER = Path(os.environ.get("WALK_FOLDER", ROOT / "docs" / "application"))
+FOLDER = ROOT / "docs" / "application"
 """Folder of the pictures."""
+PAGE = ROOT / "docs" / "application.md"
+"""The page that shows the pictures; those that it does not name are not drawn."""
 STITCH_WIDTH = 1.5
 """Width of the stitches of the sweater [cm]."""
 
@@ -59,19 +61,16 @@ class Walk:
             self.rig.settle()
         now = time.perf_counter()
         print(f"| {self.name} | {what} | {now - self.last:.1f} |", flush=True)
-        if picture and self.folder is not None:
-            self.rig.browser_page.mouse.move(5, 5)  # No hint of a control covers the picture.
-            self.rig.browser_page.wait_for_timeout(1500)
-            self.draw(picture)
+        page = self.rig.browser_page
+        file = f"{picture}-{page.viewport_size['width']}.jpg"
+        if picture and self.folder is not None and file in PAGE.read_text():
+            page.mouse.move(5, 5)  # No hint of a control covers the picture.
+            page.evaluate("() => document.activeElement && document.activeElement.blur()")
+            page.wait_for_timeout(1500)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            image = Image.open(io.BytesIO(self.rig.screenshot())).convert("RGB")
+            image.save(self.folder / file, quality=86, optimize=True)
         self.last = time.perf_counter()
-
-    def draw(self, picture: str) -> None:
-        """Write a picture of the window."""
-        assert self.folder is not None
-        width = self.rig.browser_page.viewport_size["width"]
-        self.folder.mkdir(parents=True, exist_ok=True)
-        image = Image.open(io.BytesIO(self.rig.screenshot())).convert("RGB")
-        image.save(self.folder / f"{picture}-{width}.jpg", quality=86, optimize=True)
 
 
 def border_point(mesh: Mesh) -> FloatArray:
@@ -171,7 +170,7 @@ def run(browser: Browser, size: tuple[int, int], pictures: bool) -> None:
     """Make both walks in a window of one size."""
     for walk in (sweater, swatch):
         with tempfile.TemporaryDirectory(prefix="walk-") as home:
-            os.environ["STITCHMESH_PROJECTS"], os.environ["XDG_STATE_HOME"] = f"{home}/StitchMesh", f"{home}/state"
+            os.environ.update(HOME=home, STITCHMESH_PROJECTS=f"{home}/StitchMesh", XDG_STATE_HOME=f"{home}/state")
             with rig_on(browser, Path(home) / "StitchMesh" / "Garment", "Project", size) as rig:
                 steps = Walk(rig, f"{walk.__name__} {size[0]} x {size[1]}", FOLDER if pictures else None)
                 walk(steps)
