@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -261,7 +262,7 @@ class _StateSaver:
 
     def __init__(self, folder: Path, report: dict[str, object], start: YarnSet) -> None:
         self._folder, self._report, self._state = folder, report, start
-        self._saved = time.monotonic()
+        self._saved = -math.inf  # The first good state is written at once, so that a running job can be looked at.
 
     def keep(self, state: YarnSet) -> None:
         """Keep a good state, and write it if the last write is older than the interval."""

@@ -20,6 +20,9 @@ T = TypeVar("T")
 LARGEST_SHARE = 0.05
 """Largest part of the time that the event thread spends on snapshots, because it shares the processor with a solver."""
 
+BYTES_PER_SECOND = 5e6
+"""Most bytes of snapshots for each second; messages to a browser that is slower than this would pile up."""
+
 
 class LiveRun(Generic[S, T]):
     """One relaxation. All methods belong to the event thread."""
@@ -27,7 +30,7 @@ class LiveRun(Generic[S, T]):
     def __init__(
         self, tasks: TaskRunner, name: str, relax: Callable[[RunControl[S]], T], *, stage: str,
         done: Callable[[T], None], failed: Callable[[Exception | None], None], max_iterations: float = float("inf"),
-        paused: bool = False,
+        frame_bytes: int = 0,
     ) -> None:  # fmt: skip
         """Start the relaxation.
 
@@ -39,7 +42,7 @@ class LiveRun(Generic[S, T]):
             done: called with the result, also after the user has stopped the relaxation.
             failed: called with an error, or with None if the application has ended the relaxation.
             max_iterations: iterations after which the relaxation ends.
-            paused: whether the relaxation waits before its first step.
+            frame_bytes: about how much a snapshot sends to a browser [bytes]; large snapshots come less often.
 
         Raises:
             ParameterError: another task runs.
@@ -52,9 +55,10 @@ class LiveRun(Generic[S, T]):
         """Completed part, from 0 to 1."""
         self.on_snapshot: Callable[[Snapshot[S]], None] | None = None
         """Called with each snapshot."""
+        self._least_seconds = max(WATCH_SECONDS, frame_bytes / BYTES_PER_SECOND)
         self._stage, self._max_iterations = stage, max_iterations
         self._report: Callable[..., None] | None = None
-        self.control: RunControl[S] = RunControl(self._watch, paused=paused)
+        self.control: RunControl[S] = RunControl(self._watch, seconds=self._least_seconds)
         self._task_control: TaskControl | None = None
         self.task: Task[T] = tasks.start(name, lambda control: self._work(control, relax), done, failed)
         self.task.on_frame = self._show
@@ -88,7 +92,7 @@ class LiveRun(Generic[S, T]):
         self._note_progress(snapshot)
         if self.on_snapshot is not None:
             self.on_snapshot(snapshot)
-        self.control.seconds = max(WATCH_SECONDS, (time.monotonic() - began) / LARGEST_SHARE)
+        self.control.seconds = max(self._least_seconds, (time.monotonic() - began) / LARGEST_SHARE)
 
     def _note_progress(self, snapshot: Snapshot[S]) -> None:
         figures = snapshot.iteration, snapshot.residual, snapshot.tolerance, snapshot.seconds, snapshot.energies

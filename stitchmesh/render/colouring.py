@@ -76,14 +76,13 @@ def colour_yarns(
     """
     if not 0.0 <= blend <= 1.0:
         raise ParameterError(f"blend: got {blend:g}; expected 0 to 1")
-    own = colours_of(yarns.colour, yarns.palette)[yarns.point_yarn]
     if colour == "yarn":
-        return Coloured(own)
+        return Coloured(_own_colours(yarns))
     if colour == "row":
-        return Coloured(blend_colours(own, row_colours(yarns.row), blend))
+        return Coloured(_blended(yarns, row_colours(yarns.row), blend))
     if colour == "stitch":
         codes = _stitches(yarns, fabric)
-        return Coloured(blend_colours(own, _code_colours(codes), blend), stitch_key(codes))
+        return Coloured(_blended(yarns, _code_colours(codes), blend), stitch_key(codes))
     if colour in COLOUR_BY:
         return _by_number(yarns, colour, fabric, body, material)
     return Coloured(np.tile(one_colour(colour), (len(yarns.points), 1)))
@@ -114,6 +113,15 @@ def stitch_key(codes: NDArray[np.int64]) -> tuple[tuple[str, Colour], ...]:
     return tuple(
         (Stitch(code).name.lower().replace("_", " "), stitch_colour(code)) for code in np.unique(codes[codes >= 0])
     )
+
+
+def _own_colours(yarns: YarnSet) -> NDArray[np.uint8]:
+    return colours_of(yarns.colour, yarns.palette)[yarns.point_yarn]
+
+
+def _blended(yarns: YarnSet, colours: NDArray[np.uint8], weight: float) -> NDArray[np.uint8]:
+    """Mix colours with those of the yarns, unless they have the whole weight."""
+    return colours if weight == 1.0 else blend_colours(_own_colours(yarns), colours, weight)
 
 
 def _by_number(

@@ -50,6 +50,18 @@ class EdgeSettings:
         return EdgeSettings(counts, tuple(dict.fromkeys((*self.marked, *other.marked))))
 
 
+def parse_edge(word: str) -> VertexPair:
+    """Parse an edge as a user writes it: ``4,7``.
+
+    Raises:
+        ParameterError: the word has another form.
+    """
+    found = WORD.fullmatch(word)
+    if not found or found[3] is not None:
+        raise ParameterError(f"edge {word!r}: expected the two vertices of an edge, for example 4,7")
+    return int(found[1]), int(found[2])
+
+
 def parse_edge_counts(words: Iterable[str]) -> EdgeSettings:
     """Parse counts as a user writes them: ``4,7=12``.
 

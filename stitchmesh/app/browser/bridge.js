@@ -83,7 +83,26 @@
       if (element && element.tagName === "BUTTON" && element.title !== hint) element.title = hint;
     }
   };
-  new MutationObserver(() => S.applyHints()).observe(document.body, { childList: true, subtree: true });
+
+  // Focus: a piece of HTML that is shown anew would lose the element on which a user of the keyboard stands.
+  let stood = null;
+  document.addEventListener("focusin", ({ target }) => {
+    const piece = target.closest("[data-stitchmesh]");
+    stood = piece && target.dataset.action && target.matches(":focus-visible")
+      ? { element: target, piece: piece.dataset.stitchmesh, action: target.dataset.action, value: target.dataset.value }
+      : null;
+  });
+  const keepFocus = () => {
+    if (!stood || stood.element.isConnected || document.activeElement !== document.body) return;
+    const elements = document.querySelectorAll(`[data-stitchmesh="${stood.piece}"] [data-action="${stood.action}"]`);
+    const same = [...elements].find((element) => element.dataset.value === stood.value);
+    if (same) same.focus({ preventScroll: true });
+  };
+
+  new MutationObserver(() => {
+    S.applyHints();
+    keepFocus();
+  }).observe(document.body, { childList: true, subtree: true });
 
   // Actions of HTML elements.
   document.addEventListener("click", (event) => {

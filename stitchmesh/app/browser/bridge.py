@@ -25,7 +25,10 @@ from stitchmesh.app.scene.drawing import Colours
 from stitchmesh.mesh.palette import linear_colour
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("bridge.js", "yarn_tubes.js", "frame_rate.js", "chart.js", "drop.js", "names.js")
+SCRIPTS = (
+    "bridge.js", "yarn_shapes.js", "yarn_levels.js", "yarn_tubes.js", "frame_rate.js", "chart.js", "drop.js",
+    "names.js",
+)  # fmt: skip
 """Files of scripts for each page, in the order in which they run."""
 Receiver = Callable[[dict[str, Any], int | None], None]
 """Takes the content of a message and the number of the browser that sent it; runs in the thread of the server."""

@@ -782,6 +782,7 @@
       const key = `${count} ${this.faultLine}`;
       if (this.key === key) return;
       this.key = key;
+      this.root.style.setProperty("--sm-height", `${clamp(16 * count + 24, 104, 400)}px`);
       const numbers = Array.from({ length: count }, (_, place) => place + 1);
       this.lines.innerHTML = numbers.map((each) => each === this.faultLine ? `<b>▶${each}</b>` : each).join("\n");
       this.lines.scrollTop = this.area.scrollTop;
@@ -830,10 +831,10 @@
     .sm-shade { fill: #8b9097; }
     .sm-text { display: flex; font: 12px/16px monospace; border: 1px solid #8b9097; border-radius: 3px; overflow: hidden; }
     .sm-text .sm-lines { white-space: pre; text-align: right; padding: 4px 4px 4px 2px; min-width: 2.6em; overflow: hidden;
-      max-height: 400px; background: rgba(128,128,128,.18); height: 168px; box-sizing: border-box; }
+      max-height: 400px; background: rgba(128,128,128,.18); height: var(--sm-height, 168px); box-sizing: border-box; }
     .sm-text .sm-lines b { background: #d9480f; color: #fff; }
     .sm-text textarea { flex: 1; min-width: 0; font: inherit; border: 0; padding: 4px; margin: 0; white-space: pre;
-      resize: none; height: 168px; box-sizing: border-box; background: var(--mantine-color-body);
+      resize: none; height: var(--sm-height, 168px); box-sizing: border-box; background: var(--mantine-color-body);
       color: var(--mantine-color-text); }
   `;
   document.head.append(style);

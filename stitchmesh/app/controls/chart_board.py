@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -13,14 +14,19 @@ from stitchmesh.errors import ParameterError, PatternError, StitchMeshError
 from stitchmesh.mesh.palette import LAST_YARN, parse_colour, recolour_palette
 from stitchmesh.patterns import Pattern, check_closes
 from stitchmesh.patterns.charts import chart_operations as operations
-from stitchmesh.patterns.charts.chart_history import ChartHistory
-from stitchmesh.patterns.charts.grid import Box, Brush
+from stitchmesh.patterns.charts.chart_history import MOST_STEPS, ChartHistory
+from stitchmesh.patterns.charts.grid import Box, Brush, check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, read_square
 from stitchmesh.periodic.chart_files import Chart, ChartText, chart_of, parse_chart, write_chart
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.weave.weave_chart import Threads, WeaveChart
 
+MOST_SQUARES = 5_000_000
+"""Number of squares that the steps of a chart hold; with it a large chart has fewer steps, and about 100 MB."""
+LEAST_STEPS = 10
 Operation = Callable[[Chart], Chart]
+NewChart = Literal["Knit", "Colours", "Weave"]
+NEW_CHARTS: tuple[NewChart, ...] = get_args(NewChart)
 
 
 class ChartBoard:
@@ -261,6 +267,22 @@ class ChartBoard:
         self.layer, self.selection, self.brush = None, None, Brush()
         self._step(written)
 
+    def begin(self, kind: NewChart, rows: int, columns: int) -> None:
+        """Begin a new chart, as a step: of knit stitches to be painted with stitches or with yarns, or a plain weave.
+
+        Raises:
+            ParameterError: the size is refused.
+        """
+        check_chart_shape((rows, columns))
+        if kind == "Weave":
+            squares = np.add.outer(np.arange(rows), np.arange(columns)) % 2
+            self.show(write_chart(WeaveChart(squares, name="New weave")))
+            return
+        none = np.zeros((rows, columns), dtype=np.int64)
+        self.show(write_chart(KnitChart(none, (PLAIN,), none, name="New chart")))
+        if kind == "Colours":
+            self.yarn, self.brush = 1, Brush(yarn=1)
+
     def show_layer(self, layer: int | None) -> None:
         """Show one layer of a weave, or all.
 
@@ -297,7 +319,8 @@ class ChartBoard:
         self._settle()
 
     def _step(self, written: ChartText, *, merge: bool = False) -> None:
-        self.history = self.history.with_value(written) if merge else self.history.step(written)
+        most = min(max(MOST_SQUARES // written.chart.squares.size, LEAST_STEPS), MOST_STEPS)
+        self.history = self.history.with_value(written) if merge else self.history.step(written, most)
         self.text = written.text
         self._settle()
 

@@ -14,7 +14,7 @@ import json
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.controls.chart_board import open_board
+from stitchmesh.app.controls.chart_board import NEW_CHARTS, open_board
 from stitchmesh.app.controls.chart_data import base_values, data_element
 from stitchmesh.app.controls.chart_palette import (
     STITCHES,
@@ -43,8 +43,8 @@ from stitchmesh.periodic.weave.weave_chart import WeaveChart
 if TYPE_CHECKING:
     from stitchmesh.app.controls.controls import Control, Controls
 
-LONG_TEXT = 20_000
-"""Number of characters above which the text follows a stroke only at its end."""
+LONGEST_TEXT = 4 * LONGEST_SIDE * LONGEST_SIDE
+"""Largest number of characters of a text."""
 MOST_BROWSERS = 16
 """Number of browsers whose last message is confirmed."""
 _numbers = itertools.count(1)
@@ -199,7 +199,7 @@ class ChartEditor:
         elif action == "thread":
             board.dye("wefts" if values.get("kind") == "wefts" else "warps", _integers(values, "thread"))
         elif action == "text":
-            board.edit_text(str(values.get("text", ""))[: 4 * LONGEST_SIDE * LONGEST_SIDE])
+            board.edit_text(_short_enough(str(values.get("text", ""))))
 
     def _brush_of(self, values: dict[str, Any]) -> Brush:
         """Return the brush with which the browser painted, which may have changed since."""
@@ -248,6 +248,10 @@ class ChartEditor:
 
     def _resize(self) -> None:
         self._do(self._board.resize, int(self._rows.value), int(self._columns.value))
+
+    def _begin(self, kind: str) -> None:
+        chosen = next(known for known in NEW_CHARTS if known == kind)
+        self._do(self._board.begin, chosen, int(self._rows.value), int(self._columns.value))
 
     def _receive(self, name: str, content: bytes) -> None:
         self._do(self._board.show, read_chart(name, content))
@@ -309,6 +313,8 @@ class ChartEditor:
             self._rows = _size(controls, "Rows", self.chart.shape[0])
             self._columns = _size(controls, "Columns", self.chart.shape[1])
             controls.button("Resize", "Give the chart these numbers of rows and columns", self._resize)
+            hint = "Begin a chart of these numbers of rows and columns; Undo brings the present chart back"
+            controls.buttons("New chart", hint, NEW_CHARTS, self._begin)
 
     def _build_text(self, controls: Controls) -> None:
         with controls.group("Text and files"):
@@ -427,6 +433,13 @@ def _pairs(places: object) -> Sequence[Sequence[int]]:
     if not isinstance(places, list) or any(not isinstance(place, list) or len(place) != 2 for place in places):
         raise ParameterError("chart: got a stroke without squares; expected rows and columns")
     return [[_whole(part) for part in place] for place in places]
+
+
+def _short_enough(text: str) -> str:
+    if len(text) > LONGEST_TEXT:
+        found = f"got {len(text)} characters; expected at most {LONGEST_TEXT}"
+        raise ParameterError(f"text of the chart: {found}, a chart has at most {LONGEST_SIDE} rows and columns")
+    return text
 
 
 def _box(values: dict[str, Any]) -> Box:

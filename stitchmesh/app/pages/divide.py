@@ -14,6 +14,7 @@ from stitchmesh.app.pages.division_view import DivisionView
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.division import Division, with_known_edges
 from stitchmesh.app.scene.scene import Pick
+from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.app.task import TaskControl
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import StitchMesh
@@ -51,6 +52,7 @@ class DividePage(Page):
         super().__init__(app)
         self._draft = DivisionDraft(Division())
         self._labeled: StitchMesh | None = None
+        self._numbers: VertexNumbers | None = None
         self._side: int | None = None
         self._shown = MESH
         self._typing = False
@@ -134,6 +136,10 @@ class DividePage(Page):
         )
         self._by_length = controls.button("Number by length", "Forget the number given by hand.", self._clear_count)
         with controls.group("Without the mouse", opened=False):
+            self._numbered = controls.toggle(
+                "Vertex numbers", "Show the numbers of the vertices, by which edges are named.", False,
+                self._show_numbers,
+            )  # fmt: skip
             self._text = controls.text(
                 "Edges", "One edge in each line: V,W=COUNT for a number, V,W for a marked edge.", "", self._set_text,
                 lines=4,
@@ -153,19 +159,32 @@ class DividePage(Page):
 
     def picked(self, pick: Pick) -> None:
         """Choose the edge that is nearest to the click; a click beside the mesh chooses none."""
+        if self.unavailable() is not None:
+            return
         place = pick_place(self._table, pick.ray_origin, pick.ray_direction)
         self._side = None if place is None else place.side
         self._show_all()
 
+    def camera_moved(self) -> None:
+        """Show the numbers of the vertices that face the camera."""
+        if self._numbers is not None:
+            self._numbers.camera_moved()
+
+    def _show_numbers(self, shown: bool) -> None:
+        if self._numbers is not None:
+            self._numbers.show(shown)
+
     def leave(self) -> None:
-        """Forget the chosen edge."""
-        self._side = None
+        """Forget the chosen edge and the drawing."""
+        self._side = self._numbers = None
 
     def _take_mesh(self, labeled: StitchMesh) -> None:
         """Prepare the drawing and the picking of a mesh."""
         self._labeled, self._side = labeled, None
         self._table = picking_table(labeled)
         self._view = DivisionView(self.app.scene, labeled)
+        self._numbers = VertexNumbers(self.app.scene, labeled)
+        self._numbers.show(self._numbered.value)
         fitting = with_known_edges(self._draft.division, labeled)
         if fitting != self._draft.division:
             self.app.notice("Numbers and marks of edges that this mesh does not have were left out.", "warning")

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 Evened = tuple[StitchMesh, MeshRelaxReport]
 MEASURES: dict[str, Measure] = {measure.capitalize(): measure for measure in get_args(Measure)}
 """What the map can show, by the words of the user."""
+BYTES_PER_STITCH = 120
+"""What a frame sends for each stitch: two triangles and two sides."""
 START, AGAIN = "Even out the stitches", "Even out the stitches again"
 """Labels of the button that starts, before the first time and later."""
 START_HINT = "Move the stitches over the surface until they are even"
@@ -111,6 +113,7 @@ class EvenOutPage(Page):
         self._run = LiveRun(
             self.app.tasks, "evening out the stitches", relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
             done=self._only_for(project, self._finish), failed=lambda error: self._end(),
+            frame_bytes=BYTES_PER_STITCH * fabric.face_count,
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
         self._verdict.content = ""

@@ -24,22 +24,25 @@ from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.drawing import Labels
 from stitchmesh.app.scene.mesh_drawing import MeshDrawing
 from stitchmesh.app.scene.scene import Pick, ViewName
+from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import LabelingFault, PartialLabeling
 from stitchmesh.labeling.growth import COURSE
 from stitchmesh.labeling.pointed_step import free_border_sides, pointed_step
+from stitchmesh.labeling.seeds import side_of
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.orientation import is_inside_out
 from stitchmesh.mesh.outline import outline_sides
-from stitchmesh.mesh.picking import PickedPlace, picking_table, side_near_ray
 from stitchmesh.mesh.picking import pick as pick_place
+from stitchmesh.mesh.picking import picking_table, side_near_ray
 from stitchmesh.render.labeling_drawing import (
     MISMATCH_COLOUR,
     faces_at_fault,
     labeling_arrowheads,
     labeling_colours,
 )
+from stitchmesh.tessellate.edge_file import parse_edge
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -73,6 +76,7 @@ class LabelPage(Page):
         self._meaning = ROWS
         self._flips_when_done = True
         self._mesh: Mesh | None = None
+        self._numbers: VertexNumbers | None = None
 
     def unavailable(self) -> str | None:
         """Say what is missing."""
@@ -116,6 +120,14 @@ class LabelPage(Page):
                 "Row", "Number of a row, counted from 1.", 1, lambda _: self._show_row(), least=1, most=10_000, step=1
             )
             controls.button("Flip this row", "Reverse the arrows of the row with this number.", self._flip_row)
+            self._numbered = controls.toggle(
+                "Vertex numbers", "Show the numbers of the vertices, by which edges are named.", False,
+                self._show_numbers,
+            )  # fmt: skip
+            self._place = controls.text(
+                "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", "", lambda _: None
+            )
+            controls.button("Act at this edge", "Do there what a click does.", self._act_at_edge)
         with controls.group("Whole mesh", opened=False):
             controls.button("Start again", "Remove all labels; Undo brings them back.", self._step("clear_labels"))
             controls.button(
@@ -141,17 +153,32 @@ class LabelPage(Page):
         self._draw(labeling)
         self._describe(labeling)
 
+    def leave(self) -> None:
+        """Forget the drawing."""
+        self._numbers = None
+
     def picked(self, pick: Pick) -> None:
         """Take the step that a click means."""
-        step = self._meant(pick)
+        step = self._meant(pick) if self.unavailable() is None else None
         if step is not None:
             self._take(step)
+
+    def camera_moved(self) -> None:
+        """Show the numbers of the vertices that face the camera."""
+        if self._numbers is not None:
+            self._numbers.camera_moved()
+
+    def _show_numbers(self, shown: bool) -> None:
+        if self._numbers is not None:
+            self._numbers.show(shown)
 
     def _take_mesh(self, mesh: Mesh) -> None:
         """Prepare drawing and picking of a mesh."""
         self._mesh, self._table = mesh, picking_table(mesh)
         self._drawing = MeshDrawing(self.app.scene, mesh)
         self._drawing.show_sides("edges", mesh.edge_side, INK, 1.0)
+        self._numbers = VertexNumbers(self.app.scene, mesh)
+        self._numbers.show(self._numbered.value)
         self._inside_out = is_inside_out(mesh)
         self._starts.content = start_list(mesh)
 
@@ -214,16 +241,18 @@ class LabelPage(Page):
                 whole = pick.modifier == "shift"
                 return LabelStep("start_at_border" if whole else "start_at_edge", {"edge": border})
         place = pick_place(self._table, *ray)
-        return None if place is None else self._step_at(labeling, place)
+        return None if place is None else self._step_at(labeling, place.side)
 
-    def _step_at(self, labeling: PartialLabeling, place: PickedPlace) -> LabelStep:
+    def _step_at(self, labeling: PartialLabeling, side: int) -> LabelStep:
+        """The step that a click means near a side of a face."""
+        face = int(labeling.mesh.side_face[side])
         steps: dict[str, Callable[[], LabelStep]] = {
-            ROWS: lambda: pointed_step(labeling, place.side),
-            FLIP: lambda: LabelStep("flip_row", {"face": place.face}),
-            INSIDE: lambda: LabelStep("start_at_edge", {"edge": place.side}),
-            WALE: lambda: LabelStep("set_edge", {"edge": place.side, "label": "wale"}),
-            COURSE_EDGE: lambda: LabelStep("set_edge", {"edge": place.side, "label": "course"}),
-            CLEAR: lambda: LabelStep("set_edge", {"edge": place.side, "label": None}),
+            ROWS: lambda: pointed_step(labeling, side),
+            FLIP: lambda: LabelStep("flip_row", {"face": face}),
+            INSIDE: lambda: LabelStep("start_at_edge", {"edge": side}),
+            WALE: lambda: LabelStep("set_edge", {"edge": side, "label": "wale"}),
+            COURSE_EDGE: lambda: LabelStep("set_edge", {"edge": side, "label": "course"}),
+            CLEAR: lambda: LabelStep("set_edge", {"edge": side, "label": None}),
         }
         return steps[self._meaning]()
 
@@ -259,6 +288,12 @@ class LabelPage(Page):
         if not len(faces):
             raise ParameterError("flip: there are no rows yet; label some first")
         self._take(LabelStep("flip_row", {"face": faces[0]}))
+
+    def _act_at_edge(self) -> None:
+        """Take the step that a click means at the edge whose vertices are typed."""
+        labeling = self.app.project.labeling
+        assert labeling is not None
+        self._take(self._step_at(labeling, side_of(labeling.mesh, parse_edge(self._place.value))))
 
     def _clicked(self, action: str, value: str) -> None:
         """Show a fault, or start at a border of the list."""

@@ -66,7 +66,7 @@ def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
     if len(labeling.mismatched_sides()):
         entries.append(LegendEntry("seam where arrows do not match", (MISMATCH_COLOUR,), line=True))
     if labeling.faults:
-        entries.append(LegendEntry("cannot be labeled (numbered)", (FAULT_COLOUR,)))
+        entries.append(LegendEntry("cannot be labeled: crossed out, with a number", (FAULT_COLOUR,)))
     return entries
 
 

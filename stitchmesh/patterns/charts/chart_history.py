@@ -24,9 +24,14 @@ class ChartHistory(Generic[ValueT]):
     future: tuple[ValueT, ...] = ()
     """Values that were undone, the next one last."""
 
-    def step(self, value: ValueT) -> ChartHistory[ValueT]:
-        """Return the history after a step to another value; what was undone before is dropped."""
-        return ChartHistory(value, (*self.past, self.value)[-MOST_STEPS:])
+    def step(self, value: ValueT, most: int = MOST_STEPS) -> ChartHistory[ValueT]:
+        """Return the history after a step to another value; what was undone before is dropped.
+
+        Args:
+            value: the value after the step.
+            most: number of steps that can be undone then; older ones are dropped.
+        """
+        return ChartHistory(value, (*self.past, self.value)[-most:])
 
     def with_value(self, value: ValueT) -> ChartHistory[ValueT]:
         """Return the history with another value as the result of the last step, as for the parts of one stroke."""

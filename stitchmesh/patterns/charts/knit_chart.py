@@ -246,6 +246,7 @@ def knit_chart(pattern: Pattern) -> KnitChart:
     Raises:
         ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
     """
+    check_chart_shape((pattern.height, max(len(row.cells) for row in pattern.rows)))
     rows = [_sections_of(pieces_of(row), row.left, row.right) for row in pattern.rows]
     return chart_of_sections(rows, pattern.name, pattern.source, pattern.palette)
 
@@ -253,7 +254,11 @@ def knit_chart(pattern: Pattern) -> KnitChart:
 def chart_of_written(
     rows: Sequence[WrittenRow], name: str, source: str, palette: tuple[tuple[int, int, int], ...]
 ) -> KnitChart:
-    """Return the chart of rows as their words describe them, from the bottom up."""
+    """Return the chart of rows as their words describe them, from the bottom up.
+
+    Raises:
+        ParameterError: the chart is larger than ``grid.LONGEST_SIDE``.
+    """
     parts = []
     for row in rows:
         first, second = row.bars or (0, len(row.pieces))

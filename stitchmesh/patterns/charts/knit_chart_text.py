@@ -14,6 +14,7 @@ import numpy as np
 
 from stitchmesh.mesh.palette import colour_text
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns.charts.grid import check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import COVERED, PLAIN, KnitChart, chart_of_written, knit_chart
 from stitchmesh.patterns.language.leaf_codes import bare_chart_name, bare_chart_rows, holds_digits
 from stitchmesh.patterns.language.parse import WrittenPattern, begins_with_statement, parse_written
@@ -69,6 +70,8 @@ def parse_knit_chart(text: str, name: str = "pattern") -> KnitChartText:
     """
     written = _read(text, name)
     places = tuple(row.place for row in written.rows)
+    # a short text can describe more stitches than the memory holds
+    check_chart_shape((len(written.rows), max(len(row.pieces) for row in written.rows)))
     if _has_turned_tuck(written.rows):  # no word of a chart means a tuck that was worked on the wrong side
         rows = finish_rows(written.rows)
         chart = knit_chart(Pattern(written.name, written.source, rows, written.palette))

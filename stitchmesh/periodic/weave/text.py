@@ -37,6 +37,8 @@ from stitchmesh.periodic.weave.weave import Thread, Weave
 STATEMENTS = "weave, source, colours, layer, stitch, wefts, warps or a line of 0 and 1"
 PROPERTIES = {"layer": int, "radius": float, "spacing": float, "length": float, "colour": int}
 """Properties of a thread, and the type of their numbers."""
+MOST_CROSSINGS = 4_000_000
+"""Largest number of crossings in one repeat, as in an image."""
 _COUNT = re.compile(r"\d{1,6}", re.ASCII)
 _NUMBER = re.compile(r"\d+(\.\d*)?([eE][-+]?\d+)?|\.\d+([eE][-+]?\d+)?", re.ASCII)
 _YARN = re.compile(r"(\d{1,6})\.(\d{1,6})", re.ASCII)
@@ -140,6 +142,10 @@ class _WeaveParser:
         end = lines[-1].place if lines else Place(self.file, 1, 1)
         if not self.layers or not self.layers[-1]:
             raise end.error("got the end of a weave without a matrix; expected a line of 0 and 1 for each weft")
+        rows, columns = sum(map(len, self.layers)), sum(len(layer[0]) for layer in self.layers)
+        if rows * columns > MOST_CROSSINGS:
+            expected = f"expected at most {MOST_CROSSINGS} crossings of all layers"
+            raise end.error(f"got {rows} wefts and {columns} warps; {expected}, leave layers out")
         stack = stack_layers([np.array(layer, dtype=np.bool_) for layer in self.layers])
         for stitch in self.stitches:
             stitch.bind(stack)

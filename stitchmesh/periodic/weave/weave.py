@@ -172,10 +172,11 @@ def top_sheet(over: NDArray[np.bool_]) -> NDArray[np.bool_]:
         Whether each yarn belongs to the set: first the wefts, then the warps, shape (wefts + warps,).
     """
     wefts, warps = over.shape
-    below = np.zeros((wefts + warps, wefts + warps), dtype=np.bool_)
-    below[:wefts, wefts:], below[wefts:, :wefts] = over, ~over.T
-    upper, lower = np.nonzero(below)
-    graph = csr_array((np.ones(len(upper)), (upper, lower)), shape=below.shape)
+    weft_over, warp_under = np.nonzero(over)
+    weft_under, warp_over = np.nonzero(~over)
+    upper = np.concatenate([weft_over, wefts + warp_over])
+    lower = np.concatenate([wefts + warp_under, weft_under])
+    graph = csr_array((np.ones(len(upper)), (upper, lower)), shape=(wefts + warps,) * 2)
     count, sheet = connected_components(graph, connection="strong")
     covered = np.zeros(count, dtype=np.bool_)
     covered[sheet[lower[sheet[upper] != sheet[lower]]]] = True

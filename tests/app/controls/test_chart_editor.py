@@ -12,6 +12,7 @@ import re
 import numpy as np
 import pytest
 
+from stitchmesh.app.controls import chart_board
 from stitchmesh.app.controls.chart_editor import ChartEditor
 from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.errors import StitchMeshError
@@ -218,6 +219,39 @@ def test_a_refused_size_leaves_the_chart(rib, rows, columns):
     assert rib.controls.find("Rows").value == 2
 
 
+def test_a_new_chart_is_a_step(rib):
+    rib.controls.set("Rows", 4)
+    rib.controls.set("Columns", 6)
+    rib.controls.press("New chart", "Weave")
+    assert rib.given[-1].matrix == ((0, 1, 0, 1, 0, 1), (1, 0, 1, 0, 1, 0)) * 2
+    rib.controls.press("New chart", "Colours")
+    assert rib.rows() == ["k k k k k k"] * 4
+    assert (rib.data("changes")["word"], rib.data("changes")["yarn"]) == (None, 1)
+    rib.controls.press("New chart", "Knit")
+    assert rib.data("changes")["word"] == "p"
+    for _ in range(3):
+        rib.controls.act("undo")
+    assert rib.rows() == ["p p k k"] * 2
+    rib.controls.set("Rows", 0)
+    with pytest.raises(StitchMeshError, match="expected 1 to 500 rows"):
+        rib.controls.press("New chart", "Weave")
+
+
+def test_the_steps_of_a_large_chart_hold_a_bounded_number_of_squares(rib, monkeypatch):
+    monkeypatch.setattr(chart_board, "MOST_SQUARES", 1200)
+    rib.controls.set("Rows", 8)
+    rib.controls.set("Columns", 10)
+    rib.controls.press("New chart", "Knit")
+    for place in range(30):
+        rib.stroke([place // 10, place % 10], word="p")
+    undone = 0
+    with pytest.raises(StitchMeshError, match="no step to undo"):
+        while True:
+            rib.editor.undo()
+            undone += 1
+    assert undone == 1200 // 80
+
+
 def test_the_brush_is_chosen_by_buttons(rib):
     rib.controls.act("stitch", "yo")
     assert rib.data("changes")["word"] == "yo"
@@ -284,6 +318,7 @@ def test_the_last_message_of_each_browser_is_confirmed(rib):
      ("stroke", '{"places": [[0, 0]], "yarn": 999999}'), ("fill", '{"row": "1e9"}'),
      ("fill", '{"row": 99, "column": 0}'),
      ("select", '{"row": 5, "row_end": 2, "column": 0, "column_end": 1}'), ("box", "{}"), ("pick", "{}"),
+     ("text", json.dumps({"text": "k" * 1_000_001})),
      ("yarn", "x"), ("yarn", "256"), ("layer", "7x"), ("move", '{"rows": 1, "columns": 1}'),
      ("paste", ""), ("copy", "")],
 )  # fmt: skip

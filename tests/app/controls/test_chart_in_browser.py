@@ -159,6 +159,18 @@ def test_the_keyboard_does_what_the_mouse_does(page_with):
         assert editor.chart.word_at(3, 3) == "yo"
 
 
+def test_the_focus_stays_on_a_button_that_is_pressed_by_a_key(page_with):
+    with page_with(PLAIN) as rig:
+        keyboard = rig.browser_page.keyboard
+        focused = "() => [document.activeElement.dataset.action, document.activeElement.dataset.value].join(' ')"
+        rig.button("Paint").focus()
+        for key, expected in (("Tab", "tool Fill"), ("Enter", "tool Fill"), ("Tab", "tool Box"), ("Space", "tool Box")):
+            keyboard.press(key)
+            settle(rig)
+            assert rig.browser_page.evaluate(focused) == expected
+        assert rig.button("Box").get_attribute("aria-pressed") == "true"
+
+
 def test_boxes_are_selected_moved_and_filled(page_with):
     with page_with(PLAIN) as rig:
         editor = rig.app.page.editor

@@ -310,6 +310,9 @@ def test_the_page_says_what_is_missing(tmp_path):
     with headless(tmp_path, tube(8, 3), "Divide") as page:
         assert page.controls.made == []
         assert "Go back to Label" in page.front.navigation.text_shown()
+        page.click((0.0, 0.0, 3.0))
+        page.app.page.camera_moved()
+        assert page.front.notices == []
     with headless(tmp_path / "empty", None, "Divide") as page:
         assert "Open the page Project" in page.front.navigation.text_shown()
 

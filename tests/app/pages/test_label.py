@@ -13,7 +13,7 @@ import pytest
 
 from stitchmesh.app.pages.label import CLEAR, COURSE_EDGE, FLIP, INSIDE, ROWS, WALE
 from stitchmesh.app.scene.drawing import Colours, Labels, Lines, Surface
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.labeling import PartialLabeling, start_labeling
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import BORDER, Mesh
@@ -193,6 +193,45 @@ def test_without_the_mouse_a_border_is_chosen_and_a_row_is_flipped(page):
     assert bits(labeling_of(page)) == bits(before.flip_row(int(faces[0])))
 
 
+@pytest.mark.parametrize("meaning", [ROWS, FLIP, INSIDE, WALE, COURSE_EDGE, CLEAR])
+def test_a_typed_edge_does_what_a_click_does(page, meaning):
+    """Near the side that runs from the first vertex to the second."""
+    for _ in range(2):
+        page.controls.press("Steps", "Next row")
+    mesh = mesh_of(page)
+    side = int(np.flatnonzero(labeling_of(page).row == 1)[0]) * 4 + 1
+    page.controls.set("A click", meaning)
+    page.click_side(side)
+    clicked, steps = bits(labeling_of(page)), page.project.label_steps
+    notices = len(page.front.notices)
+    if notices == 0:
+        page.controls.press("Steps", "Undo")
+    page.controls.set("Edge", f"{mesh.face_vertex[side]},{mesh.face_vertex[mesh.side_next[side]]}")
+    try:
+        page.controls.press("Act at this edge")
+    except StitchMeshError as error:
+        assert str(error) in page.notices()
+    assert bits(labeling_of(page)) == clicked
+    assert len(page.project.label_steps) == len(steps)
+
+
+@pytest.mark.parametrize("text", ["", "4", "4,x", "4,7=3"])
+def test_a_typed_edge_in_another_form_is_refused(page, text):
+    page.controls.set("Edge", text)
+    with pytest.raises(ParameterError, match="expected the two vertices of an edge"):
+        page.controls.press("Act at this edge")
+
+
+def test_vertex_numbers_are_shown_on_request(page):
+    assert "vertex numbers" not in page.scene.drawings
+    page.controls.set("Vertex numbers", True)
+    labels = page.scene.drawings["vertex numbers"]
+    assert isinstance(labels, Labels)
+    assert labels.texts == tuple(str(number) for number in range(len(mesh_of(page).vertices)))
+    page.controls.set("Vertex numbers", False)
+    assert "vertex numbers" not in page.scene.drawings
+
+
 def test_the_borders_to_click_are_drawn_until_a_row_reaches_them(page):
     starts = page.scene.drawings["starts"]
     assert isinstance(starts, Lines)
@@ -291,6 +330,9 @@ def test_the_page_without_a_mesh_says_what_to_do_first(tmp_path):
     with headless(tmp_path, None, "Label") as page:
         assert page.controls.made == []
         assert "Open the page Project" in page.front.navigation.text_shown()
+        page.click((0.0, 0.0, 0.0))
+        page.app.page.camera_moved()
+        assert page.front.notices == []
 
 
 def test_every_control_has_a_hint(page):

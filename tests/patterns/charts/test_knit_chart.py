@@ -137,3 +137,9 @@ def test_texts_of_digits_and_of_tile_codes_alone_are_charts():
 def test_blank_squares_are_knit_in_yarn_0():
     edited = chart("chart colours:\n11\n11").blanked(Box(0, 0, 1, 9))
     assert edited.yarns.tolist() == [[0, 0], [1, 1]]
+
+
+@pytest.mark.parametrize("text", ["rows 1-10000 RS: k100000", "row 1 RS: k501", "rows 1-501 RS: k", "rounds 1-600: t2"])
+def test_short_texts_of_large_charts_are_refused(text):
+    with pytest.raises(ParameterError, match=r"\(rows x columns\); expected 1 to 500"):
+        parse_knit_chart(text)

@@ -20,8 +20,8 @@ AXIS = np.array([1.0, 0.0, 0.0])
 """Direction from one variant to the next."""
 NAMES_OF_VARIANTS = "names of variants"
 """Name of the drawing of the labels."""
-ABOVE = 1.08
-"""Height of the labels over half the height of the fabric."""
+ABOVE = 0.07
+"""Height of the labels above the fabric, and of the room above them, over the larger side of the picture."""
 REFIT = 1.3
 """Factor by which the fabric grows or shrinks before the camera is placed again."""
 
@@ -67,10 +67,11 @@ class FabricDrawing:
         if len(drawings) < 2:
             self._named = None
             return self._scene.remove(NAMES_OF_VARIANTS)
-        top = ABOVE * max(float(drawing.high[1]) for _, drawing in drawings)
-        points = np.array([[place, top, 0.0] for place in places])
+        low, high = _bounds([drawing for _, drawing in drawings], places)
+        room = ABOVE * float((high - low).max())
+        points = np.array([[place, high[1] + room, 0.0] for place in places])
         # A browser that is sent a label in every frame shows none of them.
-        if self._named is None or np.abs(points - self._named).max() > (ABOVE - 1.0) * top:
+        if self._named is None or np.abs(points - self._named).max() > 0.5 * room:
             self._named = points
             self._scene.show(NAMES_OF_VARIANTS, Labels(points, tuple(name for name, _ in drawings)))
 
@@ -90,9 +91,9 @@ class FabricDrawing:
 
     def _fit(self, drawings: Sequence[TileDrawing], places: Sequence[float]) -> None:
         """Place the camera if the fabric has quite another size than when the camera was placed."""
-        moves = np.stack([place * AXIS for place in places])
-        low = (np.stack([drawing.low for drawing in drawings]) + moves).min(axis=0)
-        high = (np.stack([drawing.high for drawing in drawings]) + moves).max(axis=0)
+        low, high = _bounds(drawings, places)
+        if len(drawings) > 1:
+            high = high + np.array([0.0, 2.0 * ABOVE * float((high - low).max()), 0.0])
         self._box = low, high
         size = (high - low)[:2]
         if self._fitted is None or not (size / self._fitted < REFIT).all() or not (self._fitted / size < REFIT).all():
@@ -111,6 +112,14 @@ def _places(drawings: Sequence[TileDrawing]) -> list[float]:
     half = [float(drawing.high[0]) for drawing in drawings]
     gap = GAP * max(half)
     return [-half[0] - gap, half[1] + gap]
+
+
+def _bounds(drawings: Sequence[TileDrawing], places: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    """Return the least and the largest coordinates of all fabrics [cm], shape (3,) each."""
+    moves = np.stack([place * AXIS for place in places])
+    low: FloatArray = (np.stack([drawing.low for drawing in drawings]) + moves).min(axis=0)
+    high: FloatArray = (np.stack([drawing.high for drawing in drawings]) + moves).max(axis=0)
+    return low, high
 
 
 def _name(variant: Variant, number: int) -> str:

@@ -90,8 +90,8 @@ class SwatchPage(Page):
         """Take another design of the edited variant, and let its fabric follow."""
         if design.pattern != self.state.design.pattern:
             self._drawing.expect_other_size()
-        self._keep(self.state.with_design(design))
         self.variant.change(design)
+        self._keep(self.state.with_design(design))
         self._show()
 
     def _build_left(self) -> None:

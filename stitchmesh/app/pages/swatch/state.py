@@ -20,8 +20,8 @@ NAMES = ("A", "B")
 """Names of the variants."""
 COLOURINGS = ("yarn", "stitch", "row", "strain")
 """What may decide the colours."""
-SHOWN_STITCHES = 12
-"""Number of stitches that a new pattern shows in a row, in whole repeats."""
+SHOWN = (12, 16)
+"""Numbers of wales and of courses that a new pattern shows, in whole repeats; such a piece is about square."""
 MOST_TILES = 12
 """Largest number of repeats that are shown in one direction."""
 
@@ -53,9 +53,9 @@ class Look:
 
 
     def fitted(self, source: Source) -> Look:
-        """Return the look with so many repeats of a pattern that about ``SHOWN_STITCHES`` stitches stand in a row."""
-        across, upwards = repeat_shape(source)
-        columns, rows = (min(max(round(SHOWN_STITCHES / count), 1), MOST_TILES) for count in (across, upwards))
+        """Return the look with so many repeats of a pattern that about ``SHOWN`` wales and courses are seen."""
+        counts = zip(SHOWN, repeat_shape(source), strict=True)
+        columns, rows = (min(max(round(shown / own), 1), MOST_TILES) for shown, own in counts)
         return replace(self, columns=columns, rows=rows)
 
 

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import base64
-import tempfile
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
@@ -14,15 +12,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.app.controls.html_pieces import colour_bar, figures, legend
+from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
-from stitchmesh.app.pages.view.folder_watch import FolderWatch
-from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.measurement import Measurement
+from stitchmesh.app.pages.view.opened import Opened, read_upload
+from stitchmesh.app.pages.view.pieces import FRAMES, legend_of, list_of_results, shown_in_panel, status_line
 from stitchmesh.app.pages.view.residual_plot import residual_figure
+from stitchmesh.app.pages.view.settings import (
+    DEFAULTS,
+    FACE_COLOURS,
+    ONE_COLOUR,
+    YARN_COLOURS,
+    checked_settings,
+    colour_word,
+)
 from stitchmesh.app.pages.view.thing_view import ThingView, view_of_thing
-from stitchmesh.app.pages.view.viewed import SUFFIXES, Viewed, project_results, read_viewed
+from stitchmesh.app.pages.view.viewed import SUFFIXES, Viewed, project_results
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -35,23 +41,7 @@ if TYPE_CHECKING:
 
 OPENED = "Opened file"
 """Entry of the list for a file or a folder that was opened."""
-NOTHING = "There is nothing to see yet. Open a file, or make something on the other pages."
-YARN_COLOURS = {
-    "Colours of the yarns": "yarn", "Rows": "row", "Stitch types": "stitch", "Strain of the yarn": "strain",
-    "Stretch of the stitches": "stretch", "Contact force": "contact", "Distance between yarns": "distance",
-    "Distance from a body": "body-distance", "One colour": "",
-}  # fmt: skip
-"""Colours of yarns in the words of the page, and the words of ``colour_yarns``."""
-FACE_COLOURS = {
-    "Stitch types": "stitch", "Rows": "row", "Colours of the yarns": "yarn", "Stretch of the stitches": "stretch",
-    "One colour": "",
-}  # fmt: skip
-"""Colours of faces in the words of the page, and the words of ``colour_faces``."""
-ONE_COLOUR = "#c9b89a"
-"""The one colour at first."""
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
-DEFAULTS = {"show": "", "path": "", "yarn colour": "Rows", "face colour": "Stitch types", "one colour": ONE_COLOUR}
-"""Settings of the page at first: what is shown, the path of what was opened, and the colours."""
 LARGEST_PICTURE = 4096
 """Largest side of a saved picture [pixels]."""
 BOX = "clip box"
@@ -70,19 +60,19 @@ class ViewPage(Page):
         self._viewed: Viewed | None = None
         self._view: ThingView | None = None
         self._coloured: Coloured | None = None
-        self._opened: Viewed | None = None
+        self._opened = Opened(app.post, self._job_changed)
         self._body: Mesh | None = None
-        self._watch: FolderWatch | None = None
         self._measurement = Measurement()
         self._shares: dict[str, float] = {}
-        self._settings = _checked({**DEFAULTS, **app.project.settings(self.name)})
+        self._settings = checked_settings({**DEFAULTS, **app.project.settings(self.name)})
 
     def build(self) -> None:
         """Make the controls, and draw."""
         self._make_sources()
         self._make_colours()
         self._make_tools()
-        if self._settings["path"] and self._opened is None:
+        self._attempt(self._opened.follow_again)
+        if self._settings["path"] and self._opened.viewed is None:
             shown = self._settings["show"] or OPENED
             self._attempt(lambda: self.open_path(self._settings["path"]))
             self._keep(show=shown)
@@ -93,12 +83,12 @@ class ViewPage(Page):
         """Show the newest state of what is chosen."""
         found = self._sources()
         chosen = self._settings["show"] if self._settings["show"] in found else next(iter(found), "")
-        self._list.content = _list_of(tuple(found), chosen)
+        self._list.content = list_of_results(tuple(found), chosen)
         self._show(found.get(chosen))
 
     def leave(self) -> None:
-        """Stop watching a folder."""
-        self._stop_watch()
+        """Watch no folder while another page is open."""
+        self._opened.pause()
 
     def picked(self, pick: Pick) -> None:
         """Say what was clicked, or take it as a place to measure."""
@@ -120,13 +110,7 @@ class ViewPage(Page):
             StitchMeshError: it cannot be read.
         """
         path = Path(text).expanduser()
-        self._stop_watch()
-        if path.is_dir():
-            files = job_files(path)
-            self._opened = read_job(files) if files.times else Viewed(path.name, text="Waiting for the first result.")
-            self._watch = FolderWatch(path, lambda now: self.app.post(self._job_changed, now))
-        else:
-            self._opened = read_viewed(path)
+        self._opened.open_path(path)
         self._keep(show=OPENED, path=str(path.absolute()))
         self._path.value = str(path.absolute())
 
@@ -194,8 +178,8 @@ class ViewPage(Page):
 
     def _sources(self) -> dict[str, Viewed]:
         """Return what can be shown, by its name in the list."""
-        opened = {} if self._opened is None else {OPENED: self._opened}
-        return opened | project_results(self.app.project)
+        opened = self._opened.viewed
+        return ({} if opened is None else {OPENED: opened}) | project_results(self.app.project)
 
     def _show(self, viewed: Viewed | None) -> None:
         """Show something else, or another state of the same."""
@@ -231,13 +215,12 @@ class ViewPage(Page):
         title = "" if viewed is None else viewed.name
         self._facts = figures(rows, title) if rows else f"<strong>{escape(title)}</strong>"
         self._say("" if viewed is None or self._view is None else viewed.text)
-        self._picture.content = "" if viewed is None else _alone(viewed)
+        self._picture.content = "" if viewed is None else shown_in_panel(viewed)
         self._plot.figure = residual_figure(viewed.history) if viewed is not None and viewed.history else None
 
     def _say(self, text: str) -> None:
         """Show a line below the figures."""
-        line = f'<p role="status" style="font-size:.86em;margin:.3em 0">{escape(text)}</p>' if text else ""
-        self._status.content = self._facts + line
+        self._status.content = self._facts + status_line(text)
 
     def _colour(self) -> None:
         """Find the colours, at once or as a task, and draw."""
@@ -284,13 +267,7 @@ class ViewPage(Page):
         return self._view.coloured(ONE_COLOUR, None, None).points
 
     def _colour_word(self) -> str:
-        """Return what decides the colours, as a word of the library."""
-        thing = None if self._viewed is None else self._viewed.thing
-        if isinstance(thing, YarnSet):
-            return YARN_COLOURS.get(self._settings["yarn colour"], "row") or self._settings["one colour"]
-        if isinstance(thing, StitchMesh):
-            return FACE_COLOURS.get(self._settings["face colour"], "stitch") or self._settings["one colour"]
-        return str(self._settings["one colour"])
+        return colour_word(self._settings, None if self._viewed is None else self._viewed.thing)
 
     # ---- what the user does ------------------------------------------------------------------------------------------
 
@@ -309,34 +286,20 @@ class ViewPage(Page):
         self.refresh()
 
     def _uploaded(self, name: str, content: bytes) -> None:
-        """Open an uploaded file by way of a temporary one, which the readers of all formats need."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / Path(name.replace("\\", "/")).name
-            path.write_bytes(content)
-            try:
-                self._opened = read_viewed(path)
-            except StitchMeshError as error:
-                raise type(error)(str(error).replace(f"{folder}/", "")) from error
-        self._stop_watch()
+        self._opened.receive(name, content)
         self._keep(show=OPENED, path="")
         self._look_again = True
         self.refresh()
 
     def _body_received(self, name: str, content: bytes) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / Path(name.replace("\\", "/")).name
-            path.write_bytes(content)
-            thing = read_viewed(path).thing
+        thing = read_upload(name, content).thing
         if not isinstance(thing, Mesh):
             raise ParameterError(f"{name}: holds no mesh; expected the mesh of a body")
         self._body = thing
         self._colour()
 
-    def _job_changed(self, files: JobFiles) -> None:
+    def _job_changed(self) -> None:
         """Show the newest state of the job that is followed."""
-        if self._watch is None or files.folder != self._watch.folder:
-            return
-        self._opened = read_job(files)
         if self.app.page is self:
             self.refresh()
 
@@ -397,56 +360,6 @@ class ViewPage(Page):
         self._settings |= {name.replace("_", " "): value for name, value in values.items()}
         self.app.project.set_settings(self.name, self._settings)
 
-    def _stop_watch(self) -> None:
-        if self._watch is not None:
-            self._watch.stop()
-            self._watch = None
-
-
-FRAMES = '<div class="sm-frames" role="status" style="font-size:.86em;font-variant-numeric:tabular-nums"></div>'
-"""The element that the script ``frame_rate.js`` fills."""
-
-
-def _checked(settings: dict[str, str]) -> dict[str, str]:
-    """Return settings in which colours that the page does not know are those at first."""
-    known = {"yarn colour": YARN_COLOURS, "face colour": FACE_COLOURS}
-    return {
-        name: value if isinstance(value, str) and value in known.get(name, (value,)) else DEFAULTS[name]
-        for name, value in settings.items()
-        if name in DEFAULTS
-    }
-
 
 def _nothing(value: float) -> None:
     """Do nothing; the value is read when it is needed."""
-
-
-def legend_of(coloured: Coloured) -> str:
-    """Return the legend of colours as HTML: names, or a bar for numbers; an empty text where they need none."""
-    if coloured.scale is None:
-        return legend(coloured.key) if coloured.key else ""
-    numbers, units = zip(*(text.split(" ", 1) for text, _ in reversed(coloured.key)), strict=True)
-    return colour_bar(coloured.scale.table(9), numbers, units[0])
-
-
-def _list_of(names: tuple[str, ...], chosen: str) -> str:
-    """Return the list of what can be shown, as buttons."""
-    if not names:
-        return f'<p style="font-size:.86em;margin:.2em 0">{NOTHING}</p>'
-    buttons = "".join(
-        f'<button type="button" data-action="show" data-value="{escape(name)}"'
-        f'{" aria-current=true" if name == chosen else ""}>{escape(name)}</button>'
-        for name in names
-    )
-    return f'<nav class="sm-nav" style="flex-wrap:wrap" aria-label="What the scene shows">{buttons}</nav>'
-
-
-def _alone(viewed: Viewed) -> str:
-    """Return a picture, or the text of a file, as HTML."""
-    if viewed.picture:
-        code = base64.b64encode(viewed.picture).decode("ascii")
-        return f'<img alt="{escape(viewed.name)}" style="max-width:100%" src="data:image/png;base64,{code}">'
-    if viewed.text and viewed.thing is None:
-        style = "font-size:.75em;max-height:24em;overflow:auto;white-space:pre-wrap"
-        return f'<pre tabindex="0" aria-label="{escape(viewed.name)}" style="{style}">{escape(viewed.text)}</pre>'
-    return ""

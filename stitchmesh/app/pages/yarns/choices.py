@@ -15,9 +15,6 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarngen.finish import BIND_OFFS, CAST_ONS
 from stitchmesh.yarnrelax.model.material import NAMED
 
-BODY_SUFFIXES = (".obj", ".ply", ".off", ".stl")
-"""Suffixes of the files of bodies."""
-
 
 class Choices:
     """Controls that call a function with the fields of ``YarnSettings`` that change."""

@@ -45,9 +45,11 @@ def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | N
     chosen = [assessed[k] for k in np.unique(np.linspace(0, len(assessed) - 1, MOST_POINTS).astype(int)).tolist()]
     iterations = [entry.iteration for entry in chosen]
     names = dict.fromkeys(name for entry in chosen for name in entry.energies)
+    # Gravity, for example, has energies of both signs, which a logarithmic axis cannot show.
+    positive = all(energy >= 0.0 for entry in chosen for energy in entry.energies.values())
     figure = go.Figure()
     for number, name in enumerate(names):
-        energies = [MICROJOULES_PER_ERG * entry.energies.get(name, 0.0) for entry in chosen]
+        energies = [_microjoules(entry, name, logarithmic=positive) for entry in chosen]
         line = {"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)], "width": 2}
         figure.add_scatter(x=iterations, y=energies, mode="lines", name=name, line=line)
     below = {"mode": "lines", "yaxis": "y2", "showlegend": False}
@@ -55,15 +57,16 @@ def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | N
     figure.add_scatter(x=iterations, y=residuals, name="residual", line={"color": RESIDUAL, "width": 2}, **below)
     limit = {"color": LIMIT, "dash": "dash", "width": 1.5}
     figure.add_scatter(x=[iterations[0], iterations[-1]], y=[tolerance] * 2, name="at rest", line=limit, **below)
+    scale = LOGARITHMIC if positive else {}
     return figure.update_layout(
         xaxis={"title": "iterations", "anchor": "y2"},
-        yaxis={"title": "energy [\N{MICRO SIGN}J]", "domain": [0.46, 0.86], **_scale(chosen)},
-        yaxis2={"title": "residual", "domain": [0.0, 0.38], **LOGARITHMIC},
-        legend={"orientation": "h", "y": 1.05, "yanchor": "top", "x": 0.0, "font": {"size": 10}}, uirevision="energies",
+        yaxis={"title": "energy [\N{MICRO SIGN}J]", "domain": [0.46, 0.9], "tickfont": {"size": 10}, **scale},
+        yaxis2={"title": "residual", "domain": [0.0, 0.38], "tickfont": {"size": 10}, **LOGARITHMIC},
+        legend={"orientation": "h", "y": 1.13, "yanchor": "top", "x": 0.0, "font": {"size": 10}}, uirevision="energies",
     )  # fmt: skip
 
 
-def _scale(assessed: Sequence[Assessed]) -> dict[str, object]:
-    """Return a logarithmic axis where all energies are positive; gravity, for example, has none of a fixed sign."""
-    positive = all(energy > 0.0 for entry in assessed for energy in entry.energies.values())
-    return LOGARITHMIC if positive else {}
+def _microjoules(entry: Assessed, name: str, *, logarithmic: bool) -> float | None:
+    """Return an energy; None where a logarithmic axis has no place for it."""
+    energy = MICROJOULES_PER_ERG * entry.energies.get(name, 0.0)
+    return None if logarithmic and energy == 0.0 else energy

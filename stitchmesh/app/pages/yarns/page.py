@@ -8,20 +8,18 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
 from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import RunPanel
 from stitchmesh.app.pages.verdict_html import figures_html, message_html, verdict_html
-from stitchmesh.app.pages.yarns.choices import BODY_SUFFIXES, Choices
+from stitchmesh.app.pages.yarns.body_panel import BodyPanel
+from stitchmesh.app.pages.yarns.choices import Choices
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
-from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path, settings_of, settings_table
+from stitchmesh.app.pages.yarns.pin_panel import PinPanel, check_pins
+from stitchmesh.app.pages.yarns.settings import YarnSettings, settings_of, settings_table
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
-from stitchmesh.errors import ParameterError, StitchMeshError
-from stitchmesh.io import read_mesh
-from stitchmesh.io.atomic import write_bytes
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline import relax_with_options
 from stitchmesh.reporting.figures import report_figures
@@ -29,7 +27,6 @@ from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
-from stitchmesh.yarn.picking import pick_yarn, yarn_picking_table
 from stitchmesh.yarn.yarn_presets import yarn_for_gauge
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
@@ -41,7 +38,8 @@ GENERATE, GENERATE_AGAIN = "Generate the yarns", "Generate the yarns again"
 RELAX, RELAX_AGAIN, CONTINUE = "Relax the yarns", "Relax from the start again", "Continue the relaxation"
 """Labels of the buttons that start something."""
 OTHER_SETTINGS = "The yarns were generated with other settings. Generate them again to use yours."
-BODY_HINT = "A mesh that the yarns lie on and do not enter"
+BYTES_PER_POINT = 6
+"""What a frame sends for each control point."""
 PLOT_SECONDS = 1.0
 """Shortest time between two updates of the plot while the yarns relax [s]."""
 INTERRUPTED = "interrupted"
@@ -60,7 +58,6 @@ class YarnsPage(Page):
         super().__init__(app)
         self._run: Run | None = None
         self._view = YarnView(app.scene)
-        self._pinning = False
         self._plotted = 0.0
 
     @property
@@ -86,12 +83,13 @@ class YarnsPage(Page):
     def build(self) -> None:
         """Make the controls and show the yarns."""
         controls = self.app.controls
+        self._view = YarnView(self.app.scene, self._view.colouring)
         self._generate = controls.button(GENERATE, "Make yarn curves from the stitches", self.generate, main=True)
         self._continue = controls.button(CONTINUE, "Go on from the last checkpoint", self.resume, main=True)
         self._relax = controls.button(RELAX, "Let the yarns move until they are at rest", self.relax, main=True)
         self._panel = RunPanel(controls, "20 iterations")
         self._verdict = controls.html("")
-        self._plot = controls.plot(None, aspect=1.25)
+        self._plot = controls.plot(None, aspect=1.15)
         self._colouring = controls.choice(
             "Colours show", "What the colours of the yarns mean", list(COLOURINGS), self._view.colouring, self._recolour
         )
@@ -101,11 +99,10 @@ class YarnsPage(Page):
         self._choices = Choices(controls, self.settings, self._set)
         self._choices.yarn_group()
         self._choices.force_group()
-        self._build_body()
-        self._build_pins()
+        self._body = BodyPanel(self.app, self._view, lambda: self.settings, self._set)
+        self._pins = PinPanel(self.app, self._view, lambda: self.settings, self._set)
         self._generate_again = controls.button(GENERATE_AGAIN, "Make new yarn curves", self.generate)
         self._relax_again = controls.button(RELAX_AGAIN, "Relax from the generated yarns", self.relax)
-        self._view = YarnView(self.app.scene, self._view.colouring)
         if self._run is not None:
             self._run.on_snapshot = self._show_snapshot
         self.refresh()
@@ -155,24 +152,13 @@ class YarnsPage(Page):
 
     def picked(self, pick: Pick) -> None:
         """Pin the stitch under the pointer, or free it."""
-        yarns = self._view.yarns
-        if not self._pinning or self._run is not None or yarns is None:
-            return
-        place = pick_yarn(yarn_picking_table(yarns), pick.ray_origin, pick.ray_direction)
-        if place is None:
-            return
-        # A segment extends approximately from its second to its third control point.
-        face = int(yarns.face[yarns.segment_points[place.segment, 1]])
-        if face < 0:
-            raise ParameterError(f"pin: this piece of yarn {place.yarn} belongs to no stitch; click a stitch beside it")
-        self._set(pins=tuple(sorted(set(self.settings.pins) ^ {face})))
+        if self._run is None:
+            self._pins.picked(pick)
 
     def boxed(self, box: ScreenBox) -> None:
         """Pin all stitches in the rectangle."""
-        yarns = self._view.yarns
-        if self._pinning and self._run is None and yarns is not None:
-            faces = np.unique(yarns.face[box.inside(yarns.points) & (yarns.face >= 0)])
-            self._set(pins=tuple(sorted({*self.settings.pins, *faces.tolist()})))
+        if self._run is None:
+            self._pins.boxed(box)
 
     def _start(self, *, resume: bool) -> None:
         """Start a relaxation in the worker thread."""
@@ -180,7 +166,7 @@ class YarnsPage(Page):
         if project.yarns is None:
             raise ParameterError(f"relaxation: there are no yarns; press {GENERATE} first")
         yarns, quality = project.yarns, settings.solver_quality()
-        self._check_pins(yarns)
+        check_pins(settings.pins, yarns)
         options = settings.relax_options(project, resume=resume)
 
         def relax(control: RunControl[YarnSet]) -> Relaxation:
@@ -198,17 +184,13 @@ class YarnsPage(Page):
         self._run = LiveRun(
             self.app.tasks, "relaxing the yarns", relax, stage="yarnrelax", done=done,
             failed=lambda error: self._end_run(), max_iterations=quality.max_iterations,
+            frame_bytes=BYTES_PER_POINT * len(yarns.points),
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
         self._keep(**{INTERRUPTED: True, "tolerance": quality.tolerance})
         self._verdict.content, self._figures.content = "", ""
         self._plot.figure = None
         self.refresh()
-
-    def _check_pins(self, yarns: YarnSet) -> None:
-        unknown = np.setdiff1d(self.settings.pins, yarns.face)
-        if len(unknown):
-            raise ParameterError(f"pins: stitch {unknown[0]:g} does not exist any more; remove all pins, and pin again")
 
     def _end_run(self) -> None:
         self._run = None
@@ -305,63 +287,11 @@ class YarnsPage(Page):
     def _set(self, **changes: Any) -> None:
         """Keep changed choices, and show what follows from them."""
         self._keep(choices=settings_table(replace(self.settings, **changes)))
-        if "pins" in changes:
-            self._show_pins()
         if self._run is None and self.app.page is self:
             self._verdict.content = self._verdict_content()
 
     def _keep(self, **values: Any) -> None:
         self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})
-
-    def _build_body(self) -> None:
-        controls = self.app.controls
-        with controls.group("Body", opened=False):
-            self._body_text = controls.markdown("")
-            controls.upload("Choose a body", BODY_HINT, BODY_SUFFIXES, self._receive_body)
-            self._body_remove = controls.button("Remove the body", "Relax without a body", lambda: self._set_body(""))
-        self._show_body()
-
-    def _receive_body(self, name: str, content: bytes) -> None:
-        """Keep the mesh of a body in the project, if it can be read."""
-        path = body_path(self.app.project.folder, name)
-        write_bytes(path, content)
-        try:
-            read_mesh(path, unit=self.settings.body_unit)
-        except StitchMeshError:
-            path.unlink(missing_ok=True)
-            raise
-        self._set_body(path.name)
-
-    def _set_body(self, name: str) -> None:
-        self._set(body=name)
-        self._show_body()
-
-    def _show_body(self) -> None:
-        settings = self.settings
-        self._body_text.content = f"Body: {settings.body or 'none'}"
-        self._body_remove.visible = bool(settings.body)
-        path = body_path(self.app.project.folder, settings.body)
-        self._view.show_body(read_mesh(path, unit=settings.body_unit) if settings.body else None)
-
-    def _build_pins(self) -> None:
-        controls = self.app.controls
-        with controls.group("Pins", opened=False):
-            self._pin_text = controls.markdown("")
-            controls.toggle(
-                "Pin by clicking", "A click holds a stitch in its place or frees it; shift and drag holds all in a box",
-                self._pinning, self._set_pinning,
-            )  # fmt: skip
-            self._pin_remove = controls.button("Remove all pins", "No stitch is held", lambda: self._set(pins=()))
-        self._show_pins()
-
-    def _set_pinning(self, pinning: bool) -> None:
-        self._pinning = pinning
-
-    def _show_pins(self) -> None:
-        count = len(self.settings.pins)
-        self._pin_text.content = f"{count} stitch{'' if count == 1 else 'es'} held"
-        self._pin_remove.visible = count > 0
-        self._view.show_pins(self.settings.pins)
 
     def _even_fabric(self) -> StitchMesh:
         assert self.fabric is not None

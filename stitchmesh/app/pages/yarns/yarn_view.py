@@ -28,7 +28,7 @@ MOVING = ("strain",)
 PIN_COLOUR: Colour = (230, 120, 0)
 BODY_COLOUR: Colour = (176, 168, 158)
 BODY_OPACITY = 0.75
-PIN_SIZE = 2.2
+PIN_SIZE = 3.0
 """Size of the mark of a pinned stitch, in apparent radii of the yarn."""
 OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
 OCTAHEDRON_FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])

@@ -13,7 +13,7 @@ import stitchmesh as sm
 from stitchmesh.app.pages.swatch.state import (
     MOST_TILES,
     NAMES,
-    SHOWN_STITCHES,
+    SHOWN,
     Look,
     first_state,
     read_state,
@@ -67,12 +67,12 @@ def test_a_damaged_table_is_refused(change, error):
 
 
 @pytest.mark.parametrize("name", sm.pattern_names() + sm.weave_names())
-def test_a_pattern_is_shown_in_as_many_repeats_as_make_about_a_dozen_stitches(name):
+def test_a_pattern_is_shown_in_as_many_repeats_as_make_a_square_piece(name):
     source = sm.resolve_pattern(name)
     look = Look().fitted(source)
-    for shown, own in zip((look.columns, look.rows), repeat_shape(source), strict=True):
+    for shown, own, wanted in zip((look.columns, look.rows), repeat_shape(source), SHOWN, strict=True):
         # The nearest whole number of repeats is at most half a repeat off; at least one is shown.
-        assert shown == MOST_TILES or abs(shown * own - SHOWN_STITCHES) <= max(own / 2, own - SHOWN_STITCHES)
+        assert shown == MOST_TILES or abs(shown * own - wanted) <= max(own / 2, own - wanted)
 
 
 def test_variants_have_names():

@@ -15,6 +15,8 @@ import pytest
 
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.view.folder_watch import FolderWatch
+from stitchmesh.app.pages.view.job_folder import job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
 from stitchmesh.io.history import write_history
@@ -254,8 +256,6 @@ def test_a_job_is_followed(view, tmp_path):
     job.mkdir()
     opened(view, job)
     assert "Waiting for the first result" in view.controls.text_shown()
-    page = view.app.page
-    page._watch._every = 0.0
     write_stitches(job / "stitches.h5", fabric())
     job_changed(view, job)
     assert isinstance(view.scene.drawings["viewed"], Surface)
@@ -273,20 +273,40 @@ def test_a_job_is_followed(view, tmp_path):
     assert "is finished" in view.controls.text_shown()
 
 
+def test_a_watch_tells_each_change_once(tmp_path):
+    told: list[tuple[str, ...]] = []
+    heard = threading.Event()
+
+    def changed(files) -> None:
+        told.append(tuple(name for name, _, _ in files.times))
+        heard.set()
+
+    watch = FolderWatch(tmp_path, changed, every=0.01)
+    (tmp_path / "report.json").write_text("{}")
+    assert heard.wait(60)
+    heard.clear()
+    (tmp_path / "other.txt").write_text("not part of a job")
+    (tmp_path / "stitches.h5").write_bytes(b"new")
+    assert heard.wait(60)
+    watch.stop()
+    assert told[0] == ("report.json",) and set(told[-1]) == {"stitches.h5", "report.json"}
+
+
 def job_changed(view: Headless, job: Path) -> None:
     """Tell the page what its watch would tell."""
-    from stitchmesh.app.pages.view.job_folder import job_files
-
-    view.app.post(view.app.page._job_changed, job_files(job))
+    view.app.post(view.app.page._opened.take_state, job_files(job))
     view.app.queue.settle()
 
 
-def test_leaving_the_page_stops_the_watch(view, tmp_path):
+def test_a_job_is_watched_while_the_page_is_open(view, tmp_path):
     opened(view, tmp_path)
-    watch = view.app.page._watch
-    assert watch is not None
-    view.app.page.leave()
-    assert watch._stopped.is_set() and view.app.page._watch is None
+    watch = view.app.page._opened.watch
+    assert watch is not None and not watch._stopped.is_set()
+    view.app.open_page("Project")
+    assert watch._stopped.is_set()
+    view.app.open_page("View")
+    again = view.app.page._opened.watch
+    assert again is not watch and again.folder == tmp_path and not again._stopped.is_set()
 
 
 def test_the_page_opens_again_where_it_was(tmp_path):

@@ -40,4 +40,6 @@ def test_energies_without_a_fixed_sign_have_a_linear_axis():
 
 def test_a_term_that_began_later_has_no_energy_before():
     early, late = Assessed(0, 1.0, {"bend": 1.0}), Assessed(20, 0.5, {"bend": 1.0, "friction": 2.0})
-    assert list(energy_plot([early, late], 0.01).data[1].y) == [0.0, 0.2]
+    assert list(energy_plot([early, late], 0.01).data[1].y) == [None, 0.2]  # zero has no place on a logarithmic axis
+    falling = Assessed(40, 0.5, {"bend": -1.0})
+    assert list(energy_plot([early, late, falling], 0.01).data[1].y) == [0.0, 0.2, 0.0]

@@ -1,0 +1,213 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How much watching a relaxation slows its solver.
+
+    python benchmarks/live_relaxation.py
+    python benchmarks/live_relaxation.py --browser
+
+The yarns of a garment relax for a fixed number of iterations: without anybody who watches, with a ``RunControl`` whose
+snapshots nobody draws, on the page Yarns without a browser, on the page Yarns of a server, and, with ``--browser``, on
+the page of a server with a browser that draws in software on the same processor. These runs alternate. The time is
+that of the solver's own report, and each run is compared with the unwatched run of the same round; the median over the
+rounds is printed. The same is done for mesh relaxation, without pages.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import stitchmesh as sm
+from stitchmesh.app.application import App
+from stitchmesh.app.front import Front, NullFront
+from stitchmesh.app.pages.yarns.page import YarnsPage
+from stitchmesh.app.project.division import Division
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.server import open_server
+from stitchmesh.app.viser_front import ViserFront
+from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.pipeline import RelaxOptions, relax_with_options
+from stitchmesh.quality import quality_named, quality_with
+from stitchmesh.run_control import RunControl
+
+MESHES = Path(__file__).resolve().parents[1] / "assets" / "meshes"
+GARMENTS = (("hat", 1.0, 300), ("sweater", 1.2, 60))
+"""Mesh, stitch width [cm] and iterations."""
+PAGE = "page, no server"
+
+
+class WatchedApp:
+    """The application with the page Yarns open on generated yarns."""
+
+    def __init__(self, source: Project, front: Front, folder: Path) -> None:
+        """Copy the stages of a project, and open the page."""
+        project = Project.create(folder)
+        assert source.source is not None and source.division is not None
+        project.import_mesh(source.source.name, source.source.content)
+        project.apply_label_step(LabelStep("label_all"))
+        project.divide(source.division)
+        assert source.evened is not None and source.yarns is not None
+        project.set_evened(source.evened)
+        project.set_settings("Yarns", source.settings("Yarns"))
+        project.set_yarns(source.yarns, source.yarn_settings or {})
+        self.app = App(project, front)
+        self.busy = 0.0
+        """Time that the thread of the events has spent on frames [s]."""
+        self.frames = 0
+        self._call(self.app.open_page, "Yarns")
+
+    def relax(self) -> float:
+        """Relax the yarns on the page; return the time of the solver [s]."""
+        self._call(self._start)
+        while self.app.tasks.running:
+            time.sleep(0.05)
+        self.app.queue.settle()
+        assert self.app.project.report is not None
+        return float(self.app.project.report["seconds"])
+
+    def _start(self) -> None:
+        page = self.app.page
+        assert isinstance(page, YarnsPage)
+        page.relax()
+        run = page._run
+        assert run is not None and run.on_snapshot is not None
+        show = run.on_snapshot
+
+        def timed(snapshot: Any) -> None:
+            began = time.perf_counter()
+            show(snapshot)
+            self.busy += time.perf_counter() - began
+            self.frames += 1
+
+        run.on_snapshot = timed
+
+    def _call(self, function: Callable[..., object], *arguments: object) -> None:
+        self.app.post(function, *arguments)
+        self.app.queue.settle(600.0)
+
+
+def made_project(folder: Path, mesh: str, stitch_width: float, iterations: int) -> Project:
+    """Return a project with generated yarns."""
+    project = Project.create(folder)
+    project.import_mesh(f"{mesh}.obj", (MESHES / f"{mesh}.obj").read_bytes())
+    project.apply_label_step(LabelStep("label_all"))
+    project.divide(Division(stitch_width=stitch_width))
+    assert project.fabric is not None and project.mesh is not None
+    project.set_evened(sm.relax_mesh(project.fabric, surface=project.mesh, progress=False))
+    assert project.evened is not None
+    choices = {"quality": "draft", "most_iterations": iterations, "device": "cpu"}
+    project.set_settings("Yarns", {"choices": choices})
+    project.set_yarns(sm.generate_yarns(project.evened, quality="draft"), {})
+    return project
+
+
+@contextmanager
+def browser_on(address: str) -> Iterator[None]:
+    """Open a page of a server in a browser without a window, which draws in software."""
+    from playwright.sync_api import sync_playwright
+
+    options = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=options)
+        page = browser.new_page(viewport={"width": 1000, "height": 700})
+        page.goto(f"{address}{'&' if '?' in address else '?'}fixedDpr=1")
+        page.wait_for_function("() => !!window.stitchmesh")
+        page.wait_for_timeout(3000)
+        yield
+        browser.close()
+
+
+def measure_yarns(mesh: str, stitch_width: float, iterations: int, rounds: int, browser: bool) -> None:
+    """Print how much each kind of watching slows the relaxation of yarns."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        project = made_project(folder / "made", mesh, stitch_width, iterations)
+        stack.callback(project.close)
+        yarns, fabric = project.yarns, project.evened
+        assert yarns is not None
+        quality = quality_named(quality_with("draft", max_iterations=iterations))
+
+        def plain(control: RunControl[sm.YarnSet] | None = None) -> float:
+            made = relax_with_options(
+                yarns, RelaxOptions(), quality=quality, device="cpu", fabric=fabric, keep_shape=True, control=control
+            )
+            return float(made.report["seconds"])
+
+        null = WatchedApp(project, NullFront(), folder / "null")
+        stack.callback(null.app.close)
+        server = open_server(port=0)
+        stack.callback(server.stop)
+        served = WatchedApp(project, ViserFront(server.server), folder / "served")
+        stack.callback(served.app.close)
+        runs: dict[str, Callable[[], float]] = {
+            "RunControl": lambda: plain(RunControl(lambda snapshot: None)),
+            PAGE: null.relax,
+            "page, server without a browser": served.relax,
+        }
+        if browser:
+            runs = {"page, browser drawing in software": served.relax}
+            stack.enter_context(browser_on(server.address))
+        times: dict[str, list[float]] = {name: [] for name in ("unwatched", *runs)}
+        plain()
+        for _ in range(rounds):
+            times["unwatched"].append(plain())
+            for name, run in runs.items():
+                times[name].append(run())
+        show_times(f"{mesh}, {len(yarns.points):,} control points, {iterations} iterations", times)
+        for name, watched in (("no server", null), ("server", served)):
+            if watched.frames:
+                each = 1e3 * watched.busy / watched.frames
+                print(f"  {name}: {watched.frames} frames, {each:.0f} ms of the thread of the events for each")
+
+
+def measure_mesh(mesh: str, stitch_width: float, rounds: int) -> None:
+    """Print how much watching slows mesh relaxation."""
+    surface = sm.read_mesh(MESHES / f"{mesh}.obj")
+    fabric = sm.tessellate(sm.label(surface), stitch_width=stitch_width)
+
+    def relax(control: RunControl[sm.StitchMesh] | None = None) -> float:
+        return relax_mesh_with_report(fabric, surface=surface, progress=False, control=control)[1].seconds
+
+    relax()
+    times: dict[str, list[float]] = {"unwatched": [], "RunControl": []}
+    for _ in range(rounds):
+        times["unwatched"].append(relax())
+        times["RunControl"].append(relax(RunControl(lambda snapshot: None)))
+    show_times(f"{mesh}, {fabric.face_count:,} stitches, mesh relaxation", times)
+
+
+def show_times(title: str, times: dict[str, list[float]]) -> None:
+    """Print the median time of each kind of run, and how much slower it is than the unwatched run of its round."""
+    print(title)
+    unwatched = np.array(times["unwatched"])
+    for name, found in times.items():
+        slower = 100.0 * (np.median(np.array(found) / unwatched) - 1.0)
+        print(f"  {name:<36}{np.median(found):>8.2f} s{slower:>+8.1f} %", flush=True)
+
+
+def main() -> None:
+    """Measure all garments."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--browser", action="store_true", help="measure with a browser instead")
+    options = parser.parse_args()
+    print(f"{platform.machine()}, {threading.active_count()} thread, unwatched runs first in each round")
+    for mesh, stitch_width, iterations in GARMENTS:
+        measure_yarns(mesh, stitch_width, iterations, options.rounds, options.browser)
+    if not options.browser:
+        for mesh, stitch_width, _ in GARMENTS:
+            measure_mesh(mesh, 0.5 * stitch_width, options.rounds)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers stand at the vertices that face the camera, and follow it around the mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.app.scene.camera_view import CameraView
+from stitchmesh.app.scene.drawing import Labels
+from stitchmesh.app.scene.null_scene import NullScene
+from stitchmesh.app.scene.vertex_numbers import NAME, VertexNumbers
+from stitchmesh.mesh import Mesh
+from tests.gallery import grid, tube
+
+
+def scene_from(position: tuple[float, float, float]) -> NullScene:
+    """A scene whose camera is at a place."""
+    scene = NullScene()
+    scene.views.append(CameraView(np.array(position), np.array([1.0, 0.0, 0.0, 0.0]), 0.6, 1.5))
+    return scene
+
+
+def shown(scene: NullScene, mesh: Mesh) -> list[int]:
+    """The vertices whose numbers are shown, each where it stands."""
+    labels = scene.drawings[NAME]
+    assert isinstance(labels, Labels)
+    numbers = [int(text) for text in labels.texts]
+    assert labels.points == pytest.approx(mesh.vertices[numbers])
+    return numbers
+
+
+def test_only_the_front_of_a_tube_is_numbered():
+    mesh, scene = tube(12, 3), scene_from((0.0, 1.5, 50.0))
+    VertexNumbers(scene, mesh).show(True)
+    front = shown(scene, mesh)
+    assert len(front) > 0
+    assert (mesh.vertices[front, 2] > 0.0).all()
+
+
+@pytest.mark.parametrize("z", [50.0, -50.0])
+def test_a_flat_piece_is_numbered_from_both_sides(z):
+    mesh, scene = grid(4, 3), scene_from((2.0, 1.5, z))
+    VertexNumbers(scene, mesh).show(True)
+    assert shown(scene, mesh) == list(range(len(mesh.vertices)))
+
+
+def test_the_numbers_follow_a_camera_that_turns():
+    mesh, scene = tube(12, 3), scene_from((0.0, 1.5, 50.0))
+    numbers = VertexNumbers(scene, mesh)
+    numbers.show(True)
+    before = scene.drawings[NAME]
+    scene.views[:] = scene_from((1.0, 1.5, 50.0)).views
+    numbers.camera_moved()
+    assert scene.drawings[NAME] is before
+    scene.views[:] = scene_from((0.0, 1.5, -50.0)).views
+    numbers.camera_moved()
+    assert (mesh.vertices[shown(scene, mesh), 2] < 0.0).all()
+
+
+def test_numbers_that_are_not_wanted_are_not_drawn():
+    scene = scene_from((0.0, 1.5, 50.0))
+    numbers = VertexNumbers(scene, tube(12, 3))
+    numbers.camera_moved()
+    assert NAME not in scene.drawings
+    numbers.show(True)
+    numbers.show(False)
+    numbers.camera_moved()
+    assert NAME not in scene.drawings
+
+
+def test_without_a_browser_all_vertices_are_numbered():
+    mesh, scene = tube(12, 3), NullScene()
+    VertexNumbers(scene, mesh).show(True)
+    assert shown(scene, mesh) == list(range(len(mesh.vertices)))
