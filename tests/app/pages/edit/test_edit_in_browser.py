@@ -121,7 +121,7 @@ def test_a_refused_edit_says_why_in_the_scene_and_in_a_notice(opened):
 
 def test_rows_are_inserted_by_a_click_and_keys_take_up_tools(opened):
     opened.key("r")
-    opened.wait_for_text("Insert a row")
+    opened.wait_for_text("a new row is knitted above its row")
     opened.click_at(middle(44))
     assert opened.app.project.edits == (Edit("insert_row", {"face": 44, "stitch": "k"}),)
     assert len(corner_colours(opened)) >= 2 * (FABRIC.face_count + 10)
