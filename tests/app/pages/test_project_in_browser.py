@@ -90,6 +90,20 @@ def test_the_stitches_are_downloaded_as_the_library_writes_them(app_in_browser, 
         assert name == "stitches.h5" and same(read_stitches(tmp_path / name), rig.app.project.fabric)
 
 
+def test_a_download_goes_to_the_browser_that_asked_for_it(app_in_browser, tmp_path):
+    divided_project(tmp_path / "project").close()
+    with app_in_browser(page="Project") as rig, closing(rig.another_window()) as other:
+        received = []
+        rig.browser_page.on("download", lambda download: received.append("first"))
+        other.browser_page.on("download", lambda download: received.append("second"))
+        for window in (rig, other):
+            window.open_group("Download")
+            window.downloaded(lambda window=window: window.act("download", "labeled.h5"))
+            rig.settle()
+            other.browser_page.wait_for_timeout(300)
+        assert received == ["first", "second"]
+
+
 def test_a_second_browser_sees_the_same_state(app_in_browser, tmp_path):
     divided_project(tmp_path / "project").close()
     with app_in_browser(page="Project") as rig, closing(rig.another_window()) as other:
