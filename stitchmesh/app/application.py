@@ -12,6 +12,7 @@ from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.front import Front, Listener, NoticeKind
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.navigation import Navigation
+from stitchmesh.app.pages.not_yet import show_not_yet
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
 from stitchmesh.app.task import TaskRunner
@@ -96,6 +97,8 @@ class App:
         self._is_built = reason is None
         if self._is_built:
             page.build()
+        else:
+            show_not_yet(self, page, PAGES)
 
     def refresh(self) -> None:
         """Show the project after it changed; the page is built anew if it became available or unavailable."""

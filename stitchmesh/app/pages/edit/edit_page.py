@@ -55,6 +55,7 @@ class EditPage(Page):
     """The page Edit."""
 
     name = "Edit"
+    needs = "Divide"
     hint = "Choose a tool, then click or drag on the stitches; every edit can be undone."
     left_title = "Stitches and yarns"
 

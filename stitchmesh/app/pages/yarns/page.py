@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stitchmesh.app.live_run import LiveRun
@@ -22,6 +23,7 @@ from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline import relax_with_options
+from stitchmesh.render.colouring import Coloured
 from stitchmesh.reporting.figures import report_figures
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.run_control import RunControl, Snapshot
@@ -51,6 +53,7 @@ class YarnsPage(Page):
     """Generation and relaxation of yarns."""
 
     name: ClassVar[str] = "Yarns"
+    needs = "Even out"
     hint: ClassVar[str] = "Generate the yarns, then relax them: they find the shape that real yarn would have."
 
     def __init__(self, app: App) -> None:
@@ -229,7 +232,7 @@ class YarnsPage(Page):
         first = self._view.yarns is None
         self._view.show(yarns, self.fabric)
         self._view.show_pins(self.settings.pins)
-        self._legend.content = self._view.legend()
+        self._show_legend()
         if first:
             self._view.look_at_all()
         if project.report is not None and project.history is not None:
@@ -281,7 +284,31 @@ class YarnsPage(Page):
             self._plot.figure = energy_plot(history, snapshot.tolerance)
 
     def _recolour(self, colouring: str) -> None:
-        self._view.set_colouring(colouring)
+        """Show other colours; those that take long are found in the worker thread.
+
+        Raises:
+            ParameterError: colours that take long are chosen while another task runs.
+        """
+        if not self._view.is_slow(colouring):
+            self._view.set_colouring(colouring)
+            self._show_legend()
+            return
+        try:
+            work, done = self._view.colouring_work(colouring), partial(self._take_colours, colouring)
+            self.app.tasks.start("finding the colours", lambda task: work(), done, lambda error: self._after())
+        finally:  # If a task runs, the list shows what the colours still mean.
+            self._show_legend()
+        self._legend.content = message_html(f"Finding the colours of {colouring.lower()}.", "info")
+        self._show_buttons()
+
+    def _take_colours(self, colouring: str, coloured: Coloured) -> None:
+        if self.app.page is self:
+            self._view.take_colours(colouring, coloured)
+            self._show_legend()
+            self._show_buttons()
+
+    def _show_legend(self) -> None:
+        self._colouring.value = self._view.colouring
         self._legend.content = self._view.legend()
 
     def _set(self, **changes: Any) -> None:
