@@ -94,7 +94,7 @@ class App:
         page = self._pages.get(name) or PAGES[name](self)
         self._pages[name] = self.page = page
         self.project.set_settings(APP_SETTINGS, {**self.project.settings(APP_SETTINGS), "page": name})
-        self.front.name_left_panel(page.left_title)
+        self.front.name_left_panel(page.left_title, page.left_width)
         reason = page.unavailable()
         self._navigation.show(name, reason or page.hint)
         self._is_built = reason is None
