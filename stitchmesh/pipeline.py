@@ -265,15 +265,20 @@ class _StateSaver:
         self._saved = -math.inf  # The first good state is written at once, so that a running job can be looked at.
 
     def keep(self, state: YarnSet) -> None:
-        """Keep a good state, and write it if the last write is older than the interval."""
+        """Keep a good state, and write ``yarns.h5`` and the report if the last write is older than the interval."""
         self._state = state
         if time.monotonic() - self._saved > self.EVERY_SECONDS:
-            self.save()
+            write_yarns(self._folder / "yarns.h5", state)
+            write_json(self._folder / "report.json", self._unfinished)
+            self._saved = time.monotonic()
 
     def save(self) -> None:
-        """Write the last good state, marked as unfinished."""
-        save_yarns(self._folder, self._state, {**self._report, "yarnrelax": {"unfinished": True}})
-        self._saved = time.monotonic()
+        """Write all files of the last good state, marked as unfinished."""
+        save_yarns(self._folder, self._state, self._unfinished)
+
+    @property
+    def _unfinished(self) -> dict[str, object]:
+        return {**self._report, "yarnrelax": {"unfinished": True}}
 
 
 def _stitches(

@@ -55,8 +55,9 @@ class EditPage(Page):
     """The page Edit."""
 
     name = "Edit"
+    needs = "Divide"
     hint = "Choose a tool, then click or drag on the stitches; every edit can be undone."
-    left_title = "Stitches and yarns"
+    left_title, left_width = "Stitches and yarns", 250
 
     def __init__(self, app: App) -> None:
         """Make the tools."""

@@ -56,9 +56,10 @@ def read_job(files: JobFiles) -> Viewed:
         StitchMeshError: a file cannot be read, or there is none.
     """
     folder, here = files.folder, {name for name, _, _ in files.times}
-    state = "finished" if "convergence.csv" in here else "running, or stopped"
-    line = f"The job in {folder.name} is {state}."
-    history = read_history(folder / "convergence.csv") if "convergence.csv" in here else []
+    # A job writes its convergence last; an earlier job may have left its own in the folder.
+    finished = files.time_of("convergence.csv") >= files.time_of("yarns.h5") > 0
+    line = f"The job in {folder.name} is {'finished' if finished else 'running, or was stopped'}."
+    history = read_history(folder / "convergence.csv") if finished else []
     if "yarns.h5" in here:
         newer = files.time_of("checkpoint.smc") > files.time_of("yarns.h5")
         viewed = _newest_checkpoint(folder) if newer else read_viewed(folder / "yarns.h5")

@@ -130,9 +130,7 @@ class ViewPage(Page):
                 "Open a body", "Open the mesh of a body, from which distances are measured.", SUFFIXES,
                 self._body_received,
             )  # fmt: skip
-        self._status = controls.html("")
         self._picture = controls.html("")
-        self._plot = controls.plot(None)
 
     def _make_colours(self) -> None:
         controls, kept = self.app.controls, self._settings
@@ -148,6 +146,7 @@ class ViewPage(Page):
             "Colour", "The colour of everything.", kept["one colour"], lambda word: self._recolour("one colour", word)
         )
         self._legend = controls.html("")
+        self._status = controls.html("")
 
     def _make_tools(self) -> None:
         controls = self.app.controls
@@ -170,9 +169,10 @@ class ViewPage(Page):
                 "Height", "Height of the picture [pixels].", 1000, _nothing, least=64, most=LARGEST_PICTURE, step=1
             )
             controls.button("Save picture", "Save what the scene shows as a PNG file.", self._save_picture)
-        controls.toggle("Frames per second", "Show how fluently this browser draws.", False, self._show_frames)
+        controls.toggle("Frame rate", "Show how fluently this browser draws.", False, self._show_frames)
         self._frames = controls.html(FRAMES)
         self._frames.visible = False
+        self._plot = controls.plot(None)
 
     # ---- what is shown -----------------------------------------------------------------------------------------------
 

@@ -86,7 +86,10 @@ class YarnView:
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the box of the control points of all copies."""
-        low, high = self.yarns.points.min(axis=0), self.yarns.points.max(axis=0)
+        places = self.yarns.points
+        if self.yarns.point_shift is not None:
+            places = (places[self.yarns.segment_points] + self.yarns.point_shift).reshape(-1, 3)
+        low, high = places.min(axis=0), places.max(axis=0)
         return low + self.copies.min(axis=0), high + self.copies.max(axis=0)
 
     def figures(self) -> list[tuple[str, str]]:

@@ -53,6 +53,7 @@ class YarnsPage(Page):
     """Generation and relaxation of yarns."""
 
     name: ClassVar[str] = "Yarns"
+    needs = "Even out"
     hint: ClassVar[str] = "Generate the yarns, then relax them: they find the shape that real yarn would have."
 
     def __init__(self, app: App) -> None:
@@ -267,10 +268,11 @@ class YarnsPage(Page):
         """Return how much yarn there is, as a sentence."""
         metres = float(yarns.lengths.sum()) / 100.0
         known = yarn_for_gauge(fabric_gauge(self._even_fabric()))
+        grams = metres * known.grams_per_metre
         count = f"{yarns.yarn_count:,} yarn{'' if yarns.yarn_count == 1 else 's'}"
         return (
             f"{count}, {len(yarns.points):,} control points, {metres:,.4g} m; "
-            f"about {metres * known.grams_per_metre:.2g} g if it is {known.name}."
+            f"about {grams:,.{0 if grams >= 10.0 else 1}f} g if it is {known.name}."
         )
 
     def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:

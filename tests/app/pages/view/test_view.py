@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -263,12 +264,14 @@ def test_a_job_is_followed(view, tmp_path):
     write_yarns(job / "yarns.h5", first)
     job_changed(view, job)
     drawn = yarns_drawn(view)
-    assert "running, or stopped" in view.controls.text_shown()
+    assert "is running, or was stopped" in view.controls.text_shown()
     write_yarns(job / "yarns.h5", replace(first, points=first.points + 0.25))
     job_changed(view, job)
     np.testing.assert_array_equal(yarns_drawn(view).points, first.points + 0.25)
     assert yarns_drawn(view).blocks is drawn.blocks  # a frame sends positions only
     write_history(job / "convergence.csv", ENTRIES)
+    written_at = (job / "yarns.h5").stat().st_mtime_ns + 1
+    os.utime(job / "convergence.csv", ns=(written_at, written_at))
     job_changed(view, job)
     assert "is finished" in view.controls.text_shown()
 

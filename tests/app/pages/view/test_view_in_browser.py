@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 from io import BytesIO
 
@@ -13,8 +15,11 @@ from PIL import Image
 
 from stitchmesh.app.scene.drawing import IN_PLACE, YarnTubes
 from stitchmesh.app.scene.levels_of_detail import LEVELS
-from stitchmesh.io.yarns import write_yarns
+from stitchmesh.io.meshes import write_mesh
+from stitchmesh.io.yarns import read_yarns, write_yarns
 from stitchmesh.render.yarn_blocks import make_blocks
+from tests.gallery import ROOT
+from tests.gallery import tube as quad_tube
 from tests.yarn.test_strand_distance import lines
 from tests.yarnrelax.stockinette import tube
 
@@ -172,13 +177,33 @@ def test_a_user_opens_a_file_reads_measures_cuts_and_saves(app_in_browser, tmp_p
         assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 
 
+def test_a_job_that_runs_is_followed_until_it_has_finished(app_in_browser, tmp_path):
+    """A job of another process; the page shows its stitches or its yarns at once, and its relaxed yarns at the end."""
+    write_mesh(tmp_path / "tube.obj", quad_tube(12, 4))
+    job = tmp_path / "job"
+    job.mkdir()
+    options = ["--stitch-width", "0.5", "--quality", "draft", "--device", "cpu", "--no-picture", "-o", str(job)]
+    with app_in_browser(page="View") as rig:
+        rig.browser_page.get_by_label("Path", exact=True).or_(rig.row("Path").locator("input")).first.fill(str(job))
+        rig.press("Open path")
+        rig.wait_for_text("Waiting for the first result")
+        command = [sys.executable, "-m", "stitchmesh", "knit", str(tmp_path / "tube.obj"), *options]
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            rig.wait_for_text("is running, or was stopped")
+            rig.wait_for_text("is finished")
+        assert process.returncode == 0
+        shown = rig.call(lambda: rig.app.page._viewed.thing)
+        np.testing.assert_array_equal(shown.points, read_yarns(job / "yarns.h5").points)
+        assert complete(rig)["waiting"] == 0
+
+
 def test_frames_per_second_are_shown_on_request(app_in_browser):
     with app_in_browser(page="View") as rig:
         drawn(rig, lines(0.0, 1.0))
         assert rig.browser_page.locator(".sm-frames").count() == 0
-        rig.tick("Frames per second")
+        rig.tick("Frame rate")
         rig.wait_for_text("frames/s")
-        rig.tick("Frames per second", False)
+        rig.tick("Frame rate", False)
 
 
 def test_there_are_as_many_levels_in_the_page_as_here(app_in_browser):

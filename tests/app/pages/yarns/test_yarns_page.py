@@ -87,7 +87,7 @@ def paused_at(shown: Headless, steps: int, button: str = RELAX) -> Any:
 
 def test_before_the_stitches_are_even_the_page_says_what_to_do(tmp_path: Path):
     with headless(tmp_path, tube(12, 4), "Yarns") as app:
-        assert not app.controls.made
+        assert [control.label for control in app.controls.made] == ["Go to Label"]  # the faces have no rows yet
         assert "on the page Even out" in app.front.navigation.text_shown()
 
 
