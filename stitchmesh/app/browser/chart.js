@@ -9,6 +9,7 @@
   if (window.stitchmeshCharts) return;
   const COVERED = 65535;
   const DOT = 0.1, RING = 0.2;
+  const COPIES = 130; // height of a small chart with the pale copies that show how it repeats, in pixels
   const LONGEST = 400; // height of the canvas at most, in pixels
   const NEAR = 8; // size of a square from which symbols are drawn, in pixels; below it they are shades
   const SHADE = 0.35;
@@ -513,7 +514,7 @@
       this.top = 15 + (warps.length ? 10 : 0);
       if (!this.cell) this.cell = clamp(this.fitting(), 7, 26);
       this.width = this.root.clientWidth - this.left - 1;
-      this.height = clamp(rows * this.cell, 60, LONGEST - this.top);
+      this.height = clamp(rows * this.cell, COPIES, LONGEST - this.top); // copies stand below a small chart
       this.across = clamp(this.across, 0, Math.max(columns * this.cell - this.width, 0));
       this.down = clamp(this.down, 0, Math.max(rows * this.cell - this.height, 0));
       const ratio = window.devicePixelRatio || 1;
@@ -545,7 +546,33 @@
       context.clip();
       context.translate(this.left - this.across, this.top - this.down);
       this.drawSquares(context, seen);
+      context.restore();
+      this.drawCopies(context, ratio);
+      context.save();
+      context.translate(this.left - this.across, this.top - this.down);
+      context.beginPath();
+      context.rect(this.across - 2, this.down - 2, this.width + 3, this.height + 3);
+      context.clip();
       this.drawFrames(context);
+      context.restore();
+    }
+
+    // Pale copies beside and below a chart that is seen as a whole.
+    drawCopies(context, ratio) {
+      const { rows, columns, left, right } = this.base;
+      const width = columns * this.cell, height = rows * this.cell;
+      if (left || right || this.across || this.down || width > this.width || height > this.height) return;
+      const source = [this.left, this.top, width, height].map((each) => each * ratio);
+      context.save();
+      context.beginPath();
+      context.rect(this.left, this.top, this.width, this.height);
+      context.clip();
+      context.globalAlpha = 0.35;
+      for (let y = 0; y < this.height; y += height) {
+        for (let x = 0; x < this.width; x += width) {
+          if (x || y) context.drawImage(this.canvas, ...source, this.left + x + 1, this.top + y + 1, width, height);
+        }
+      }
       context.restore();
     }
 
