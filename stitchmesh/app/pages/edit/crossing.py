@@ -52,6 +52,10 @@ class CrossCables(Tool):
         controls.button("Clear the cables of the selection", "Loops of cables within the selection go straight up",
                         self.clear_selection)  # fmt: skip
 
+    def refresh(self) -> None:
+        """Forget a drag over a fabric that has changed."""
+        self._first = None
+
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Cross loops from the clicked one to the right; with the control key, clear the cable that is clicked."""
         try:
