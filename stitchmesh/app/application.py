@@ -12,6 +12,7 @@ from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.front import Front, Listener, NoticeKind
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.navigation import Navigation
+from stitchmesh.app.pages.not_yet import show_not_yet
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
 from stitchmesh.app.task import TaskRunner
@@ -90,12 +91,14 @@ class App:
         page = self._pages.get(name) or PAGES[name](self)
         self._pages[name] = self.page = page
         self.project.set_settings(APP_SETTINGS, {**self.project.settings(APP_SETTINGS), "page": name})
-        self.front.name_left_panel(page.left_title)
+        self.front.name_left_panel(page.left_title, page.left_width)
         reason = page.unavailable()
         self._navigation.show(name, reason or page.hint)
         self._is_built = reason is None
         if self._is_built:
             page.build()
+        else:
+            show_not_yet(self, page, PAGES)
 
     def refresh(self) -> None:
         """Show the project after it changed; the page is built anew if it became available or unavailable."""

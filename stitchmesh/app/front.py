@@ -61,8 +61,8 @@ class Front(Protocol):
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""
 
-    def name_left_panel(self, title: str) -> None:
-        """Give the panel on the left a title."""
+    def name_left_panel(self, title: str, width: int) -> None:
+        """Give the panel on the left a title and a width [pixels]."""
 
     def close(self) -> None:
         """End all connections."""
@@ -99,7 +99,7 @@ class NullFront:
         """Remember the choice."""
         self.dark = dark
 
-    def name_left_panel(self, title: str) -> None:
+    def name_left_panel(self, title: str, width: int) -> None:
         """Remember the title."""
         self.left_title = title
 

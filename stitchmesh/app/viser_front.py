@@ -29,8 +29,6 @@ BRAND = (31, 86, 115)
 """Blue of the marks of controls."""
 PANEL_WIDTH = 350.0
 """Width of the panel on the right [CSS pixels]."""
-LEFT_WIDTH = 350.0
-"""Width of the panel on the left [CSS pixels]."""
 NOTICE_COLOURS: dict[NoticeKind, tuple[int, int, int]] = {
     "info": (31, 86, 115), "warning": (201, 125, 16), "error": (150, 35, 60),
 }  # fmt: skip
@@ -58,7 +56,7 @@ class ViserFront:
         self._left_panel = server.gui.add_panel(visible=False)
         self._left_tab = left = self._left_panel.add_tab("Chart")
         self._left_panel.dock_left()
-        self._left_panel.set_width(LEFT_WIDTH)
+        self._left_width = 0
         self.left_controls = ViserControls(
             server, self.bridge, self.queue, container=lambda: left, on_change=self._show_left_panel
         )
@@ -123,8 +121,11 @@ class ViserFront:
         client.camera.on_update(moved)
         self._post("camera_moved")
 
-    def name_left_panel(self, title: str) -> None:
-        """Give the panel on the left a title; viser names a tab only when it is made, and keeps the name in the tab."""
+    def name_left_panel(self, title: str, width: int) -> None:
+        """Give the panel on the left a title and a width; viser names a tab when it is made, and keeps the name."""
+        if self._left_width != width:
+            self._left_width = width
+            self._left_panel.set_width(float(width))
         if self._left_tab._label != title:
             self._left_tab._label = title
             self._left_panel._rebuild_tab_props()

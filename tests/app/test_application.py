@@ -49,6 +49,7 @@ class Later(Page):
 
     name = "Divide"
     hint = "Choose a size."
+    needs = "Label"
 
     def unavailable(self):
         return "Label the mesh first."
@@ -76,13 +77,14 @@ def test_an_open_page_has_its_controls_and_drawings_and_gets_events(app):
     do(app, app.refresh)
     do(app, app.open_page, "Divide")
     assert page.seen == ["pick", "refresh", "leave"]
-    assert app.controls.made == [] and app.scene.drawings == {}
+    assert [control.label for control in app.controls.made] == ["Go to Label"] and app.scene.drawings == {}
 
 
 def test_an_unavailable_page_says_what_to_do_first(app):
     do(app, app.open_page, "Divide")
     assert "Label the mesh first." in app.front.navigation.text_shown()
-    assert app.controls.made == []
+    do(app, app.controls.press, "Go to Label")
+    assert isinstance(app.page, Plain)
 
 
 def test_a_page_that_becomes_available_is_built_and_one_that_is_no_longer_is_emptied(app, monkeypatch):
@@ -93,7 +95,7 @@ def test_a_page_that_becomes_available_is_built_and_one_that_is_no_longer_is_emp
     assert app.controls.text_shown() == "built" and "Choose a size." in app.front.navigation.text_shown()
     monkeypatch.setattr(Later, "unavailable", lambda page: "Label the mesh first.")
     do(app, app.refresh)
-    assert app.controls.made == [] and "Label the mesh first." in app.front.navigation.text_shown()
+    assert app.controls.text_shown() == "" and "Label the mesh first." in app.front.navigation.text_shown()
 
 
 def test_an_error_of_the_library_is_a_notice_and_the_application_lives_on(app):

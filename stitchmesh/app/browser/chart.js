@@ -9,6 +9,7 @@
   if (window.stitchmeshCharts) return;
   const COVERED = 65535;
   const DOT = 0.1, RING = 0.2;
+  const COPIES = 130; // height of a small chart with the pale copies that show how it repeats, in pixels
   const LONGEST = 400; // height of the canvas at most, in pixels
   const NEAR = 8; // size of a square from which symbols are drawn, in pixels; below it they are shades
   const SHADE = 0.35;
@@ -28,7 +29,7 @@
   };
 
   const send = (element, action, values) => {
-    const piece = element.closest("[data-stitchmesh]");
+    const piece = element && element.closest("[data-stitchmesh]"); // none after the page was left
     if (!piece || !window.stitchmesh) return 0;
     sent += 1;
     const value = typeof values === "string" ? values : JSON.stringify({ ...values, browser, number: sent });
@@ -500,7 +501,7 @@
     }
 
     draw() {
-      if (!this.base || !this.canvas || this.frame) return;
+      if (!this.base || !this.root || this.frame) return;
       this.frame = requestAnimationFrame(() => {
         this.frame = null;
         this.drawNow();
@@ -513,7 +514,7 @@
       this.top = 15 + (warps.length ? 10 : 0);
       if (!this.cell) this.cell = clamp(this.fitting(), 7, 26);
       this.width = this.root.clientWidth - this.left - 1;
-      this.height = clamp(rows * this.cell, 60, LONGEST - this.top);
+      this.height = clamp(rows * this.cell, COPIES, LONGEST - this.top); // copies stand below a small chart
       this.across = clamp(this.across, 0, Math.max(columns * this.cell - this.width, 0));
       this.down = clamp(this.down, 0, Math.max(rows * this.cell - this.height, 0));
       const ratio = window.devicePixelRatio || 1;
@@ -527,7 +528,7 @@
     }
 
     drawNow() {
-      if (!this.root.clientWidth || !this.root.isConnected) return;
+      if (!this.root || !this.root.clientWidth || !this.root.isConnected) return;
       const ratio = this.layOut();
       const context = this.canvas.getContext("2d");
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -545,7 +546,33 @@
       context.clip();
       context.translate(this.left - this.across, this.top - this.down);
       this.drawSquares(context, seen);
+      context.restore();
+      this.drawCopies(context, ratio);
+      context.save();
+      context.translate(this.left - this.across, this.top - this.down);
+      context.beginPath();
+      context.rect(this.across - 2, this.down - 2, this.width + 3, this.height + 3);
+      context.clip();
       this.drawFrames(context);
+      context.restore();
+    }
+
+    // Pale copies beside and below a chart that is seen as a whole.
+    drawCopies(context, ratio) {
+      const { rows, columns, left, right } = this.base;
+      const width = columns * this.cell, height = rows * this.cell;
+      if (left || right || this.across || this.down || width > this.width || height > this.height) return;
+      const source = [this.left, this.top, width, height].map((each) => each * ratio);
+      context.save();
+      context.beginPath();
+      context.rect(this.left, this.top, this.width, this.height);
+      context.clip();
+      context.globalAlpha = 0.35;
+      for (let y = 0; y < this.height; y += height) {
+        for (let x = 0; x < this.width; x += width) {
+          if (x || y) context.drawImage(this.canvas, ...source, this.left + x + 1, this.top + y + 1, width, height);
+        }
+      }
       context.restore();
     }
 
@@ -812,8 +839,12 @@
     read("base", (id, values) => charts[id] && charts[id].load(values));
     read("changes", (id, values) => charts[id] && charts[id].update(values));
     read("words", (id, values) => (texts[id] = texts[id] || new ChartText()).update(values));
-    for (const made of [charts, texts]) {
-      for (const id of Object.keys(made)) if (made[id].root && !made[id].root.isConnected) made[id].root = null;
+    for (const [made, data] of [[charts, "base"], [texts, "words"]]) {
+      for (const id of Object.keys(made)) {
+        if (made[id].root && made[id].root.isConnected) continue;
+        made[id].root = null;
+        if (!document.querySelector(`[data-chart-${data}="${id}"]`)) delete made[id]; // the page was left
+      }
     }
   };
 

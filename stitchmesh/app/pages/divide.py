@@ -45,6 +45,7 @@ class DividePage(Page):
     """Divides the labeled mesh of the project into stitches."""
 
     name = "Divide"
+    needs = "Label"
     hint = "Choose a yarn or a stitch size, and press Divide into stitches. Click an edge to set its number."
 
     def __init__(self, app: App) -> None:

@@ -43,6 +43,7 @@ class EvenOutPage(Page):
     """Mesh relaxation."""
 
     name: ClassVar[str] = "Even out"
+    needs = "Divide"
     hint: ClassVar[str] = "Make the stitches equally large. The map shows where there are too few or too many of them."
 
     def __init__(self, app: App) -> None:

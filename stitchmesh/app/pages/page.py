@@ -23,8 +23,12 @@ class Page:
     hint: ClassVar[str]
     """One line that says what to do on this page."""
 
+    needs: ClassVar[str] = "Project"
+    """Name of the page that makes what this page needs."""
     left_title: ClassVar[str] = "Chart"
     """Title of the panel on the left, if the page has controls there."""
+    left_width: ClassVar[int] = 350
+    """Width of the panel on the left [pixels]."""
 
     def __init__(self, app: App) -> None:
         """Make the page; nothing is shown yet."""

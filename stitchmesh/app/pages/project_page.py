@@ -8,8 +8,7 @@ import threading
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
+from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_text import download_list, project_summary, recent_list
 from stitchmesh.app.project.examples import example_names, read_example
@@ -18,20 +17,16 @@ from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import new_project_folder, recent_projects, remember
 from stitchmesh.app.project.source import Source, read_source
-from stitchmesh.app.scene.drawing import Lines, Surface
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.mesh import Mesh
-from stitchmesh.mesh.face_triangles import face_triangles
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 SUFFIXES = (*MESH_FORMATS, ".h5", ".smobj")
 """Suffixes of the files that a project can start from."""
-FABRIC_COLOUR = (206, 200, 186)
-EDGE_COLOUR = (96, 96, 104)
 PREVIEW_OPACITY = 0.5
 """Opacity of an example that is only looked at."""
 
@@ -197,12 +192,7 @@ class ProjectPage(Page):
         if mesh is None or mesh is self._drawn:
             return
         self._drawn = mesh
-        corners = face_triangles(mesh).corners
-        surface = Surface(mesh.vertices, mesh.face_vertex[corners], FABRIC_COLOUR, opacity=opacity)
-        self.app.scene.show("garment", surface)
-        ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
-        self.app.scene.show("edges", Lines(mesh.vertices[mesh.face_vertex[ends]], EDGE_COLOUR, 1.0))
-        self.app.scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
+        draw_plainly(self.app.scene, mesh, opacity)
 
 
 @cache

@@ -23,7 +23,7 @@ BOX = (
     "padding:.4em .6em;font-size:.92em"
 )
 LIST = "margin:.3em 0 0;padding-left:1.1em"
-LINK = "all:unset;display:inline;cursor:pointer;text-decoration:underline dotted"
+LINK = "all:unset;display:inline;vertical-align:top;cursor:pointer;text-decoration:underline dotted"
 """Style of a finding that can be clicked."""
 
 

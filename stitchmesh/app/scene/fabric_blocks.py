@@ -3,12 +3,15 @@
 """A fabric as surfaces and edges in blocks of faces, so that an edit sends only the blocks that it changes.
 
 Faces keep their numbers in most edits, and faces of neighbouring numbers are neighbours in most fabrics. A block whose
-arrays have not changed is drawn with the same array objects, which the scene does not send again.
+arrays have not changed is drawn with the same array objects, which the scene does not send again. A block has room for
+more triangles than it needs, so that the browser can change its positions in place. The triangles that are left over
+have no area.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,8 @@ from stitchmesh.mesh.face_triangles import face_triangles
 
 BLOCK = 2048
 """Number of faces of a block: about 150 kB of triangles."""
+SPARE = 256
+"""Steps of the number of triangles for which a block has room."""
 LIFT = 0.03
 """Distance of edges from the surface, divided by the mean side length; it keeps them visible."""
 EDGE_COLOUR: Colour = (70, 64, 58)
@@ -60,10 +65,10 @@ class FabricBlocks:
         starts = range(0, fabric.face_count, BLOCK)
         shapes = self._shapes(fabric, old, len(starts))
         lines = self._edges(fabric, old, len(starts)) if edges else [None] * len(starts)
-        for number, (points, triangles, face) in enumerate(shapes):
+        for number, (points, face) in enumerate(shapes):
             before = old[number] if number < len(old) else None
-            index = colours.index[face]
-            shown = _same_colours(before, index, colours.palette)
+            shown = _same_colours(before, colours.index[face], colours.palette)
+            triangles = _separate_triangles(len(face))
             surface = Surface(points, triangles, shown, flat=True, takes_strokes=takes_strokes)
             self._draw(number, _Block(surface, lines[number]), before)
         for number in range(len(starts), len(old)):
@@ -93,27 +98,22 @@ class FabricBlocks:
         if block.edges is not None:
             self._scene.remove(f"{self._name}/{number}/edges")
 
-    def _shapes(
-        self, fabric: StitchMesh, old: list[_Block], count: int
-    ) -> list[tuple[FloatArray, IntArray, IntArray]]:
-        """Return the points, the triangles, and the face of each triangle, block by block."""
+    def _shapes(self, fabric: StitchMesh, old: list[_Block], count: int) -> list[tuple[FloatArray, IntArray]]:
+        """Return the points of the triangles, and the face of each triangle, block by block."""
         found = face_triangles(fabric)
         same = self._fabric is not None and _same_shape(self._fabric, fabric)
         limits = np.searchsorted(found.face, BLOCK * np.arange(count + 1))
         shapes = []
         for number in range(count):
-            first = fabric.face_start[BLOCK * number]
-            last = fabric.face_start[min(BLOCK * (number + 1), fabric.face_count)]
             part = slice(limits[number], limits[number + 1])
             before = old[number].surface if number < len(old) else None
+            size = _room(part.stop - part.start, 0 if before is None else len(before.triangles))
             if same and before is not None:
-                shapes.append((before.points, before.triangles, found.face[part]))
-                continue
-            points = fabric.corner_position[first:last]
-            triangles = found.corners[part] - first
-            if before is not None:
-                points, triangles = _kept(before.points, points), _kept(before.triangles, triangles)
-            shapes.append((points, triangles, found.face[part]))
+                points = before.points
+            else:
+                points = _filled(fabric.corner_position[found.corners[part]], size).reshape(-1, 3)
+                points = points if before is None else _kept(before.points, points)
+            shapes.append((points, _filled(found.face[part], size)))
         return shapes
 
     def _edges(self, fabric: StitchMesh, old: list[_Block], count: int) -> list[Lines | None]:
@@ -149,6 +149,25 @@ def lifted_sides(fabric: StitchMesh, sides: IntArray, height: float) -> FloatArr
     ends = fabric.corner_position[np.stack([sides, fabric.side_next[sides]], axis=1)]
     lifted: FloatArray = ends + shift[:, None]
     return lifted
+
+
+@cache
+def _separate_triangles(count: int) -> IntArray:
+    """Return the corners of triangles that share no points; the same object for the same number of triangles."""
+    return np.arange(3 * count).reshape(-1, 3)
+
+
+def _room(needed: int, before: int) -> int:
+    """Return for how many triangles a block has room: as before, if that is enough and not far too much."""
+    if needed <= before <= needed + 4 * SPARE:
+        return before
+    return (needed // SPARE + 2) * SPARE
+
+
+def _filled(values: NDArray, size: int) -> NDArray:
+    """Return values of triangles, and the last one again up to a number; the added triangles are single points."""
+    last = values[-1] if values.ndim == 1 else np.broadcast_to(values[-1, -1], values.shape[1:])
+    return np.concatenate([values, np.broadcast_to(last, (size - len(values), *values.shape[1:]))])
 
 
 def _same_shape(one: StitchMesh, other: StitchMesh) -> bool:

@@ -59,7 +59,7 @@ def with_wide_rows(fabric: StitchMesh) -> StitchMesh:
 
 def test_without_stitches_the_page_says_what_to_do_first(tmp_path: Path):
     with headless(tmp_path, tube(12, 4), "Even out") as app:
-        assert not app.controls.made
+        assert [control.label for control in app.controls.made] == ["Go to Label"]  # the faces have no rows yet
         assert "on the page Divide" in app.front.navigation.text_shown()
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stitchmesh.app.live_run import LiveRun
@@ -16,12 +17,13 @@ from stitchmesh.app.pages.yarns.body_panel import BodyPanel
 from stitchmesh.app.pages.yarns.choices import Choices
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
 from stitchmesh.app.pages.yarns.pin_panel import PinPanel, check_pins
-from stitchmesh.app.pages.yarns.settings import YarnSettings, settings_of, settings_table
+from stitchmesh.app.pages.yarns.settings import YarnSettings, decisive_choices, settings_of, settings_table
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline import relax_with_options
+from stitchmesh.render.colouring import Coloured
 from stitchmesh.reporting.figures import report_figures
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.run_control import RunControl, Snapshot
@@ -43,7 +45,7 @@ BYTES_PER_POINT = 6
 PLOT_SECONDS = 1.0
 """Shortest time between two updates of the plot while the yarns relax [s]."""
 INTERRUPTED = "interrupted"
-"""Key of the settings that is true from the start of a relaxation until its result is kept."""
+"""Key of the settings that holds the choices of a relaxation from its start until it has converged."""
 Run = LiveRun[YarnSet, Relaxation]
 
 
@@ -51,6 +53,7 @@ class YarnsPage(Page):
     """Generation and relaxation of yarns."""
 
     name: ClassVar[str] = "Yarns"
+    needs = "Even out"
     hint: ClassVar[str] = "Generate the yarns, then relax them: they find the shape that real yarn would have."
 
     def __init__(self, app: App) -> None:
@@ -133,7 +136,7 @@ class YarnsPage(Page):
         def done(yarns: YarnSet) -> None:
             if self.app.project is project:
                 project.set_yarns(yarns, arguments)
-                self._keep(**{INTERRUPTED: False})
+                self._keep(**{INTERRUPTED: None})
             self._after()
 
         self.app.tasks.start(
@@ -178,7 +181,8 @@ class YarnsPage(Page):
         def done(result: Relaxation) -> None:
             if self.app.project is project:
                 project.set_relaxed(result.yarns, result.report, result.history)
-                self._keep(**{INTERRUPTED: not result.report["converged"], "tolerance": quality.tolerance})
+                if result.report["converged"]:
+                    self._keep(**{INTERRUPTED: None})
             self._end_run()
 
         self._run = LiveRun(
@@ -187,7 +191,7 @@ class YarnsPage(Page):
             frame_bytes=BYTES_PER_POINT * len(yarns.points),
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
-        self._keep(**{INTERRUPTED: True, "tolerance": quality.tolerance})
+        self._keep(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
         self._verdict.content, self._figures.content = "", ""
         self._plot.figure = None
         self.refresh()
@@ -213,9 +217,9 @@ class YarnsPage(Page):
         self._figure_group.visible = project.report is not None and self._run is None
 
     def _is_unfinished(self) -> bool:
-        """Return whether a relaxation was stopped or killed, and its checkpoint is there."""
-        path = self.settings.checkpoints(self.app.project).path
-        return bool(self.app.project.settings(self.name).get(INTERRUPTED)) and path.exists()
+        """Return whether a relaxation with the present choices was stopped or killed, and its checkpoint is there."""
+        choices = self.app.project.settings(self.name).get(INTERRUPTED)
+        return choices == decisive_choices(self.settings) and self.settings.checkpoints(self.app.project).path.exists()
 
     def _show_result(self) -> None:
         """Show the yarns while nothing runs, and what is said about them."""
@@ -229,7 +233,7 @@ class YarnsPage(Page):
         first = self._view.yarns is None
         self._view.show(yarns, self.fabric)
         self._view.show_pins(self.settings.pins)
-        self._legend.content = self._view.legend()
+        self._show_legend()
         if first:
             self._view.look_at_all()
         if project.report is not None and project.history is not None:
@@ -264,10 +268,11 @@ class YarnsPage(Page):
         """Return how much yarn there is, as a sentence."""
         metres = float(yarns.lengths.sum()) / 100.0
         known = yarn_for_gauge(fabric_gauge(self._even_fabric()))
+        grams = metres * known.grams_per_metre
         count = f"{yarns.yarn_count:,} yarn{'' if yarns.yarn_count == 1 else 's'}"
         return (
             f"{count}, {len(yarns.points):,} control points, {metres:,.4g} m; "
-            f"about {metres * known.grams_per_metre:.2g} g if it is {known.name}."
+            f"about {grams:,.{0 if grams >= 10.0 else 1}f} g if it is {known.name}."
         )
 
     def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:
@@ -281,7 +286,31 @@ class YarnsPage(Page):
             self._plot.figure = energy_plot(history, snapshot.tolerance)
 
     def _recolour(self, colouring: str) -> None:
-        self._view.set_colouring(colouring)
+        """Show other colours; those that take long are found in the worker thread.
+
+        Raises:
+            ParameterError: colours that take long are chosen while another task runs.
+        """
+        if not self._view.is_slow(colouring):
+            self._view.set_colouring(colouring)
+            self._show_legend()
+            return
+        try:
+            work, done = self._view.colouring_work(colouring), partial(self._take_colours, colouring)
+            self.app.tasks.start("finding the colours", lambda task: work(), done, lambda error: self._after())
+        finally:  # If a task runs, the list shows what the colours still mean.
+            self._show_legend()
+        self._legend.content = message_html(f"Finding the colours of {colouring.lower()}.", "info")
+        self._show_buttons()
+
+    def _take_colours(self, colouring: str, coloured: Coloured) -> None:
+        if self.app.page is self:
+            self._view.take_colours(colouring, coloured)
+            self._show_legend()
+            self._show_buttons()
+
+    def _show_legend(self) -> None:
+        self._colouring.value = self._view.colouring
         self._legend.content = self._view.legend()
 
     def _set(self, **changes: Any) -> None:
@@ -289,6 +318,7 @@ class YarnsPage(Page):
         self._keep(choices=settings_table(replace(self.settings, **changes)))
         if self._run is None and self.app.page is self:
             self._verdict.content = self._verdict_content()
+            self._show_buttons()
 
     def _keep(self, **values: Any) -> None:
         self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})

@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
 from stitchmesh.app.scene.drawing import Colour, Surface, YarnTubes
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
@@ -63,6 +65,8 @@ class YarnView:
         self._yarns, self._fabric = yarns, fabric
         if self._blocks is None:
             self._blocks = make_blocks(yarns)
+        if not moving and self.is_slow(self.colouring):
+            self.colouring, self._coloured = "Yarn", None
         if self._coloured is None or not moving or COLOURINGS[self.colouring] in MOVING:
             self._coloured = self._colours(yarns, fabric)
         self._scene.show("yarns", YarnTubes(self._blocks, yarns.points, self._coloured.points))
@@ -72,6 +76,21 @@ class YarnView:
         self.colouring, self._coloured = colouring, None
         if self._yarns is not None:
             self.show(self._yarns, self._fabric)
+
+    def is_slow(self, colouring: str) -> bool:
+        """Return whether colours of the yarns that are shown take long to find."""
+        return self._yarns is not None and len(self._yarns.points) > SLOW_COLOURS.get(COLOURINGS[colouring], np.inf)
+
+    def colouring_work(self, colouring: str) -> Callable[[], Coloured]:
+        """Return a function that finds colours of the yarns that are shown; any thread may call it."""
+        assert self._yarns is not None
+        return partial(colour_yarns, self._yarns, COLOURINGS[colouring], fabric=self._fabric)
+
+    def take_colours(self, colouring: str, coloured: Coloured) -> None:
+        """Show colours that were found for the yarns that are shown."""
+        if self._yarns is not None and self._blocks is not None and len(coloured.points) == len(self._yarns.points):
+            self.colouring, self._coloured = colouring, coloured
+            self._scene.show("yarns", YarnTubes(self._blocks, self._yarns.points, coloured.points))
 
     def legend(self) -> str:
         """Return the legend of the colours as HTML; nothing if they need none."""

@@ -14,6 +14,7 @@ import pytest
 
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.yarns import yarn_view
 from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, GENERATE_AGAIN, RELAX, RELAX_AGAIN, YarnsPage
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS
 from stitchmesh.app.project.division import Division
@@ -86,7 +87,7 @@ def paused_at(shown: Headless, steps: int, button: str = RELAX) -> Any:
 
 def test_before_the_stitches_are_even_the_page_says_what_to_do(tmp_path: Path):
     with headless(tmp_path, tube(12, 4), "Yarns") as app:
-        assert not app.controls.made
+        assert [control.label for control in app.controls.made] == ["Go to Label"]  # the faces have no rows yet
         assert "on the page Even out" in app.front.navigation.text_shown()
 
 
@@ -163,6 +164,21 @@ def test_a_stopped_relaxation_keeps_what_was_shown_and_continues_to_the_same_bit
     wait_for_task(generated)
     assert np.array_equal(generated.project.relaxed.points, expected.yarns.points)
     assert [entry["iteration"] for entry in generated.project.history] == list(range(0, MOST + 1, 20))
+
+
+def test_a_relaxation_continues_only_with_the_choices_with_which_it_began(generated: Headless):
+    paused_at(generated, 1)
+    press(generated, "Stop")
+    wait_for_task(generated)
+    generated.controls.find(CONTINUE)
+    call(generated, generated.controls.set, "Friction", 0.3)
+    with pytest.raises(ParameterError, match="is hidden"):
+        generated.controls.find(CONTINUE)
+    call(generated, generated.controls.set, "Friction", 0.0)
+    call(generated, generated.controls.set, "Most iterations", 40)  # this one may change
+    press(generated, CONTINUE)
+    wait_for_task(generated)
+    assert generated.project.report["iterations"] == 40 and not generated.notices()
 
 
 def test_a_relaxation_whose_program_was_killed_continues_to_the_same_bits(generated: Headless, tmp_path: Path):
@@ -297,3 +313,23 @@ def test_settings_of_another_version_do_not_stop_the_page(shown: Headless):
     call(shown, shown.project.set_settings, "Yarns", {"choices": {"quality": 3, "unknown": 1}})
     call(shown, shown.app.open_page, "Yarns")
     assert shown.controls.find("Quality").value == "standard"
+
+
+def test_colours_that_take_long_are_found_while_the_page_answers(generated: Headless, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(yarn_view, "SLOW_COLOURS", {"contact": 0})
+    call(generated, generated.controls.set, "Colours show", "Contact force")
+    wait_for_task(generated)
+    assert "dyn/cm contact" in generated.controls.text_shown()
+    assert generated.controls.find("Colours show").value == "Contact force"
+
+
+def test_colours_that_take_long_wait_for_the_end_of_a_relaxation(
+    generated: Headless, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(yarn_view, "SLOW_COLOURS", {"contact": 0})
+    paused_at(generated, 1)
+    call(generated, generated.controls.set, "Colours show", "Contact force")
+    assert "relaxing the yarns is still running" in generated.notices()
+    assert generated.controls.find("Colours show").value == "Yarn"
+    press(generated, "Stop")
+    wait_for_task(generated)

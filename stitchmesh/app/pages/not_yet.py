@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a page shows that needs another step first: the garment as it is, and a button to that step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.app.scene.drawing import Lines, Surface
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.face_triangles import face_triangles
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+    from stitchmesh.app.pages.page import Page
+
+FABRIC_COLOUR = (206, 200, 186)
+EDGE_COLOUR = (96, 96, 104)
+
+
+def show_not_yet(app: App, page: Page, pages: dict[str, type[Page]]) -> None:
+    """Draw the garment, and make the button that opens the page of the next step."""
+    name = page_needed(app, page, pages)
+    app.controls.button(f"Go to {name}", f"Opens the page {name}.", lambda: app.open_page(name), main=True)
+    mesh = app.project.evened or app.project.fabric or app.project.mesh
+    if mesh is not None:
+        draw_plainly(app.scene, mesh)
+
+
+def page_needed(app: App, page: Page, pages: dict[str, type[Page]]) -> str:
+    """Return the nearest page that makes what a page needs, and that is available itself."""
+    if app.project.mesh is None and app.project.fabric is not None:
+        return "Edit"  # The imported file holds stitches, so nothing is labeled or divided.
+    name = page.needs
+    while name in pages and pages[name](app).unavailable() is not None:
+        name = pages[name].needs
+    return name
+
+
+def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
+    """Draw a mesh in one colour with its edges."""
+    surface = Surface(mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners], FABRIC_COLOUR, opacity=opacity)
+    scene.show("garment", surface)
+    ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
+    scene.show("edges", Lines(mesh.vertices[mesh.face_vertex[ends]], EDGE_COLOUR, 1.0))
+    scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
