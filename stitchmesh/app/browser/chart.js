@@ -28,7 +28,7 @@
   };
 
   const send = (element, action, values) => {
-    const piece = element.closest("[data-stitchmesh]");
+    const piece = element && element.closest("[data-stitchmesh]"); // none after the page was left
     if (!piece || !window.stitchmesh) return 0;
     sent += 1;
     const value = typeof values === "string" ? values : JSON.stringify({ ...values, browser, number: sent });
@@ -500,7 +500,7 @@
     }
 
     draw() {
-      if (!this.base || !this.canvas || this.frame) return;
+      if (!this.base || !this.root || this.frame) return;
       this.frame = requestAnimationFrame(() => {
         this.frame = null;
         this.drawNow();
@@ -527,7 +527,7 @@
     }
 
     drawNow() {
-      if (!this.root.clientWidth || !this.root.isConnected) return;
+      if (!this.root || !this.root.clientWidth || !this.root.isConnected) return;
       const ratio = this.layOut();
       const context = this.canvas.getContext("2d");
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -812,8 +812,12 @@
     read("base", (id, values) => charts[id] && charts[id].load(values));
     read("changes", (id, values) => charts[id] && charts[id].update(values));
     read("words", (id, values) => (texts[id] = texts[id] || new ChartText()).update(values));
-    for (const made of [charts, texts]) {
-      for (const id of Object.keys(made)) if (made[id].root && !made[id].root.isConnected) made[id].root = null;
+    for (const [made, data] of [[charts, "base"], [texts, "words"]]) {
+      for (const id of Object.keys(made)) {
+        if (made[id].root && made[id].root.isConnected) continue;
+        made[id].root = null;
+        if (!document.querySelector(`[data-chart-${data}="${id}"]`)) delete made[id]; // the page was left
+      }
     }
   };
 

@@ -98,11 +98,16 @@ class ViserControl:
     def remove(self) -> None:
         """Take the control out of the panel; a control whose group was removed is gone already."""
         self._forget()
-        if not getattr(self.handle._impl, "removed", False):
+        if not self.removed:
             self.handle.remove()
 
+    @property
+    def removed(self) -> bool:
+        """Whether the control is gone; viser refuses to set anything then."""
+        return bool(getattr(self.handle._impl, "removed", False))
+
     def _set(self, name: str, value: Any) -> None:
-        if getattr(self.handle, name) != value:
+        if not self.removed and getattr(self.handle, name) != value:
             setattr(self.handle, name, value)
 
 
@@ -244,7 +249,9 @@ class ViserControls:
             control = HtmlControl(self._server.gui.add_html(""), identity, lambda: self._bridge.forget(identity))
         control.content = content
         if action is not None:
-            self._bridge.receive(identity, lambda message, client: self._act(action, message, client))
+            # a browser may send something just before it hears that the page was left
+            given = lambda *words: None if control.removed else action(*words)  # noqa: E731
+            self._bridge.receive(identity, lambda message, client: self._act(given, message, client))
         return self._keep_control(control)
 
     def plot(self, figure: go.Figure | None = None, aspect: float = 1.6) -> ViserControl:

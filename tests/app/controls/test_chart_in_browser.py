@@ -226,6 +226,25 @@ def test_a_second_window_and_a_window_that_is_loaded_again_show_the_same_chart(p
         other.close()
 
 
+def test_a_page_that_is_left_in_the_middle_of_a_stroke_and_opened_again_goes_on(page_with):
+    with page_with(PLAIN) as rig:
+        left = rig.app.page.editor
+        rig.browser_page.mouse.move(*at(rig, 0, 0))
+        rig.browser_page.mouse.down()
+        rig.browser_page.mouse.move(*at(rig, 0, 3), steps=3)
+        rig.call(rig.app.open_page, "View")
+        rig.app.post(left.act, "stroke", '{"places": [[9, 9]], "word": "p", "yarn": null}')
+        rig.browser_page.mouse.up()
+        rig.settle()
+        assert not rig.notices()
+        rig.call(rig.app.open_page, "Project")
+        settle(rig)
+        assert shown(rig) == words(rig.app.page.editor)
+        click(rig, 5, 5)
+        settle(rig)
+        assert rig.app.page.editor.chart.word_at(5, 5) == "p"
+
+
 def test_threads_of_a_weave_are_dyed_in_the_margins(page_with):
     with page_with(read_weave("satin-2x3")) as rig:
         editor = rig.app.page.editor
