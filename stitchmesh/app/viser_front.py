@@ -29,8 +29,6 @@ BRAND = (31, 86, 115)
 """Blue of the marks of controls."""
 PANEL_WIDTH = 350.0
 """Width of the panel on the right [CSS pixels]."""
-LEFT_WIDTH = 350.0
-"""Width of the panel on the left [CSS pixels]."""
 NOTICE_COLOURS: dict[NoticeKind, tuple[int, int, int]] = {
     "info": (31, 86, 115), "warning": (201, 125, 16), "error": (150, 35, 60),
 }  # fmt: skip
@@ -58,7 +56,7 @@ class ViserFront:
         self._left_panel = server.gui.add_panel(visible=False)
         self._left_tab = left = self._left_panel.add_tab("Chart")
         self._left_panel.dock_left()
-        self._left_panel.set_width(LEFT_WIDTH)
+        self._left_width = 0
         self.left_controls = ViserControls(
             server, self.bridge, self.queue, container=lambda: left, on_change=self._show_left_panel
         )
@@ -85,12 +83,19 @@ class ViserFront:
                 title, text, color=NOTICE_COLOURS[kind], auto_close_seconds=NOTICE_SECONDS[kind], with_close_button=True
             )
 
-    def download(self, name: str, content: bytes) -> None:
-        """Send a file to the browser that asked for it; to all browsers if none did."""
+    @property
+    def acting_client(self) -> int | None:
+        """Number of the browser that asked for the call that the event thread makes now."""
+        return self.bridge.acting_client
+
+    def download(self, name: str, content: bytes, client: int | None = None) -> None:
+        """Send a file to a browser, by default the one that asked for it; to all browsers if none did."""
         clients = self.server.get_clients()
-        acting = clients.get(self.bridge.acting_client or -1)
-        for client in [acting] if acting is not None else clients.values():
-            client.send_file_download(name, content, save_immediately=True)
+        wanted = self.acting_client if client is None else client
+        if wanted is not None:
+            clients = {number: each for number, each in clients.items() if number == wanted}
+        for each in clients.values():
+            each.send_file_download(name, content, save_immediately=True)
 
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""
@@ -123,8 +128,11 @@ class ViserFront:
         client.camera.on_update(moved)
         self._post("camera_moved")
 
-    def name_left_panel(self, title: str) -> None:
-        """Give the panel on the left a title; viser names a tab only when it is made, and keeps the name in the tab."""
+    def name_left_panel(self, title: str, width: int) -> None:
+        """Give the panel on the left a title and a width; viser names a tab when it is made, and keeps the name."""
+        if self._left_width != width:
+            self._left_width = width
+            self._left_panel.set_width(float(width))
         if self._left_tab._label != title:
             self._left_tab._label = title
             self._left_panel._rebuild_tab_props()

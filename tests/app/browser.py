@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, Request, TimeoutError, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, Request, sync_playwright
 
 from stitchmesh.app.application import App
 from stitchmesh.app.project.project import Project
@@ -46,8 +46,15 @@ SIZE = (1000, 700)
 """Width and height of the window of most tests [pixels]."""
 WAIT = 60_000
 """Longest time for which a test waits for the page before it fails [ms]."""
-HARMLESS = ("Unable to preventDefault inside passive event listener", "GPU stall due to ReadPixels")
-"""Parts of messages of the browser that mean no fault of the application."""
+HARMLESS = (
+    "Unable to preventDefault inside passive event listener", "GPU stall due to ReadPixels",
+    "Tried to update non-existent component",
+)  # fmt: skip
+"""Parts of messages of the browser that mean no fault of the application.
+
+Viser joins messages that it has not sent yet. The last value of a control that was removed at once can therefore arrive
+without the control.
+"""
 READY = """() => {
   const state = window.__viserMutable, points = window.__viserTestpoints;
   if (!state || !state.scene || !state.canvas || !points || !window.stitchmesh) return false;
@@ -56,6 +63,15 @@ READY = """() => {
     && (opacity === "" || parseFloat(opacity) >= 1);
 }"""
 """Whether the page has drawn everything that it was sent; viser fades its canvas in."""
+CLOSE_NOTICE_OF_SLOWNESS = """(() => {
+  const close = () => {
+    for (const notice of document.querySelectorAll(".mantine-Notification-root")) {
+      if (notice.textContent.includes("Software WebGL")) notice.querySelector("button")?.click();
+    }
+  };
+  new MutationObserver(close).observe(document, { childList: true, subtree: true });
+})();"""
+"""Closes the notice by which viser says that the browser draws in software, at whatever time it comes."""
 TWO_FRAMES = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 CANVAS = """() => {
   const box = window.__viserMutable.canvas.getBoundingClientRect();
@@ -96,6 +112,7 @@ class BrowserWindow:
         )  # fmt: skip
         self.browser_page: Page = context.new_page()
         self.browser_page.set_default_timeout(WAIT)
+        self.browser_page.add_init_script(CLOSE_NOTICE_OF_SLOWNESS)
         self.faults: list[str] = []
         self.browser_page.on("pageerror", lambda error: self.faults.append(f"page: {error}"))
         self.browser_page.on("console", self._hear)
@@ -106,12 +123,8 @@ class BrowserWindow:
         self.wait_until_ready()
 
     def wait_until_ready(self) -> None:
-        """Wait until the page has drawn what it was sent when it was loaded, and close viser's notice of slowness."""
+        """Wait until the page has drawn what it was sent when it was loaded."""
         self.browser_page.wait_for_function(READY)
-        slow = self.browser_page.locator(".mantine-Notification-root", has_text="Software WebGL")
-        with contextlib.suppress(TimeoutError):
-            slow.locator("button").first.click(timeout=2000)
-            slow.wait_for(state="detached")
 
     def wait_for(self, condition: Callable[[], Any], what: str = "") -> None:
         """Wait until a condition of this process holds, while the page goes on."""
@@ -136,6 +149,10 @@ class BrowserWindow:
     def page_button(self, name: str) -> None:
         """Open a page, or the section in which it stands, by the navigation."""
         self.browser_page.locator(f'button[data-value="{name}"]').first.click()
+
+    def open_group(self, label: str) -> None:
+        """Open or close a group of controls."""
+        self.browser_page.get_by_text(label, exact=True).first.click()
 
     def row(self, label: str) -> Locator:
         """Return the row of an input, with its label."""

@@ -9,8 +9,8 @@ and the editor answers with the chart as it is then. What a chart allows is deci
 from __future__ import annotations
 
 import html
-import itertools
 import json
+import secrets
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +47,6 @@ LONGEST_TEXT = 4 * LONGEST_SIDE * LONGEST_SIDE
 """Largest number of characters of a text."""
 MOST_BROWSERS = 16
 """Number of browsers whose last message is confirmed."""
-_numbers = itertools.count(1)
 
 
 class ChartEditor:
@@ -86,7 +85,7 @@ class ChartEditor:
             self._board.restore(text)
         self._changed, self._edited, self._download = changed, edited, download
         self._told, self._told_text = self._board.source, self._board.text
-        self._name = f"chart{next(_numbers)}"
+        self._name = f"chart-{secrets.token_hex(6)}"  # no name of an earlier server, whose page may still be open
         self._tool = "Paint"
         self._words: tuple[str, ...] = STITCHES
         self._yarn_count = 2

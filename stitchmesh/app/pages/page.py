@@ -27,6 +27,8 @@ class Page:
     """Name of the page that makes what this page needs."""
     left_title: ClassVar[str] = "Chart"
     """Title of the panel on the left, if the page has controls there."""
+    left_width: ClassVar[int] = 350
+    """Width of the panel on the left [pixels]."""
 
     def __init__(self, app: App) -> None:
         """Make the page; nothing is shown yet."""

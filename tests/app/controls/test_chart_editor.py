@@ -311,6 +311,11 @@ def test_the_last_message_of_each_browser_is_confirmed(rib):
     assert rib.data("changes")["read"] == {"a": 4, "b": 9}
 
 
+def test_no_two_editors_have_one_name_in_the_browser():
+    names = {re.search('data-chart="([^"]+)"', Desk(read_pattern("seed")).controls.text_shown())[1] for _ in range(20)}
+    assert len(names) == 20  # so that a window of a server that ended never mixes its strokes into another chart
+
+
 @pytest.mark.parametrize(
     ("action", "value"),
     [("stroke", "no json"), ("stroke", "[]"), ("stroke", '{"places": 3}'), ("stroke", '{"places": [[0]]}'),

@@ -32,6 +32,8 @@ class CrossCables(Tool):
         """Start with two loops over two."""
         super().__init__(session)
         self.left, self.right, self.front = 2, 2, "left"
+        self.order: tuple[int, ...] = ()
+        """Place to which each loop goes, from 1 at the left; empty for two groups that cross."""
         self._first: int | None = None
         self._last = 0
 
@@ -43,10 +45,16 @@ class CrossCables(Tool):
                         self._set_left, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
         controls.number("Loops from the right", "Loops that a click moves from the right to the left", self.right,
                         self._set_right, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
+        controls.text("Order of the loops", "Place of each loop from the left, such as 3 1 2; empty: two groups cross",
+                      " ".join(map(str, self.order)), self._set_order)  # fmt: skip
         controls.button("Cross cables along the selection", "Cross loops side by side along each row of the selection",
                         self.on_selection)  # fmt: skip
         controls.button("Clear the cables of the selection", "Loops of cables within the selection go straight up",
                         self.clear_selection)  # fmt: skip
+
+    def refresh(self) -> None:
+        """Forget a drag over a fabric that has changed."""
+        self._first = None
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Cross loops from the clicked one to the right; with the control key, clear the cable that is clicked."""
@@ -58,7 +66,7 @@ class CrossCables(Tool):
         if pick.modifier == "ctrl":
             self.session.edit("clear_cable", {"side": side}, np.array([place.face]))
         else:
-            self._cross(side, self.left, self.right)
+            self._cross(side, len(self.order) or self.left + self.right)
 
     def stroked(self, stroke: Stroke) -> None:
         """Mark the loops under a drag, and cross them at the end."""
@@ -81,25 +89,45 @@ class CrossCables(Tool):
             reason = "cable: the drag covers no two loops of one row; drag along a row"
             self.session.refuse(np.unique([self._first, self._last]), reason)
             return
-        left = self.left if len(sides) == self.left + self.right else len(sides) // 2
-        self._cross(int(sides[0]), left, len(sides) - left)
+        self._cross(int(sides[0]), len(sides))
 
     def on_selection(self) -> None:
         """Cross cables side by side along each row of the selection."""
-        arguments = {**self.session.on_selection(), "left": self.left, "right": self.right, "front": self.front}
-        self.session.edit("cross_cable", arguments, self.session.selection.faces)
+        name, arguments = self._edit_of(len(self.order) or self.left + self.right)
+        self.session.edit(name, {**self.session.on_selection(), **arguments}, self.session.selection.faces)
 
     def clear_selection(self) -> None:
         """Clear the cables that lie within the selection."""
         self.session.edit("clear_cable", self.session.on_selection(), self.session.selection.faces)
 
-    def _cross(self, side: int, left: int, right: int) -> None:
-        at = self.session.fabric.side_face[np.array([side])]
-        arguments = {"side": side, "left": left, "right": right, "front": self.front}
-        self.session.edit("cross_cable", arguments, at)
+    def _cross(self, side: int, count: int) -> None:
+        name, arguments = self._edit_of(count)
+        self.session.edit(name, {"side": side, **arguments}, self.session.fabric.side_face[np.array([side])])
+
+    def _edit_of(self, count: int) -> tuple[str, dict[str, object]]:
+        """Return the name and the arguments of the edit that crosses a number of loops.
+
+        Raises:
+            ParameterError: the order is that of another number of loops.
+        """
+        if not self.order:
+            left = self.left if count == self.left + self.right else count // 2
+            return "cross_cable", {"left": left, "right": count - left, "front": self.front}
+        if len(self.order) != count:
+            found = f"an order of {len(self.order)} loops for {count} loops"
+            raise ParameterError(f"cable: got {found}; drag over as many loops, or empty the order")
+        layers = range(count, 0, -1) if self.front == "left" else range(1, count + 1)
+        return "set_cable", {"destinations": [place - 1 for place in self.order], "layers": list(layers)}
 
     def _set_front(self, words: str) -> None:
         self.front = FRONTS[words]
+
+    def _set_order(self, text: str) -> None:
+        """Take an order that is whole; while it is typed, it is not."""
+        words = text.replace(",", " ").split()
+        places = tuple(int(word) for word in words if word.isdecimal())
+        whole = len(places) == len(words) and sorted(places) == list(range(1, len(places) + 1))
+        self.order = places if whole and len(places) > 1 else ()
 
     def _set_left(self, count: float) -> None:
         self.left = _whole("Loops from the left", count)

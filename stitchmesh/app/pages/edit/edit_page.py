@@ -25,6 +25,7 @@ from stitchmesh.app.pages.edit.whole_fabric import ChangeFabric, LookAround
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.face_colours import ColourBy
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 
@@ -57,7 +58,7 @@ class EditPage(Page):
     name = "Edit"
     needs = "Divide"
     hint = "Choose a tool, then click or drag on the stitches; every edit can be undone."
-    left_title = "Stitches and yarns"
+    left_title, left_width = "Stitches and yarns", 250
 
     def __init__(self, app: App) -> None:
         """Make the tools."""
@@ -66,6 +67,7 @@ class EditPage(Page):
         self.tools = {tool.name: tool(self.session) for tool in TOOLS}
         self.tool: Tool = self.tools[PaintStitches.name]
         self._groups: dict[str, Control] = {}
+        self._stroking = -1
 
     def unavailable(self) -> str | None:
         """Say that there are no stitches to edit."""
@@ -125,7 +127,10 @@ class EditPage(Page):
     def stroked(self, stroke: Stroke) -> None:
         """Pass a drag on the fabric to the tool."""
         if stroke.phase == "start":
+            self._stroking = stroke.client
             self.session.view.unmark()
+        if stroke.client != self._stroking:
+            return  # Another browser has begun a drag since.
         self.tool.stroked(stroke)
         if stroke.phase == "end":
             self._selection.show()
@@ -140,7 +145,13 @@ class EditPage(Page):
         self._selection.show()
 
     def take_up(self, name: str) -> None:
-        """Take up another tool."""
+        """Take up another tool.
+
+        Raises:
+            ParameterError: there is no such tool.
+        """
+        if name not in self.tools:
+            raise ParameterError(f"tool: got {name[:40]!r}; expected one of {', '.join(self.tools)}")
         if name == self.tool.name:
             return
         self.tool.laid_down()

@@ -21,8 +21,9 @@ from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.renumbering import REMOVED
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.selection import select
+from stitchmesh.selection import parse_selection, select
 from stitchmesh.selection.from_faces import selection_of_faces
+from stitchmesh.selection.selection import with_paths
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -126,8 +127,9 @@ class EditSession:
         """Select the faces that a text names.
 
         Raises:
-            ParameterError: as for ``select``.
+            ParameterError: as for ``select``, or the text names a file, which a browser must not make the server read.
         """
+        with_paths(parse_selection(text), _refuse_file)
         self.choose(select(self.fabric, text), text)
 
     def on_selection(self) -> dict[str, object]:
@@ -158,6 +160,10 @@ class EditSession:
         after = faces_after(faces, numbers)
         if not np.array_equal(after, faces):
             self.selection = Chosen(after)
+
+
+def _refuse_file(path: str) -> str:
+    raise ParameterError(f"selection: got the file {path!r}; the application reads no files by name; list the faces")
 
 
 def _leads_to(before: StitchMesh, after: StitchMesh, numbers: IntArray) -> bool:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from textwrap import shorten
+from textwrap import fill, shorten
 
 import numpy as np
 
@@ -30,8 +30,8 @@ LINE_WIDTH = 4.0
 """Width of the lines around marked faces [pixels]."""
 MOST_EDGED = 12_000
 """Largest number of faces whose edges are drawn from the start; more edges hide the colours and slow the browser."""
-LONGEST_MESSAGE = 110
-"""Number of characters of a message beside a refused edit; the whole message is in the notice."""
+LONGEST_MESSAGE, LINE_LENGTH = 130, 36
+"""Numbers of characters of a message beside a refused edit, and of its lines; the whole message is in the notice."""
 
 
 class FabricView:
@@ -84,7 +84,7 @@ class FabricView:
             normal = fabric.face_vector_area[faces].sum(axis=0)
             length = float(np.linalg.norm(normal)) or 1.0
             place = corners.mean(axis=0) + 4 * self._height(fabric) * normal / length
-            text = shorten(message, LONGEST_MESSAGE, placeholder=" ...")
+            text = fill(shorten(message, LONGEST_MESSAGE, placeholder=" ..."), LINE_LENGTH)
             self._scene.show("refused/reason", Labels(place[None], (text,)))
 
     def unmark(self) -> None:

@@ -57,7 +57,6 @@ class LayPatterns(Tool):
 
     def build(self, controls: Controls) -> None:
         """Make the controls."""
-        self._words = controls.markdown("")
         self._area = controls.choice("Where", "Which stitches take the pattern", AREAS, self.area, self._set_area)
         words = next(words for words, name in REMAINDERS.items() if name == self.remainder)
         controls.choice("Stitches left over", "What happens to stitches beside whole repeats of the pattern",
@@ -67,6 +66,7 @@ class LayPatterns(Tool):
         self._lay = controls.button("Lay the pattern", "Replace the stitches by those of the pattern", self.lay,
                                     main=True)  # fmt: skip
         self._discard = controls.button("Discard the preview", "Show the fabric as it is", self.discard)
+        self._words = controls.markdown("")
         self._say("")
 
     def taken_up(self) -> None:

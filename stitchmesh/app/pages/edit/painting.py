@@ -64,6 +64,10 @@ class Painting(Tool):
         """Paint the selected faces."""
         self.paint(self.session.on_selection(), self.session.selection.faces)
 
+    def refresh(self) -> None:
+        """Forget a drag over a fabric that has changed."""
+        self._path = []
+
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Paint what the brush covers."""
         if self.session.brush == "Rectangle":

@@ -14,7 +14,10 @@ from stitchmesh.app.pages.edit.pattern_palette import PatternPalette
 from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_named, stitch_palette_html
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.yarn_palette import yarn_colour, yarn_palette_html
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns.library import pattern_names
 
 
 class Palettes:
@@ -64,11 +67,15 @@ class Palettes:
         self.refresh()
 
     def _yarn_taken(self, number: str) -> None:
-        self._take_yarn(int(number))
+        if not number.isdecimal():
+            raise ParameterError(f"yarn: got {number[:40]!r}; expected the number of a yarn")
+        self._take_yarn(check_yarn_number(int(number)))
         self._colour.value = yarn_colour(self._session.fabric, self._session.yarn)
         self.refresh()
 
     def _pattern_taken(self, name: str) -> None:
+        if name not in pattern_names():  # A browser must not make the server read a file by its name.
+            raise ParameterError(f"pattern {name[:40]!r}: is not in the library; choose one of the palette")
         self._laying.choose(name)
         self.refresh()
 

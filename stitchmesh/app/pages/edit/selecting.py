@@ -37,6 +37,10 @@ class SelectStitches(Tool):
         """Show the brush that the tools share."""
         self._brush.value = self.session.brush
 
+    def refresh(self) -> None:
+        """Forget a drag over a fabric that has changed."""
+        self._path = []
+
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Select what the brush covers."""
         if self.session.brush == "Rectangle":

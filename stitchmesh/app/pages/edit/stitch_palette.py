@@ -8,6 +8,7 @@ from functools import cache
 from html import escape
 from urllib.parse import quote
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.render.thumbnails.stitch_drawing import draw_stitch
 
@@ -40,8 +41,15 @@ def name_of(stitch: Stitch) -> str:
 
 
 def stitch_named(name: str) -> Stitch:
-    """Return the stitch of a name of the palette."""
-    return CODES.get(name) or next(stitch for stitch, other in OTHER_NAMES.items() if other == name)
+    """Return the stitch of a name of the palette.
+
+    Raises:
+        ParameterError: the palette has no such stitch.
+    """
+    known = {**CODES, **{other: stitch for stitch, other in OTHER_NAMES.items()}}
+    if name not in known:
+        raise ParameterError(f"stitch: got {name[:40]!r}; expected one of {', '.join(known)}")
+    return known[name]
 
 
 def described(stitch: Stitch) -> str:

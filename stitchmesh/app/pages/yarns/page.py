@@ -17,7 +17,7 @@ from stitchmesh.app.pages.yarns.body_panel import BodyPanel
 from stitchmesh.app.pages.yarns.choices import Choices
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
 from stitchmesh.app.pages.yarns.pin_panel import PinPanel, check_pins
-from stitchmesh.app.pages.yarns.settings import YarnSettings, settings_of, settings_table
+from stitchmesh.app.pages.yarns.settings import YarnSettings, decisive_choices, settings_of, settings_table
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
@@ -45,7 +45,7 @@ BYTES_PER_POINT = 6
 PLOT_SECONDS = 1.0
 """Shortest time between two updates of the plot while the yarns relax [s]."""
 INTERRUPTED = "interrupted"
-"""Key of the settings that is true from the start of a relaxation until its result is kept."""
+"""Key of the settings that holds the choices of a relaxation from its start until it has converged."""
 Run = LiveRun[YarnSet, Relaxation]
 
 
@@ -136,7 +136,7 @@ class YarnsPage(Page):
         def done(yarns: YarnSet) -> None:
             if self.app.project is project:
                 project.set_yarns(yarns, arguments)
-                self._keep(**{INTERRUPTED: False})
+                self._keep(**{INTERRUPTED: None})
             self._after()
 
         self.app.tasks.start(
@@ -181,7 +181,8 @@ class YarnsPage(Page):
         def done(result: Relaxation) -> None:
             if self.app.project is project:
                 project.set_relaxed(result.yarns, result.report, result.history)
-                self._keep(**{INTERRUPTED: not result.report["converged"], "tolerance": quality.tolerance})
+                if result.report["converged"]:
+                    self._keep(**{INTERRUPTED: None})
             self._end_run()
 
         self._run = LiveRun(
@@ -190,7 +191,7 @@ class YarnsPage(Page):
             frame_bytes=BYTES_PER_POINT * len(yarns.points),
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
-        self._keep(**{INTERRUPTED: True, "tolerance": quality.tolerance})
+        self._keep(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
         self._verdict.content, self._figures.content = "", ""
         self._plot.figure = None
         self.refresh()
@@ -216,9 +217,9 @@ class YarnsPage(Page):
         self._figure_group.visible = project.report is not None and self._run is None
 
     def _is_unfinished(self) -> bool:
-        """Return whether a relaxation was stopped or killed, and its checkpoint is there."""
-        path = self.settings.checkpoints(self.app.project).path
-        return bool(self.app.project.settings(self.name).get(INTERRUPTED)) and path.exists()
+        """Return whether a relaxation with the present choices was stopped or killed, and its checkpoint is there."""
+        choices = self.app.project.settings(self.name).get(INTERRUPTED)
+        return choices == decisive_choices(self.settings) and self.settings.checkpoints(self.app.project).path.exists()
 
     def _show_result(self) -> None:
         """Show the yarns while nothing runs, and what is said about them."""
@@ -267,10 +268,11 @@ class YarnsPage(Page):
         """Return how much yarn there is, as a sentence."""
         metres = float(yarns.lengths.sum()) / 100.0
         known = yarn_for_gauge(fabric_gauge(self._even_fabric()))
+        grams = metres * known.grams_per_metre
         count = f"{yarns.yarn_count:,} yarn{'' if yarns.yarn_count == 1 else 's'}"
         return (
             f"{count}, {len(yarns.points):,} control points, {metres:,.4g} m; "
-            f"about {metres * known.grams_per_metre:.2g} g if it is {known.name}."
+            f"about {grams:,.{0 if grams >= 10.0 else 1}f} g if it is {known.name}."
         )
 
     def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:
@@ -316,6 +318,7 @@ class YarnsPage(Page):
         self._keep(choices=settings_table(replace(self.settings, **changes)))
         if self._run is None and self.app.page is self:
             self._verdict.content = self._verdict_content()
+            self._show_buttons()
 
     def _keep(self, **values: Any) -> None:
         self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})

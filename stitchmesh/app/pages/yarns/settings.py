@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 
 BODIES = "bodies"
 """Folder of the project for the meshes of bodies."""
-CHECKPOINT_EVERY = 400
-"""Iterations between two checkpoints: a few seconds of a small garment, half a minute of a large one."""
+CHECKPOINT_WORK = 40_000_000
+"""Control points times iterations between two checkpoints: about half a minute of a processor."""
+MOST_BETWEEN = 400
+"""Most iterations between two checkpoints: a few seconds of a small garment."""
 AUTOMATIC = "automatic"
 """Name of the preferred device."""
 
@@ -87,8 +89,9 @@ class YarnSettings:
         return None if self.device == AUTOMATIC else self.device
 
     def checkpoints(self, project: Project) -> Checkpoints:
-        """Return where and how often checkpoints are written."""
-        return Checkpoints(project.checkpoint_folder, CHECKPOINT_EVERY)
+        """Return where and how often checkpoints are written: less work is lost than a user would notice."""
+        points = 1 if project.yarns is None else len(project.yarns.points)
+        return Checkpoints(project.checkpoint_folder, max(1, min(MOST_BETWEEN, CHECKPOINT_WORK // points)))
 
     def relax_options(self, project: Project, *, resume: bool) -> RelaxOptions:
         """Return the options of the relaxation.
@@ -129,6 +132,11 @@ def settings_of(table: Mapping[str, Any]) -> YarnSettings:
 def settings_table(settings: YarnSettings) -> dict[str, Any]:
     """Return the settings as JSON can hold them."""
     return asdict(settings) | {"pins": list(settings.pins)}
+
+
+def decisive_choices(settings: YarnSettings) -> dict[str, Any]:
+    """Return the choices that must stay the same if a relaxation is to continue: all but the most iterations."""
+    return {name: value for name, value in settings_table(settings).items() if name != "most_iterations"}
 
 
 def body_path(folder: Path, name: str) -> Path:

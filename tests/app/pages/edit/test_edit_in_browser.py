@@ -131,6 +131,8 @@ def test_selecting_by_words_needs_no_mouse(opened):
     page = opened.browser_page
     opened.row("Select by words").locator("input").focus()
     page.keyboard.type("rows 3-5")
+    words = lambda: opened.app.page._selection._text.value  # noqa: E731
+    opened.wait_for(lambda: words() == "rows 3-5", "the browser sends what was typed a moment later")
     opened.button("Select these").focus()
     page.keyboard.press("Enter")
     opened.wait_for_text("30 stitches are selected")

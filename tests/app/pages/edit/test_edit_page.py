@@ -4,8 +4,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pytest
+
 from stitchmesh.app.pages.edit.edit_page import TOOLS
 from stitchmesh.app.scene.drawing import Colours
+from stitchmesh.app.scene.scene import Stroke
 from stitchmesh.editing.edit import Edit
 from stitchmesh.mesh.stitch import VOCABULARY
 from stitchmesh.patterns.library import pattern_names
@@ -93,3 +97,41 @@ def test_the_page_opens_again_as_it_was_left(page):
     page.app.open_page("Edit")
     assert page.selected == [44] and page.page.tool.name == "Select"
     assert "selection/faces" in page.scene.drawings
+
+
+@pytest.mark.parametrize(
+    ("panel", "action", "value", "reason"),
+    [
+        (0, "tool", "Hammer", "tool: got 'Hammer'; expected one of Paint stitches"),
+        (1, "stitch", "zz", "stitch: got 'zz'; expected one of k, p"),
+        (1, "yarn", "one", "yarn: got 'one'; expected the number of a yarn"),
+        (1, "yarn", "999999", "expected 0 to 255"),
+        (1, "pattern", "/etc/passwd", "is not in the library; choose one of the palette"),
+    ],
+)
+def test_a_message_that_no_button_sends_is_refused(page, panel, action, value, reason):
+    made = (page.front.controls, page.front.left_controls)[panel].made
+    control = next(control for control in made if f'data-action="{action}"' in control.content)
+    page.run(lambda: control.changed(action, value))
+    assert reason in page.notices() and page.project.edits == ()
+
+
+def test_the_page_reads_no_files_by_name(page, tmp_path):
+    (tmp_path / "faces.txt").write_text("1 2 3")
+    page.controls.set("Select by words", f'rows 1 or file "{tmp_path / "faces.txt"}"')
+    page.press("Select these")
+    assert "the application reads no files by name" in page.notices() and page.selected == []
+
+
+def test_an_undo_in_the_middle_of_a_drag_ends_the_drag(page):
+    page.act("tool", "Rows and wales")
+    page.click_stitch(44)
+    page.act("stitch", "p")
+    last = page.fabric.face_count - 1
+    towards = np.array([0.0, 0.0, -1.0])
+    origin = page.fabric.corner_position[page.fabric.sides_of(np.array([last]))].mean(axis=0) - 50.0 * towards
+    page.page.stroked(Stroke(origin, towards, "", 3, "start"))
+    page.act("undo")
+    page.page.stroked(Stroke(origin, towards, "", 4, "move"))  # Of another browser, which has begun no drag.
+    page.page.stroked(Stroke(np.array([90.0, 90.0, 9.0]), towards, "", 3, "end"))
+    assert same_as(page) and page.front.notices == []

@@ -33,6 +33,20 @@ def test_a_click_crosses_as_many_loops_as_the_controls_say(page):
     assert same_as(page, Edit("cross_cable", arguments))
 
 
+def test_loops_are_crossed_in_any_order(page):
+    page.act("tool", "Cross a cable")
+    page.controls.set("Order of the loops", "3, 1 2")
+    page.drag([42, 44])
+    arguments = {"side": top_of(WIDE, 42), "destinations": [2, 0, 1], "layers": [3, 2, 1]}
+    assert same_as(page, cable := Edit("set_cable", arguments))
+    page.drag([62, 65])
+    assert "got an order of 3 loops for 4 loops" in page.notices() and same_as(page, cable)
+    page.controls.set("Order of the loops", "3 1")  # This is no order, and two groups cross.
+    page.drag([62, 65])
+    two = Edit("cross_cable", {"side": top_of(WIDE, 62), "left": 2, "right": 2, "front": "left"})
+    assert same_as(page, cable, two)
+
+
 def test_a_drag_over_several_rows_is_no_cable(page):
     page.act("tool", "Cross a cable")
     page.drag([42, 62])

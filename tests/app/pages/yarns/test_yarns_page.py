@@ -166,6 +166,21 @@ def test_a_stopped_relaxation_keeps_what_was_shown_and_continues_to_the_same_bit
     assert [entry["iteration"] for entry in generated.project.history] == list(range(0, MOST + 1, 20))
 
 
+def test_a_relaxation_continues_only_with_the_choices_with_which_it_began(generated: Headless):
+    paused_at(generated, 1)
+    press(generated, "Stop")
+    wait_for_task(generated)
+    generated.controls.find(CONTINUE)
+    call(generated, generated.controls.set, "Friction", 0.3)
+    with pytest.raises(ParameterError, match="is hidden"):
+        generated.controls.find(CONTINUE)
+    call(generated, generated.controls.set, "Friction", 0.0)
+    call(generated, generated.controls.set, "Most iterations", 40)  # this one may change
+    press(generated, CONTINUE)
+    wait_for_task(generated)
+    assert generated.project.report["iterations"] == 40 and not generated.notices()
+
+
 def test_a_relaxation_whose_program_was_killed_continues_to_the_same_bits(generated: Headless, tmp_path: Path):
     expected = relaxed(generated.project)
     paused_at(generated, 2)

@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Walks through the application in a real browser, by clicks alone, and prints the time of each step.
+
+    python benchmarks/app_walks.py              # both walks, at 1280 x 800 and at 1000 x 700
+    python benchmarks/app_walks.py --pictures   # and draws the pictures of docs/application.md
+
+The first walk leads from a mesh to the relaxed yarns of a sweater, the second one from a pattern to a swatch. The
+browser draws in software here, so that the times are longer than those of a machine with a graphics card.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import platform
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from playwright.sync_api import Browser
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from stitchmesh.mesh import FloatArray, Mesh  # noqa: E402
+from tests.app.browser import Rig, rig_on, started_browser  # noqa: E402
+
+SIZES = ((1280, 800), (1000, 700))
+"""Widths and heights of the window [pixels]."""
+FOLDER = ROOT / "docs" / "application"
+"""Folder of the pictures."""
+PAGE = ROOT / "docs" / "application.md"
+"""The page that shows the pictures; those that it does not name are not drawn."""
+STITCH_WIDTH = 1.5
+"""Width of the stitches of the sweater [cm]."""
+
+
+class Walk:
+    """A walk: its steps with their times, and its pictures."""
+
+    def __init__(self, rig: Rig, name: str, folder: Path | None) -> None:
+        """Start the clock; pictures are written if there is a folder."""
+        self.rig, self.name, self.folder = rig, name, folder
+        self.began = self.last = time.perf_counter()
+
+    def step(
+        self, what: str, *acts: Callable[[], object], until: Callable[[], object] = bool, picture: str = ""
+    ) -> None:
+        """Do something, wait until it is done and drawn, print the time, and draw a picture."""
+        for act in acts:
+            act()
+            self.rig.settle()
+        if until is not bool:
+            self.rig.wait_for(until, what)
+            self.rig.settle()
+        now = time.perf_counter()
+        print(f"| {self.name} | {what} | {now - self.last:.1f} |", flush=True)
+        page = self.rig.browser_page
+        file = f"{picture}-{page.viewport_size['width']}.jpg"
+        if picture and self.folder is not None and file in PAGE.read_text():
+            page.mouse.move(5, 5)  # No hint of a control covers the picture.
+            page.evaluate("() => document.activeElement && document.activeElement.blur()")
+            page.wait_for_timeout(1500)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            image = Image.open(io.BytesIO(self.rig.screenshot())).convert("RGB")
+            image.save(self.folder / file, quality=86, optimize=True)
+        self.last = time.perf_counter()
+
+
+def border_point(mesh: Mesh) -> FloatArray:
+    """Return the middle of the border edge that is lowest and in front [cm]."""
+    sides = np.flatnonzero(mesh.twin < 0)
+    middle = 0.5 * (mesh.corner_position[sides] + mesh.corner_position[mesh.side_next[sides]])
+    low = middle[middle[:, 1] < middle[:, 1].min() + 0.2 * np.ptp(mesh.vertices[:, 1])]
+    return low[np.argmax(low[:, 2] - np.abs(low[:, 0]))]
+
+
+def face_point(mesh: Mesh, height: float) -> FloatArray:
+    """Return the middle of the front face nearest to a height, 0 the lowest and 1 the highest one [cm]."""
+    face = np.repeat(np.arange(mesh.face_count), np.diff(mesh.face_start))
+    middle = np.stack([np.bincount(face, mesh.corner_position[:, k]) for k in range(3)], axis=1)
+    middle /= np.diff(mesh.face_start)[:, None]
+    low, high = mesh.vertices[:, 1].min(), mesh.vertices[:, 1].max()
+    front = middle[:, 2] > np.quantile(middle[:, 2], 0.8)
+    off = np.abs(middle[:, 1] - (low + height * (high - low))) + np.abs(middle[:, 0]) + np.where(front, 0.0, 1e9)
+    return middle[np.argmin(off)]
+
+
+def sweater(walk: Walk) -> None:
+    """From a mesh to a sweater."""
+    rig, press = walk.rig, walk.rig.press
+    walk.step("the page Project", picture="sweater-1-project")
+    walk.step("take the example", lambda: rig.choose("Example", "sweater"), lambda: press("Take the example"),
+              picture="sweater-2-mesh")  # fmt: skip
+    project, mesh = rig.app.project, rig.app.project.mesh
+    walk.step("click the hem: the first row", lambda: rig.click_at(border_point(mesh)), picture="sweater-3-first-row")
+    walk.step("label all rows", lambda: press("Label all"), picture="sweater-4-rows")
+    walk.step("go on to Divide", lambda: press("Go on: divide into stitches"))
+    walk.step("divide", lambda: rig.type("Stitch width", STITCH_WIDTH), lambda: press("Divide into stitches"),
+              picture="sweater-5-divided")  # fmt: skip
+    walk.step("go on to Edit", lambda: press("Go on: edit the stitches"), picture="sweater-6-edit")
+    walk.step("select the hem", lambda: rig.type("Select by words", "hem 6"), lambda: press("Select these"))
+    walk.step("choose a rib", lambda: press("Lay a pattern"), lambda: rig.act("pattern", "rib2x2"),
+              picture="sweater-7-preview")  # fmt: skip
+    walk.step("lay the rib", lambda: press("Lay the pattern"), picture="sweater-8-rib")
+    walk.step("go on to Even out", lambda: rig.page_button("Even out"))
+    walk.step("even out", lambda: press("Even out the stitches"), until=lambda: project.evened,
+              picture="sweater-9-even")  # fmt: skip
+    walk.step("go on to Yarns", lambda: press("Go on to the yarns"))
+    walk.step("choose the quality draft", lambda: rig.open_group("Yarn and accuracy"),
+              lambda: rig.choose("Quality", "draft"))  # fmt: skip
+    walk.step("generate the yarns", lambda: press("Generate the yarns"), until=lambda: project.yarns,
+              picture="sweater-10-yarns")  # fmt: skip
+    walk.step("relax the yarns", lambda: press("Relax the yarns"), until=lambda: project.relaxed,
+              picture="sweater-11-relaxed")  # fmt: skip
+    walk.step("look at the result", lambda: rig.page_button("View"), picture="sweater-12-view")
+    walk.step("go to Project", lambda: rig.page_button("Project"))
+    rig.open_group("Download")
+    name, content = rig.downloaded(lambda: rig.act("download", "relaxed.usdc"))
+    walk.step(f"download {name}, {len(content) / 1e6:.1f} MB", picture="sweater-13-download")
+
+
+def swatch(walk: Walk) -> None:
+    """From a pattern to a swatch."""
+    rig = walk.rig
+    walk.step("the page Swatch", lambda: rig.page_button("Swatch"), lambda: rest(rig), picture="swatch-1-start")
+    walk.step("choose a stitch of the palette", lambda: rig.act("stitch", "k"))
+    walk.step("paint the chart", lambda: paint(rig, ((0.15, 0.88), (0.85, 0.88), (0.85, 0.62))), lambda: rest(rig),
+              picture="swatch-2-painted")  # fmt: skip
+    walk.step("start from moss stitch", lambda: rig.choose("Start from", "moss"), lambda: rest(rig),
+              picture="swatch-3-moss")  # fmt: skip
+    walk.step("turn the dial Tightness", lambda: rig.type("Tightness", 1.25), lambda: rest(rig),
+              picture="swatch-4-tight")  # fmt: skip
+    walk.step("compare two variants", lambda: rig.open_group("Two variants"),
+              lambda: rig.tick("Compare two variants"), lambda: rig.type("Tightness", 0.9), lambda: rest(rig),
+              picture="swatch-5-compared")  # fmt: skip
+    rig.open_group("Stretch test")
+    curve = rig.browser_page.get_by_role("button", name="Download the curve (CSV)")
+    walk.step("stretch test", lambda: rig.press("Run the stretch test"), curve.wait_for,
+              curve.scroll_into_view_if_needed, picture="swatch-6-stretch")  # fmt: skip
+    rig.open_group("Download")
+    name, content = rig.downloaded(lambda: rig.press("Download the yarns"))
+    walk.step(f"download {name}, {len(content) / 1e3:.0f} kB")
+
+
+def paint(rig: Rig, shares: tuple[tuple[float, float], ...]) -> None:
+    """Drag over the chart, through places from (0, 0), the upper left corner, to (1, 1)."""
+    box = rig.browser_page.locator("[data-chart] canvas").bounding_box()
+    rig.drag_page([(box["x"] + x * box["width"], box["y"] + y * box["height"]) for x, y in shares])
+
+
+def rest(rig: Rig) -> None:
+    """Wait until the fabric rests."""
+
+    def at_rest() -> bool:
+        frames = [variant.frame for variant in rig.app.page.variants]
+        return all(frame is not None and not frame.report["running"] for frame in frames)
+
+    rig.browser_page.wait_for_timeout(300)
+    rig.wait_for(at_rest, "the fabric rests")
+
+
+def run(browser: Browser, size: tuple[int, int], pictures: bool) -> None:
+    """Make both walks in a window of one size."""
+    for walk in (sweater, swatch):
+        with tempfile.TemporaryDirectory(prefix="walk-") as home:
+            os.environ.update(HOME=home, STITCHMESH_PROJECTS=f"{home}/StitchMesh", XDG_STATE_HOME=f"{home}/state")
+            with rig_on(browser, Path(home) / "StitchMesh" / "Garment", "Project", size) as rig:
+                steps = Walk(rig, f"{walk.__name__} {size[0]} x {size[1]}", FOLDER if pictures else None)
+                walk(steps)
+                print(f"| {steps.name} | **all** | **{time.perf_counter() - steps.began:.1f}** |", flush=True)
+
+
+def main() -> None:
+    """Parse the options, and walk."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--pictures", action="store_true", help="draw the pictures of docs/application.md")
+    options.add_argument("--only", choices=["sweater", "swatch"])
+    given = options.parse_args()
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores\n\n| walk | step | s |\n|---|---|---|")
+    with started_browser() as browser:
+        for size in SIZES:
+            run(browser, size, given.pictures)
+
+
+if __name__ == "__main__":
+    main()
