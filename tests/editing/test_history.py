@@ -164,6 +164,7 @@ def test_a_refused_replay_writes_nothing(files, capsys):
     assert not (files / "edited.h5").exists()
 
 
-def test_without_a_log_the_command_prints_what_it_needs(files, capsys):
-    assert cli.main(["edit", str(files / "flat.h5")]) == 2
+def test_with_an_output_and_without_edits_the_command_prints_what_it_needs(files, capsys):
+    """Without an output too, it opens the application, which runs until the user ends it."""
+    assert cli.main(["edit", str(files / "flat.h5"), "-o", str(files / "edited.h5")]) == 2
     assert "edit: needs one edit or one log, and -o FILE; give --apply EDIT or --replay LOG" in capsys.readouterr().err

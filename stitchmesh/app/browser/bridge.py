@@ -26,8 +26,8 @@ from stitchmesh.mesh.palette import linear_colour
 
 FOLDER = Path(__file__).parent
 SCRIPTS = (
-    "bridge.js", "yarn_shapes.js", "yarn_levels.js", "yarn_tubes.js", "frame_rate.js", "chart.js", "drop.js",
-    "names.js",
+    "bridge.js", "yarn_shapes.js", "yarn_levels.js", "yarn_tubes.js", "frame_rate.js", "chart_messages.js",
+    "chart_drawing.js", "chart_text.js", "chart.js", "drop.js", "names.js",
 )  # fmt: skip
 """Files of scripts for each page, in the order in which they run."""
 Receiver = Callable[[dict[str, Any], int | None], None]

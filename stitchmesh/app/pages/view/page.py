@@ -27,7 +27,7 @@ from stitchmesh.app.pages.view.settings import (
     checked_settings,
     colour_word,
 )
-from stitchmesh.app.pages.view.thing_view import ThingView, view_of_thing
+from stitchmesh.app.pages.view.thing_view import Place, ThingView, view_of_thing
 from stitchmesh.app.pages.view.viewed import SUFFIXES, Viewed, project_results
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -44,6 +44,8 @@ OPENED = "Opened file"
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
 LARGEST_PICTURE = 4096
 """Largest side of a saved picture [pixels]."""
+MOST_STITCHES = 99_999_999
+"""Largest number of a stitch that can be typed."""
 BOX = "clip box"
 """Name of the drawing of the box."""
 
@@ -161,6 +163,14 @@ class ViewPage(Page):
                     side, f"Where the box ends at this side ({side.lower()}), in percent.", self._shares.get(side, far),
                     self._share_of(side), least=0.0, most=100.0, step=1.0,
                 )  # fmt: skip
+        with controls.group("Without the mouse", opened=False):
+            self._numbers = [
+                controls.number(label, hint, 0, _nothing, least=0, most=MOST_STITCHES, step=1)
+                for label, hint in (("Stitch", "Number of a stitch, or of a face of a mesh."),
+                                    ("Other stitch", "Number of the stitch up to which is measured."))
+            ]  # fmt: skip
+            controls.button("Describe", "Say what the stitch is.", self._describe_stitch)
+            controls.button("Measure between them", "Measure from one stitch to the other.", self._measure_stitches)
         with controls.group("Picture", opened=False):
             self._width = controls.number(
                 "Width", "Width of the picture [pixels].", 1600, _nothing, least=64, most=LARGEST_PICTURE, step=1
@@ -323,6 +333,24 @@ class ViewPage(Page):
         self._measurement.draw(self.app.scene)
         if self._measures.value:
             self._say(self._measurement.text(None if self._viewed is None else self._viewed.thing))
+
+    def _describe_stitch(self) -> None:
+        self._say(self._stitch(int(self._numbers[0].value)).text)
+
+    def _measure_stitches(self) -> None:
+        self._measurement.clear()
+        for control in self._numbers:
+            self._measurement.take(self._stitch(int(control.value)))
+        self._measures.value = True
+        self._draw_measurement()
+
+    def _stitch(self, number: int) -> Place:
+        place = None
+        if self._view is not None and self._viewed is not None:
+            place = self._view.stitch(number, self._viewed.fabric)
+        if place is None:
+            raise ParameterError(f"stitch: there is no stitch {number} in what is shown; give another number")
+        return place
 
     def _share_of(self, side: str) -> Callable[[float], None]:
         def changed(share: float) -> None:

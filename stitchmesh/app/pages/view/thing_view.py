@@ -71,6 +71,9 @@ class ThingView(Protocol):
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
         """Return the place at which a ray meets it first."""
 
+    def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
+        """Return the middle of a stitch, or of a face of a mesh; None if there is none of this number."""
+
 
 class YarnView:
     """Yarns in the scene; one cell of periodic yarns is drawn with its copies."""
@@ -133,6 +136,14 @@ class YarnView:
         place, copy = min(met, key=lambda pair: pair[0].depth)
         place = replace(place, point=place.point + copy)
         return Place(place.point, self._said(place, fabric), place)
+
+    def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
+        """Return the middle of the control points of a stitch."""
+        own = np.flatnonzero(self.yarns.face == number)
+        if not len(own):
+            return None
+        words = f"Stitch {number}{_stitch_name(fabric, number)}, row {self.yarns.row[own[0]]}"
+        return Place(self.yarns.points[own].mean(axis=0), words)
 
     def _said(self, place: PickedYarn, fabric: StitchMesh | None) -> str:
         yarns = self.yarns
@@ -203,11 +214,18 @@ class MeshView:
         found = pick_face(self._table, origin, direction)
         if found is None:
             return None
-        words = [f"Face {found.face}"]
-        if isinstance(self.mesh, StitchMesh):
-            name = _stitch_name(self.mesh, found.face)
-            words = [f"Stitch {found.face}{name}", f"row {self.mesh.row[found.face]}"]
-        return Place(found.point, ", ".join(words))
+        return Place(found.point, self._said(found.face))
+
+    def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
+        """Return the middle of a face."""
+        if not 0 <= number < self.mesh.face_count:
+            return None
+        return Place(self._table.centre[number], self._said(number))
+
+    def _said(self, face: int) -> str:
+        if not isinstance(self.mesh, StitchMesh):
+            return f"Face {face}"
+        return f"Stitch {face}{_stitch_name(self.mesh, face)}, row {self.mesh.row[face]}"
 
     def _cut(self, clip: Box | None) -> tuple[IntArray, IntArray, Lines | None]:
         """Return the triangles in the box, their faces, and the edges of these faces."""

@@ -20,12 +20,13 @@ from stitchmesh.app.pages.view.folder_watch import FolderWatch
 from stitchmesh.app.pages.view.job_folder import job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import write_history
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.mesh import Mesh
-from tests.app.pages.headless import Headless, headless
+from tests.app.pages.headless import Headless, face_middle, headless
 from tests.app.project.projects import relaxed_project
 from tests.gallery import tube
 from tests.io.test_history import ENTRIES
@@ -178,6 +179,21 @@ def test_two_clicks_measure_a_distance_and_the_length_of_yarn(view, tmp_path):
     assert "1.00 cm<" in view.controls.text_shown()  # two yarns have no length between them
     view.controls.set("Measure", False)
     assert "measured line" not in view.scene.drawings
+
+
+def test_stitches_are_described_and_measured_without_a_mouse(tmp_path):
+    with in_project(tmp_path) as page:
+        page.controls.act("show", "Stitches")
+        page.controls.set("Stitch", 30)
+        page.controls.press("Describe")
+        assert "Stitch 30 (purl), row 1" in page.controls.text_shown()
+        page.controls.set("Other stitch", 31)
+        page.controls.press("Measure between them")
+        first, second = (face_middle(page.project.fabric, face) for face in (30, 31))
+        assert page.scene.drawings["measured length"].texts == (f"{np.linalg.norm(second - first):.2f} cm",)
+        page.controls.set("Stitch", 99_999)
+        with pytest.raises(ParameterError, match="there is no stitch 99999 in what is shown"):
+            page.controls.press("Describe")
 
 
 def test_a_box_cuts_yarns(view, tmp_path):
