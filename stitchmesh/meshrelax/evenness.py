@@ -23,9 +23,6 @@ from stitchmesh.reporting.verdict import Finding, Kind, Verdict
 ALLOWED_RATIO = 1.2
 """Mean size of the stitches of a row over the average size of the fabric, or its inverse, above which the row has too
 few or too many stitches."""
-MOST_FINDINGS = 6
-"""Largest number of bands of rows that a verdict lists."""
-
 Direction = Literal["width", "height"]
 _KINDS: dict[tuple[bool, bool], Kind] = {
     (True, True): "too few stitches", (False, True): "too many stitches",
@@ -61,13 +58,14 @@ class UnevenRows:
     def finding(self) -> Finding:
         """Return what is wrong, and how many stitches or rows would help."""
         few, wide = self.ratio > 1.0, self.direction == "width"
-        rows = f"row {self.first}" if self.first == self.last else f"rows {self.first} to {self.last}"
+        alone = self.first == self.last
+        rows = f"row {self.first} is" if alone else f"rows {self.first} to {self.last} are"
         state, measure = "stretched" if few else "crowded", "wide" if wide else "high"
-        text = f"the stitches of {rows} are {state}: {self.ratio:.2f} times as {measure} as the average"
-        count, change = abs(self.missing), "more" if few else "fewer"
+        text = f"{rows} {state}, {self.ratio:.2f} times as {measure} as the average"
+        count, act = abs(self.missing), "add" if few else "leave out"
         things = _counted("stitch", "stitches", count) if wide else _counted("row", "rows", count)
-        where = "in each row" if wide else "there"
-        return Finding(_KINDS[few, wide], text, f"about {things} {change} {where} would make them even")
+        where = "" if alone or not wide else " in each"
+        return Finding(_KINDS[few, wide], text, f"{act} about {things}{where}")
 
 
 def _counted(one: str, several: str, count: int) -> str:
@@ -109,7 +107,7 @@ def evenness_verdict(fabric: StitchMesh) -> Verdict:
     size = stretch[np.isfinite(stretch)] / _unit(fabric)
     even = float(np.mean((size < ALLOWED_RATIO) & (size > 1.0 / ALLOWED_RATIO)))
     praise = f"{100.0 * even:.0f} % of the sides of stitches are within 20 % of the average"
-    return Verdict(tuple(band.finding() for band in bands[:MOST_FINDINGS]), praise)
+    return Verdict(tuple(band.finding() for band in bands), praise)
 
 
 def relative_sizes(fabric: StitchMesh, measure: Measure = "size") -> FloatArray:

@@ -22,8 +22,10 @@ BOX = (
     "border-left:5px solid {colour};background:color-mix(in srgb, {colour} 12%, transparent);"
     "padding:.4em .6em;font-size:.92em"
 )
+MOST = 4
+"""Largest number of findings in a box; the first ones are the most important."""
 LIST = "margin:.3em 0 0;padding-left:1.1em"
-LINK = "all:unset;display:inline;vertical-align:top;cursor:pointer;text-decoration:underline dotted"
+LINK = "all:unset;vertical-align:top;vertical-align:top;cursor:pointer;text-decoration:underline dotted"
 """Style of a finding that can be clicked."""
 
 
@@ -38,9 +40,10 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
     """
     if verdict.good:
         return message_html(f"{good}: {verdict.praise}.", "good")
-    items = "".join(
-        f"<li>{_clickable(_sentence(str(found)), number, action)}</li>" for number, found in enumerate(verdict.findings)
-    )
+    shown = [_clickable(_sentence(str(found)), number, action) for number, found in enumerate(verdict.findings[:MOST])]
+    if len(verdict.findings) > MOST:
+        shown.append(f"And {len(verdict.findings) - MOST} more, which are less important.")
+    items = "".join(f"<li>{item}</li>" for item in shown)
     style = BOX.format(colour=DOUBTFUL)
     return f'<div role="status" style="{style}"><b>&#9888; {escape(doubtful)}</b><ul style="{LIST}">{items}</ul></div>'
 

@@ -124,7 +124,7 @@ def test_the_map_shows_widths_and_heights_and_moves_no_point(shown: Headless):
 def test_a_click_at_a_finding_outlines_its_rows_and_the_next_click_removes_the_outline(shown: Headless):
     call(shown, shown.project.set_evened, with_wide_rows(shown.project.fabric))
     call(shown, shown.app.refresh)
-    assert "are stretched" in shown.controls.text_shown()
+    assert "stretched, " in shown.controls.text_shown()
     shown.controls.act("rows", "0")
     lines = shown.scene.drawings["rows"]
     assert isinstance(lines, Lines) and len(lines.segments) > 0

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from stitchmesh.app.pages.verdict_html import figures_html, message_html, verdict_html
+from stitchmesh.app.pages.verdict_html import MOST, figures_html, message_html, verdict_html
 from stitchmesh.reporting.figures import Figure
 from stitchmesh.reporting.verdict import Finding, Verdict
 
@@ -27,6 +27,12 @@ def test_findings_that_can_be_clicked_are_buttons_with_their_number():
     assert text.count('<button type="button" data-action="rows"') == 2
     assert 'data-value="0"' in text and 'data-value="1"' in text
     assert "<button" not in verdict_html(BAD, "Good", "Not good yet")
+
+
+def test_many_findings_are_cut_and_counted():
+    many = Verdict(tuple(Finding("crowded", f"place {k}") for k in range(MOST + 3)), "p")
+    text = verdict_html(many, "Good", "Not good yet", action="rows")
+    assert f"Place {MOST - 1}." in text and f"Place {MOST}." not in text and "And 3 more" in text
 
 
 def test_messages_of_different_kinds_have_different_marks():
