@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from stitchmesh.mesh import FloatArray, Mesh  # noqa: E402
-from tests.app.browser import Rig, rig_on, started_browser  # noqa: E402
+from tests.app.browser import LONGEST_TASK, Rig, rig_on, started_browser  # noqa: E402
 from tests.app.controls.test_chart_in_browser import PLACE  # noqa: E402
 
 SIZES = ((1280, 800), (1000, 700))
@@ -60,7 +60,7 @@ class Walk:
             act()
             self.rig.settle()
         if until is not bool:
-            self.rig.wait_for(until, what)
+            self.rig.wait_for(until, what, LONGEST_TASK)
             self.rig.settle()
         now = time.perf_counter()
         print(f"| {self.name} | {what} | {now - self.last:.1f} |", flush=True)
