@@ -67,9 +67,12 @@ class App:
         """Show a message to the user."""
         self.front.notice(title or TITLES[kind], text, kind)
 
-    def download(self, name: str, content: bytes) -> None:
-        """Send a file to the browser."""
-        self.front.download(name, content)
+    def download(self, name: str, content: bytes, client: int | None = None) -> None:
+        """Send a file to a browser: the one with a number, or by default the one that asked for the present call.
+
+        A file that a task or a thread makes is asked for before it is there: keep ``front.acting_client`` until then.
+        """
+        self.front.download(name, content, client)
 
     def report(self, error: Exception) -> None:
         """Show an error as a notice; an error that is none of the library is also logged with its origin."""

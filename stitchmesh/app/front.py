@@ -55,8 +55,12 @@ class Front(Protocol):
     def notice(self, title: str, text: str, kind: NoticeKind) -> None:
         """Show a message in each browser."""
 
-    def download(self, name: str, content: bytes) -> None:
-        """Send a file to the browser of the current event; to all browsers if there is none."""
+    @property
+    def acting_client(self) -> int | None:
+        """Number of the browser that asked for the call that the event thread makes now; None if none did."""
+
+    def download(self, name: str, content: bytes, client: int | None = None) -> None:
+        """Send a file to a browser, by default that of the current event; to all browsers if there is none."""
 
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""
@@ -81,6 +85,7 @@ class NullFront:
     downloads: list[tuple[str, bytes]] = field(default_factory=list)
     listener: Listener | None = None
     dark: bool = False
+    acting_client: int | None = None
     left_title: str = ""
 
     def listen(self, listener: Listener) -> None:
@@ -91,7 +96,7 @@ class NullFront:
         """Remember a message."""
         self.notices.append((title, text, kind))
 
-    def download(self, name: str, content: bytes) -> None:
+    def download(self, name: str, content: bytes, client: int | None = None) -> None:
         """Remember a file."""
         self.downloads.append((name, content))
 

@@ -174,6 +174,7 @@ def guarded(answer: Callable[..., Any], guard: Guard, make_response: Callable[..
     """
 
     def answer_permitted(connection: object, request: Any) -> object:
+        """Return the response to a request; None opens a WebSocket."""
         refusal = guard.refusal(request.path, request.headers)
         if refusal is not None:
             return make_response(refusal.status, refusal.headers, refusal.text.encode())

@@ -83,12 +83,19 @@ class ViserFront:
                 title, text, color=NOTICE_COLOURS[kind], auto_close_seconds=NOTICE_SECONDS[kind], with_close_button=True
             )
 
-    def download(self, name: str, content: bytes) -> None:
-        """Send a file to the browser that asked for it; to all browsers if none did."""
+    @property
+    def acting_client(self) -> int | None:
+        """Number of the browser that asked for the call that the event thread makes now."""
+        return self.bridge.acting_client
+
+    def download(self, name: str, content: bytes, client: int | None = None) -> None:
+        """Send a file to a browser, by default the one that asked for it; to all browsers if none did."""
         clients = self.server.get_clients()
-        acting = clients.get(self.bridge.acting_client or -1)
-        for client in [acting] if acting is not None else clients.values():
-            client.send_file_download(name, content, save_immediately=True)
+        wanted = self.acting_client if client is None else client
+        if wanted is not None:
+            clients = {number: each for number, each in clients.items() if number == wanted}
+        for each in clients.values():
+            each.send_file_download(name, content, save_immediately=True)
 
     def set_dark(self, dark: bool) -> None:
         """Show dark or light colours."""

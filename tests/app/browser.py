@@ -46,8 +46,15 @@ SIZE = (1000, 700)
 """Width and height of the window of most tests [pixels]."""
 WAIT = 60_000
 """Longest time for which a test waits for the page before it fails [ms]."""
-HARMLESS = ("Unable to preventDefault inside passive event listener", "GPU stall due to ReadPixels")
-"""Parts of messages of the browser that mean no fault of the application."""
+HARMLESS = (
+    "Unable to preventDefault inside passive event listener", "GPU stall due to ReadPixels",
+    "Tried to update non-existent component",
+)  # fmt: skip
+"""Parts of messages of the browser that mean no fault of the application.
+
+Viser joins messages that it has not sent yet. The last value of a control that was removed at once can therefore arrive
+without the control.
+"""
 READY = """() => {
   const state = window.__viserMutable, points = window.__viserTestpoints;
   if (!state || !state.scene || !state.canvas || !points || !window.stitchmesh) return false;

@@ -9,7 +9,7 @@ from http.client import HTTPConnection, HTTPResponse
 
 import pytest
 from viser import _messages
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from stitchmesh.app.guard import LARGEST_UPLOAD, MOST_UPLOADS, Guard, UploadGuard, is_loopback
@@ -119,6 +119,22 @@ def test_a_server_beyond_this_machine_makes_a_token():
 def test_only_loopback_hosts_need_no_token():
     assert all(map(is_loopback, ["127.0.0.1", "localhost", "127.8.9.1", "::1"]))
     assert not any(map(is_loopback, ["0.0.0.0", "::", "192.168.0.4", "example.org", ""]))
+
+
+@pytest.mark.parametrize("message", [b"", b"no message", b"\xff" * 1000, "a text", b"\x81\xa4type\xa3abc"])
+def test_a_message_that_no_page_sends_ends_its_own_connection_at_most(opened, message):
+    own = f"http://127.0.0.1:{opened.port}"
+    address = f"ws://127.0.0.1:{opened.port}"
+    with connect(address, origin=own, subprotocols=["viser-v1.1.1"], max_size=None) as connection:
+        connection.send(message)
+    assert got(opened).status == 200 and websocket_opens(opened, own)
+
+
+def test_a_page_of_another_version_is_refused(opened):
+    own, address = f"http://127.0.0.1:{opened.port}", f"ws://127.0.0.1:{opened.port}"
+    with connect(address, origin=own, subprotocols=["viser-v0.0.1"], max_size=None) as connection:
+        with pytest.raises(ConnectionClosed):
+            connection.recv(timeout=30)
 
 
 def test_a_short_token_is_refused():

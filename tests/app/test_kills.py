@@ -10,11 +10,13 @@ from contextlib import closing
 
 import pytest
 
+from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.labeling import label
+from stitchmesh.meshrelax import relax_mesh
 from tests.app.app_process import app_process
 from tests.app.browser import BrowserWindow
-from tests.app.project.projects import mesh_bytes, same
+from tests.app.project.projects import LABEL_ALL, mesh_bytes, same
 from tests.gallery import tube
 
 
@@ -29,6 +31,11 @@ def saved_steps(folder) -> list[str]:
     """The names of the steps of the labeling that are on disk."""
     table = json.loads((folder / "project.json").read_text())
     return [name for name, _ in table["work"]["label_steps"]]
+
+
+def saved_files(folder) -> dict[str, str]:
+    """The files of the results that are on disk."""
+    return json.loads((folder / "project.json").read_text())["work"]["files"]
 
 
 def test_a_killed_server_comes_back_where_it_was(browser, tmp_path, tube_file):
@@ -68,6 +75,32 @@ def test_a_killed_browser_loses_nothing(browser, tmp_path, tube_file):
             assert again.faults == []
         assert running.terminate() == 0
         assert "Traceback" not in running.output()
+
+
+def test_a_relaxation_that_was_killed_goes_on_from_its_checkpoint(browser, tmp_path, tube_file):
+    folder = tmp_path / "project"
+    project = Project.create(folder)
+    project.import_mesh("tube.obj", tube_file.read_bytes())
+    project.apply_label_step(LABEL_ALL)
+    project.divide(Division(stitch_width=0.5))
+    project.set_evened(relax_mesh(project.fabric, surface=project.mesh))
+    project.close()
+    with app_process(folder) as first, closing(BrowserWindow(browser, first.address)) as window:
+        window.page_button("Garment")
+        window.page_button("Yarns")
+        window.press("Generate the yarns")
+        window.wait_for_text("Not relaxed yet")
+        window.press("Relax the yarns")
+        window.wait_for((folder / "checkpoint" / "checkpoint.smc").exists, "a checkpoint")
+        first.kill()
+    assert "relaxed" not in saved_files(folder)
+    with app_process(folder) as second, closing(BrowserWindow(browser, second.address)) as window:
+        window.press("Continue the relaxation")
+        window.wait_for(lambda: "relaxed" in saved_files(folder), "the yarns are relaxed")
+        assert second.terminate() == 0
+    relaxed = Project.open(folder)
+    assert relaxed.report["converged"] and relaxed.history[0]["iteration"] == 0
+    relaxed.close()
 
 
 def test_what_is_done_last_is_saved_at_the_end(browser, tmp_path, tube_file):

@@ -460,7 +460,8 @@
   const style = document.createElement("style");
   style.textContent = `
     [data-chart] { width: 100%; }
-    [data-chart] canvas { display: block; cursor: crosshair; touch-action: none; outline-offset: -1px; }
+    [data-chart] canvas { display: block; cursor: crosshair; touch-action: none; }
+    [data-chart] canvas:focus { outline: 2px solid #1f6fd1; outline-offset: -1px; }
     .sm-status { font: 12px/16px sans-serif; min-height: 16px; }
     .sm-fault { font: 12px/16px sans-serif; padding: 4px 6px; border-left: 4px solid #d9480f; margin: 2px 0;
       background: #fff1e6; color: #5c1d00; }
@@ -473,7 +474,8 @@
     .sm-text { display: flex; font: 12px/16px monospace; border: 1px solid #8b9097; border-radius: 3px;
       overflow: hidden; }
     .sm-text .sm-lines { white-space: pre; text-align: right; padding: 4px 4px 4px 2px; min-width: 2.6em;
-      overflow: hidden; max-height: 400px; background: rgba(128,128,128,.18); height: var(--sm-height, 168px); box-sizing: border-box; }
+      overflow: hidden; background: rgba(128,128,128,.18); height: var(--sm-height, 168px);
+      box-sizing: border-box; }
     .sm-text .sm-lines b { background: #d9480f; color: #fff; }
     .sm-text textarea { flex: 1; min-width: 0; font: inherit; border: 0; padding: 4px; margin: 0; white-space: pre;
       resize: none; height: var(--sm-height, 168px); box-sizing: border-box; background: var(--mantine-color-body);

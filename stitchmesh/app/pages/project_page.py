@@ -172,15 +172,16 @@ class ProjectPage(Page):
         found = [file for file in self._files if file.name == name]
         if not found:
             raise ParameterError(f"download {name!r}: the project does not hold it any more")
-        threading.Thread(target=self._send, args=(found[0],), name=f"download of {name}", daemon=True).start()
+        asked = found[0], self.app.front.acting_client
+        threading.Thread(target=self._send, args=asked, name=f"download of {name}", daemon=True).start()
 
-    def _send(self, file: Export) -> None:
+    def _send(self, file: Export, client: int | None) -> None:
         try:
             content = file.content()
         except StitchMeshError as error:
             self.app.post(self.app.report, error)
         else:
-            self.app.post(self.app.download, file.name, content)
+            self.app.post(self.app.download, file.name, content, client)
 
     def _draw(self) -> None:
         """Draw the newest stitches or the mesh; in an empty project the chosen example, pale."""

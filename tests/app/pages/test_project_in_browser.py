@@ -41,6 +41,7 @@ def test_a_mesh_is_uploaded_and_the_next_page_opens(app_in_browser, tmp_path):
         rig.wait_for(lambda: rig.app.project.mesh is not None, "the mesh is imported")
         rig.wait_for_text("Label all")
         rig.wait_for_text("File uploaded successfully.")
+        assert rig.app.project.mesh.face_count == 48 and rig.app.page.name == "Label"
 
 
 def test_a_file_is_dropped_on_the_scene(app_in_browser, tmp_path):
@@ -54,6 +55,7 @@ def test_a_file_that_no_upload_takes_is_refused_in_words(app_in_browser):
     with app_in_browser(page="Project") as rig:
         drop(rig, "letter.doc", b"Dear")
         rig.wait_for_text("letter.doc: no upload of this page takes such a file")
+        assert rig.app.project.source is None
 
 
 @pytest.mark.parametrize(
@@ -71,6 +73,7 @@ def test_a_broken_file_is_refused_in_words_and_the_server_lives_on(app_in_browse
         rig.wait_for(lambda: any(said in notice and "Not possible" in notice for notice in rig.notices()), said)
         drop(rig, "tube.obj", mesh_bytes(tmp_path))
         rig.wait_for(lambda: rig.app.project.mesh is not None, "a good file is taken afterwards")
+        assert rig.app.project.source.name == "tube.obj"
 
 
 def test_a_file_that_is_too_large_is_not_sent(app_in_browser):
@@ -88,6 +91,20 @@ def test_the_stitches_are_downloaded_as_the_library_writes_them(app_in_browser, 
         name, content = rig.downloaded(lambda: rig.act("download", "stitches.h5"))
         (tmp_path / name).write_bytes(content)
         assert name == "stitches.h5" and same(read_stitches(tmp_path / name), rig.app.project.fabric)
+
+
+def test_a_download_goes_to_the_browser_that_asked_for_it(app_in_browser, tmp_path):
+    divided_project(tmp_path / "project").close()
+    with app_in_browser(page="Project") as rig, closing(rig.another_window()) as other:
+        received = []
+        rig.browser_page.on("download", lambda download: received.append("first"))
+        other.browser_page.on("download", lambda download: received.append("second"))
+        for window in (rig, other):
+            window.open_group("Download")
+            window.downloaded(lambda window=window: window.act("download", "labeled.h5"))
+            rig.settle()
+            other.browser_page.wait_for_timeout(300)
+        assert received == ["first", "second"]
 
 
 def test_a_second_browser_sees_the_same_state(app_in_browser, tmp_path):
@@ -119,7 +136,7 @@ def test_a_page_that_is_loaded_again_shows_the_same(app_in_browser, tmp_path):
         rig.wait_for_text("Label all")
         rig.press("Undo")
         rig.wait_for(lambda: rig.app.project.label_steps == (), "the step is undone")
-        rig.call(rig.app.project.apply_label_step, LABEL_ALL)
+        assert rig.call(rig.app.project.apply_label_step, LABEL_ALL) == ()
 
 
 def test_a_browser_that_leaves_in_the_middle_of_a_frame_ends_nothing(app_in_browser, tmp_path):
@@ -133,3 +150,4 @@ def test_a_browser_that_leaves_in_the_middle_of_a_frame_ends_nothing(app_in_brow
             other.close()
             rig.settle()
         rig.wait_for_text("tube.obj, 48 faces")
+        assert len(rig.opened.server.get_clients()) == 1

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from stitchmesh.app.application import App
@@ -45,6 +47,14 @@ def opened(tmp_path):
     yield open_app
     for app in apps:
         app.close()
+
+
+def end_downloads(app: App) -> None:
+    """Wait until the threads that write files have ended, and what they sent has arrived."""
+    for thread in threading.enumerate():
+        if thread.name.startswith("download of"):
+            thread.join()
+    app.queue.settle()
 
 
 def test_a_mesh_is_imported_into_an_empty_project(opened, tmp_path):
@@ -130,10 +140,7 @@ def test_every_export_is_written_and_read_again(tmp_path):
 def test_a_download_is_sent(opened, tmp_path):
     app = opened(relaxed_project(tmp_path / "one"))
     app.controls.act("download", "report.json")
-    for _ in range(1000):
-        app.queue.settle()
-        if app.front.downloads:
-            break
+    end_downloads(app)
     ((name, content),) = app.front.downloads
     assert name == "report.json" and b'"iterations": 7' in content
 
@@ -145,10 +152,7 @@ def test_a_format_that_cannot_hold_a_value_is_refused_in_words(opened, tmp_path,
     monkeypatch.setattr("stitchmesh.app.pages.project_page.exports", lambda project: [Export("A", "a.k", refuse)])
     app = opened(relaxed_project(tmp_path / "one"))
     app.controls.act("download", "a.k")
-    for _ in range(1000):
-        app.queue.settle()
-        if app.front.notices:
-            break
+    end_downloads(app)
     _, text, kind = app.front.notices[-1]
     assert (text, kind) == ("stitches.k: a knitting machine cannot make bobbles; remove them first", "error")
 

@@ -66,10 +66,11 @@ class ExportPanel:
         if frame is None:
             return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
         yarns, pixels, name = frame.yarns, self._pixels, f"{file_stem(design)}-textures.zip"
+        client = self._app.front.acting_client
         self._app.notice(f"textures of {pixels} pixels are being made")
         self._app.tasks.start(
             "making textures", lambda control: texture_archive(texture_maps(yarns, width=pixels)),
-            lambda content: self._app.download(name, content),
+            lambda content: self._app.download(name, content, client),
         )  # fmt: skip
 
     def picture(self) -> None:

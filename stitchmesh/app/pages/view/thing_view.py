@@ -53,6 +53,9 @@ class Place:
 class ThingView(Protocol):
     """Something in the scene."""
 
+    coloured_count: int
+    """Number of control points or faces that have a colour each."""
+
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the least and the largest coordinates [cm], shape (3,) each."""
 
@@ -71,13 +74,16 @@ class ThingView(Protocol):
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
         """Return the place at which a ray meets it first."""
 
+    def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
+        """Return the middle of a stitch, or of a face of a mesh; None if there is none of this number."""
+
 
 class YarnView:
     """Yarns in the scene; one cell of periodic yarns is drawn with its copies."""
 
     def __init__(self, yarns: YarnSet, before: ThingView | None = None) -> None:
         """Keep the yarns; the blocks are those of the view before if both have the same segments."""
-        self.yarns = yarns
+        self.yarns, self.coloured_count = yarns, len(yarns.points)
         self._table: YarnPickingTable | None = None
         self._blocks: tuple[Box | None, YarnBlocks] | None = None
         if isinstance(before, YarnView) and _same_segments(before.yarns, yarns) and before._blocks is not None:
@@ -134,6 +140,14 @@ class YarnView:
         place = replace(place, point=place.point + copy)
         return Place(place.point, self._said(place, fabric), place)
 
+    def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
+        """Return the middle of the control points of a stitch."""
+        own = np.flatnonzero(self.yarns.face == number)
+        if not len(own):
+            return None
+        words = f"Stitch {number}{_stitch_name(fabric, number)}, row {self.yarns.row[own[0]]}"
+        return Place(self.yarns.points[own].mean(axis=0), words)
+
     def _said(self, place: PickedYarn, fabric: StitchMesh | None) -> str:
         yarns = self.yarns
         point = int(yarns.segment_points[place.segment, 1])
@@ -157,7 +171,7 @@ class MeshView:
 
     def __init__(self, mesh: Mesh) -> None:
         """Prepare the triangles."""
-        self.mesh = mesh
+        self.mesh, self.coloured_count = mesh, mesh.face_count
         self._triangles = face_triangles(mesh)
         self._position, self._lifted = mesh.corner_position, lifted_corners(mesh)
         self._table = picking_table(mesh)
@@ -203,11 +217,18 @@ class MeshView:
         found = pick_face(self._table, origin, direction)
         if found is None:
             return None
-        words = [f"Face {found.face}"]
-        if isinstance(self.mesh, StitchMesh):
-            name = _stitch_name(self.mesh, found.face)
-            words = [f"Stitch {found.face}{name}", f"row {self.mesh.row[found.face]}"]
-        return Place(found.point, ", ".join(words))
+        return Place(found.point, self._said(found.face))
+
+    def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
+        """Return the middle of a face."""
+        if not 0 <= number < self.mesh.face_count:
+            return None
+        return Place(self._table.centre[number], self._said(number))
+
+    def _said(self, face: int) -> str:
+        if not isinstance(self.mesh, StitchMesh):
+            return f"Face {face}"
+        return f"Stitch {face}{_stitch_name(self.mesh, face)}, row {self.mesh.row[face]}"
 
     def _cut(self, clip: Box | None) -> tuple[IntArray, IntArray, Lines | None]:
         """Return the triangles in the box, their faces, and the edges of these faces."""

@@ -20,12 +20,13 @@ from stitchmesh.app.pages.view.folder_watch import FolderWatch
 from stitchmesh.app.pages.view.job_folder import job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import write_history
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.mesh import Mesh
-from tests.app.pages.headless import Headless, headless
+from tests.app.pages.headless import Headless, face_middle, headless
 from tests.app.project.projects import relaxed_project
 from tests.gallery import tube
 from tests.io.test_history import ENTRIES
@@ -130,6 +131,17 @@ def test_colours_that_take_long_are_a_task(view, tmp_path, colour):
     assert not np.array_equal(yarns_drawn(view).colours, plain)
 
 
+def test_colours_that_come_after_the_page_was_left_draw_nothing(view, tmp_path):
+    opened(view, written(tmp_path, "yarns.h5", yarn_tube(20, 45)))
+    view.app.post(view.controls.set, "Colour by", "Distance between yarns")
+    view.app.post(view.app.open_page, "Project")
+    view.app.queue.settle()
+    for thread in [one for one in threading.enumerate() if one.name == "finding the colours"]:
+        thread.join()
+    view.app.queue.settle()
+    assert "viewed" not in view.scene.drawings
+
+
 def test_colours_without_their_stitches_are_refused_and_nothing_changes(view, tmp_path):
     opened(view, written(tmp_path, "yarns.h5", yarn_tube(6, 20)))
     before = yarns_drawn(view).colours
@@ -145,6 +157,9 @@ def test_a_body_is_opened_for_the_distance_from_it(view, tmp_path):
     body = written(tmp_path, "body.obj", tube(12, 4))
     view.controls.send("Open a body", "body.obj", body.read_bytes())
     assert "mm distance" in view.controls.text_shown()
+    assert isinstance(view.scene.drawings["viewed body"], Surface)
+    view.controls.set("Colour by", "Rows")
+    assert "viewed body" not in view.scene.drawings
 
 
 def test_a_periodic_cell_is_drawn_with_its_copies(view, tmp_path):
@@ -178,6 +193,21 @@ def test_two_clicks_measure_a_distance_and_the_length_of_yarn(view, tmp_path):
     assert "1.00 cm<" in view.controls.text_shown()  # two yarns have no length between them
     view.controls.set("Measure", False)
     assert "measured line" not in view.scene.drawings
+
+
+def test_stitches_are_described_and_measured_without_a_mouse(tmp_path):
+    with in_project(tmp_path) as page:
+        page.controls.act("show", "Stitches")
+        page.controls.set("Stitch", 30)
+        page.controls.press("Describe")
+        assert "Stitch 30 (purl), row 1" in page.controls.text_shown()
+        page.controls.set("Other stitch", 31)
+        page.controls.press("Measure between them")
+        first, second = (face_middle(page.project.fabric, face) for face in (30, 31))
+        assert page.scene.drawings["measured length"].texts == (f"{np.linalg.norm(second - first):.2f} cm",)
+        page.controls.set("Stitch", 99_999)
+        with pytest.raises(ParameterError, match="there is no stitch 99999 in what is shown"):
+            page.controls.press("Describe")
 
 
 def test_a_box_cuts_yarns(view, tmp_path):
@@ -228,6 +258,9 @@ def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
         ("a.png", b"no picture", "a.png: is no PNG picture; expected one that StitchMesh wrote"),
         ("a.csv", b"x,y\n", "got columns x, y; expected the convergence of a relaxation"),
         ("a.xyz", b"1", "unknown format '.xyz'"),
+        ("", b"1", "cannot be opened"),
+        ("a" * 300 + ".h5", b"1", "cannot be opened"),
+        ("a\0.h5", b"1", "cannot be opened"),
     ],
 )
 def test_a_file_that_cannot_be_read_is_a_notice(view, tmp_path, name, content, message):
@@ -268,7 +301,7 @@ def test_a_job_is_followed(view, tmp_path):
     write_yarns(job / "yarns.h5", replace(first, points=first.points + 0.25))
     job_changed(view, job)
     np.testing.assert_array_equal(yarns_drawn(view).points, first.points + 0.25)
-    assert yarns_drawn(view).blocks is drawn.blocks  # a frame sends positions only
+    assert yarns_drawn(view).blocks is drawn.blocks and yarns_drawn(view).colours is drawn.colours
     write_history(job / "convergence.csv", ENTRIES)
     written_at = (job / "yarns.h5").stat().st_mtime_ns + 1
     os.utime(job / "convergence.csv", ns=(written_at, written_at))
