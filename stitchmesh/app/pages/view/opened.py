@@ -11,7 +11,7 @@ from pathlib import Path
 from stitchmesh.app.pages.view.folder_watch import FolderWatch
 from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
-from stitchmesh.errors import StitchMeshError
+from stitchmesh.errors import FileError, StitchMeshError
 
 
 class Opened:
@@ -85,9 +85,11 @@ def read_upload(name: str, content: bytes) -> Viewed:
         StitchMeshError: the file cannot be read; the message has its name without the temporary folder.
     """
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / Path(name.replace("\\", "/")).name
-        path.write_bytes(content)
         try:
+            path = Path(folder) / Path(name.replace("\\", "/")).name
+            path.write_bytes(content)
             return read_viewed(path)
+        except (OSError, ValueError) as error:
+            raise FileError(f"{name[:40]!r}: cannot be opened ({error.__class__.__name__}); rename it") from error
         except StitchMeshError as error:
             raise type(error)(str(error).replace(f"{folder}/", "")) from error

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,9 +30,11 @@ from stitchmesh.app.pages.view.settings import (
 )
 from stitchmesh.app.pages.view.thing_view import Place, ThingView, view_of_thing
 from stitchmesh.app.pages.view.viewed import SUFFIXES, Viewed, project_results
+from stitchmesh.app.scene.drawing import Surface
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.yarn import YarnSet
 
@@ -46,6 +49,10 @@ LARGEST_PICTURE = 4096
 """Largest side of a saved picture [pixels]."""
 MOST_STITCHES = 99_999_999
 """Largest number of a stitch that can be typed."""
+COLOURING = "finding the colours"
+"""Name of the task that computes colours."""
+BODY, BODY_COLOUR = "viewed body", (176, 168, 158)
+"""Name and colour of the drawing of the body."""
 BOX = "clip box"
 """Name of the drawing of the box."""
 
@@ -200,7 +207,8 @@ class ViewPage(Page):
             self.app.scene.clear()
         elif changed or self._view is None:
             self._view = view_of_thing(viewed.thing, self._view)
-            self._coloured = None
+            if self._coloured is not None and len(self._coloured.points) != self._view.coloured_count:
+                self._coloured = None
             if not isinstance(viewed.thing, YarnSet):
                 self._measurement.clear()
         self._show_controls()
@@ -242,25 +250,33 @@ class ViewPage(Page):
             self._attempt(lambda: self._take_colours(view, view.coloured(word, fabric, body)))
             return
         self._draw()
+        if self._is_colouring():
+            return  # The colours of this state are found after those of the state before.
 
         def work(control: TaskControl) -> Coloured:
             control.progress("colours", 0.0, "")
             return view.coloured(word, fabric, body)
 
-        self._attempt(
-            lambda: self.app.tasks.start("finding the colours", work, lambda found: self._take_colours(view, found))
-        )
+        self._attempt(lambda: self.app.tasks.start(COLOURING, work, lambda found: self._take_colours(view, found)))
+
+    def _is_colouring(self) -> bool:
+        return self.app.tasks.current is not None and self.app.tasks.current.name == COLOURING
 
     def _take_colours(self, view: ThingView, coloured: Coloured) -> None:
+        if self.app.page is not self:
+            return
         if view is not self._view:
-            return  # Something else is shown by now.
+            self._colour()  # Something else is shown by now.
+            return
+        if self._coloured is not None and np.array_equal(self._coloured.points, coloured.points):
+            coloured = replace(coloured, points=self._coloured.points)  # The same array is not sent again.
         self._coloured = coloured
         self._legend.content = legend_of(coloured)
         self._draw()
 
     def _draw(self) -> None:
         """Draw the thing and what belongs to it, in its last colours until it has new ones."""
-        if self._view is None:
+        if self._view is None or self.app.page is not self:
             return
         colours = self._plain_colours() if self._coloured is None else self._coloured.points
         box = self._box()
@@ -269,7 +285,17 @@ class ViewPage(Page):
             self.app.scene.remove(BOX)
         else:
             self.app.scene.show(BOX, box.edges())
+        self._draw_body()
         self._draw_measurement()
+
+    def _draw_body(self) -> None:
+        """Draw the body while distances from it are shown."""
+        body = self._body
+        if body is None or self._colour_word() != "body-distance":
+            self.app.scene.remove(BODY)
+            return
+        corners = body.face_vertex[face_triangles(body).corners]
+        self.app.scene.show(BODY, Surface(body.vertices, corners, BODY_COLOUR, flat=False, opacity=0.6))
 
     def _plain_colours(self) -> NDArray[np.uint8]:
         """Return one colour for everything, until the colours are found."""

@@ -53,6 +53,9 @@ class Place:
 class ThingView(Protocol):
     """Something in the scene."""
 
+    coloured_count: int
+    """Number of control points or faces that have a colour each."""
+
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the least and the largest coordinates [cm], shape (3,) each."""
 
@@ -80,7 +83,7 @@ class YarnView:
 
     def __init__(self, yarns: YarnSet, before: ThingView | None = None) -> None:
         """Keep the yarns; the blocks are those of the view before if both have the same segments."""
-        self.yarns = yarns
+        self.yarns, self.coloured_count = yarns, len(yarns.points)
         self._table: YarnPickingTable | None = None
         self._blocks: tuple[Box | None, YarnBlocks] | None = None
         if isinstance(before, YarnView) and _same_segments(before.yarns, yarns) and before._blocks is not None:
@@ -168,7 +171,7 @@ class MeshView:
 
     def __init__(self, mesh: Mesh) -> None:
         """Prepare the triangles."""
-        self.mesh = mesh
+        self.mesh, self.coloured_count = mesh, mesh.face_count
         self._triangles = face_triangles(mesh)
         self._position, self._lifted = mesh.corner_position, lifted_corners(mesh)
         self._table = picking_table(mesh)

@@ -131,6 +131,17 @@ def test_colours_that_take_long_are_a_task(view, tmp_path, colour):
     assert not np.array_equal(yarns_drawn(view).colours, plain)
 
 
+def test_colours_that_come_after_the_page_was_left_draw_nothing(view, tmp_path):
+    opened(view, written(tmp_path, "yarns.h5", yarn_tube(20, 45)))
+    view.app.post(view.controls.set, "Colour by", "Distance between yarns")
+    view.app.post(view.app.open_page, "Project")
+    view.app.queue.settle()
+    for thread in [one for one in threading.enumerate() if one.name == "finding the colours"]:
+        thread.join()
+    view.app.queue.settle()
+    assert "viewed" not in view.scene.drawings
+
+
 def test_colours_without_their_stitches_are_refused_and_nothing_changes(view, tmp_path):
     opened(view, written(tmp_path, "yarns.h5", yarn_tube(6, 20)))
     before = yarns_drawn(view).colours
@@ -146,6 +157,9 @@ def test_a_body_is_opened_for_the_distance_from_it(view, tmp_path):
     body = written(tmp_path, "body.obj", tube(12, 4))
     view.controls.send("Open a body", "body.obj", body.read_bytes())
     assert "mm distance" in view.controls.text_shown()
+    assert isinstance(view.scene.drawings["viewed body"], Surface)
+    view.controls.set("Colour by", "Rows")
+    assert "viewed body" not in view.scene.drawings
 
 
 def test_a_periodic_cell_is_drawn_with_its_copies(view, tmp_path):
@@ -244,6 +258,9 @@ def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
         ("a.png", b"no picture", "a.png: is no PNG picture; expected one that StitchMesh wrote"),
         ("a.csv", b"x,y\n", "got columns x, y; expected the convergence of a relaxation"),
         ("a.xyz", b"1", "unknown format '.xyz'"),
+        ("", b"1", "cannot be opened"),
+        ("a" * 300 + ".h5", b"1", "cannot be opened"),
+        ("a\0.h5", b"1", "cannot be opened"),
     ],
 )
 def test_a_file_that_cannot_be_read_is_a_notice(view, tmp_path, name, content, message):
@@ -284,7 +301,7 @@ def test_a_job_is_followed(view, tmp_path):
     write_yarns(job / "yarns.h5", replace(first, points=first.points + 0.25))
     job_changed(view, job)
     np.testing.assert_array_equal(yarns_drawn(view).points, first.points + 0.25)
-    assert yarns_drawn(view).blocks is drawn.blocks  # a frame sends positions only
+    assert yarns_drawn(view).blocks is drawn.blocks and yarns_drawn(view).colours is drawn.colours
     write_history(job / "convergence.csv", ENTRIES)
     written_at = (job / "yarns.h5").stat().st_mtime_ns + 1
     os.utime(job / "convergence.csv", ns=(written_at, written_at))
