@@ -5,8 +5,8 @@
     python benchmarks/swatch_designer.py
     python benchmarks/swatch_designer.py --browser
 
-The first table is the time of the server: from the event to the frame that is handed to the browsers, with its size.
-The second table is measured in Chromium with software rendering: from the key that paints a square to the picture.
+The first command measures the server: from the event to the frame that is handed to the browsers, with its size. The
+second one measures in Chromium with software rendering: from the key that paints a square to the picture.
 An edit of the chart is first shown as drawn; the next frame that is shown has moved. A turned dial moves at once.
 """
 
@@ -178,7 +178,7 @@ def measure_browser() -> None:
         window.goto(f"{address}{'&' if '?' in address else '?'}fixedDpr=1")
         window.wait_for_function(READY)
         window.evaluate(PROBE)
-        for name in ("rib2x2", "peerie", "honeycomb"):
+        for name in LIBRARY[:2]:
             app.post(page._chart._choose, name)
             settled(app, page)
             window.wait_for_timeout(1500)
@@ -210,12 +210,13 @@ def _figures(times: Any) -> str:
 def main() -> None:
     """Measure the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--browser", action="store_true", help="measure in Chromium too")
+    parser.add_argument("--browser", action="store_true", help="measure in Chromium, with its rendering")
     given = parser.parse_args()
     print(f"{platform.machine()}; median to largest of {RUNS} edits; Python {platform.python_version()}")
-    measure_server()
     if given.browser:
         measure_browser()
+    else:
+        measure_server()
 
 
 if __name__ == "__main__":

@@ -208,7 +208,7 @@ class ViserScene:
             return [add_tubes(scene, name, drawing)]
         assert isinstance(drawing, Labels)
         return [
-            scene.add_label(f"{name}/{number}", text, position=tuple(point))
+            scene.add_label(f"{name}-{number}", text, position=tuple(point))
             for number, (text, point) in enumerate(zip(drawing.texts, drawing.points.tolist(), strict=True))
         ]
 

@@ -311,7 +311,8 @@ class SwatchSession:
             return partial(self._swatch.take, self._settings, self._requested_at, restart=self._restart)
         if not self._has_nothing_to_do():
             return self._advance
-        return self._make_frame if self._frame.report["running"] else lambda: None
+        # a step that is requested from now on has frames of its own
+        return partial(self._make_frame, ends_step=False) if self._frame.report["running"] else lambda: None
 
     def _has_nothing_to_do(self) -> bool:
         """Whether the swatch is at rest, or stopped with a frame of its state."""
@@ -328,10 +329,11 @@ class SwatchSession:
             if self._since_frame >= self._iterations_per_frame or self._swatch.idle:
                 self._make_frame()
 
-    def _make_frame(self) -> None:
-        """Make a frame of the current state; it ends a step."""
+    def _make_frame(self, *, ends_step: bool = True) -> None:
+        """Make a frame of the current state; it ends a step, unless the step was requested after a pending change."""
         with self._condition:
-            self._steps = max(self._steps - 1, 0)
+            if ends_step and not self._changed:
+                self._steps = max(self._steps - 1, 0)
             self._swatch.stopped = self._stopped and self._steps == 0
         self._swatch.publish()
         self._since_frame = 0

@@ -15,6 +15,7 @@ import stitchmesh as sm
 from stitchmesh.errors import ParameterError, PatternError, SolverError
 from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.session.frames import Frame
+from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.quality import PRESETS, Quality
 
 DRAFT = PRESETS["draft"]
@@ -264,3 +265,25 @@ def test_requested_steps_are_made_as_waited_for_steps():
         asked.request_steps()
     with pytest.raises(ParameterError, match="step: got 0"):
         waited.request_steps(0)
+
+
+@pytest.mark.parametrize("change", ["restart", "reset"])
+def test_a_step_after_a_change_is_not_used_up_by_the_frame_before_the_change(monkeypatch, change):
+    """The change and the step arrive while the worker iterates for the frame before."""
+    entered, release, advance = threading.Event(), threading.Event(), LiveSwatch.advance
+
+    def slow_advance(swatch, most):
+        entered.set()
+        assert release.wait(SAFETY)
+        return advance(swatch, most)
+
+    monkeypatch.setattr(LiveSwatch, "advance", slow_advance)
+    with session(iterations_per_frame=5) as running:
+        assert entered.wait(SAFETY)
+        getattr(running, change)()
+        running.request_steps(2)
+        release.set()
+        frame = running.wait_for_frame(SAFETY)
+        while frame is not None and frame.report["iteration"] < 10:
+            frame = running.wait_for_frame(SAFETY, after=frame.number)
+        assert frame is not None and running.frame.report["iteration"] == 10

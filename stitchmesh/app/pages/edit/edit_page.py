@@ -27,7 +27,7 @@ from stitchmesh.app.scene.face_colours import ColourBy
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray, StitchMesh
-from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -41,6 +41,8 @@ COLOURS: dict[str, ColourBy] = {"Stitches": "stitch", "Yarns": "yarn", "Rows": "
 """What decides the colours, by the words of the page."""
 VIEWS: dict[str, ViewName] = {"Front": "front", "Back": "back", "Left": "left", "Right": "right", "Top": "top"}
 """Views by the words of the page."""
+NEXT_PAGE = "Even out"
+"""Page that follows."""
 TOOL_STYLE = """<style>
 .sm-tools{display:grid;grid-template-columns:1fr 1fr 1fr;gap:4px;margin:0 0 .4em}
 .sm-tools button{font:inherit;font-size:.8em;line-height:1.2;padding:.45em .2em;border-radius:6px;cursor:pointer;
@@ -89,6 +91,8 @@ class EditPage(Page):
         self._status = controls.html("")
         self._selection = SelectionPanel(self.session, controls)
         self._build_view()
+        controls.button("Go on: even out the stitches", "Open the next page", partial(self.app.open_page, NEXT_PAGE),
+                        main=True)  # fmt: skip
         self._palettes = Palettes(self.session, self.app.left_controls, self._take_stitch, self._take_yarn,
                                   self.tools[LayPatterns.name])  # fmt: skip
         self._build_keys()
@@ -258,7 +262,11 @@ def _face_words(fabric: StitchMesh, face: int) -> str:
     stitch = Stitch(int(fabric.stitch[face]))
     name = "panel" if stitch == Stitch.PANEL else "bind-off" if stitch == Stitch.BIND_OFF else name_of(stitch)
     loops = f"{fabric.n_bottom[face]} below, {fabric.n_top[face]} above"
-    return f"Stitch {face}: <b>{escape(name)}</b>, row {fabric.row[face]}, loops {loops}, yarn {fabric.yarn[face]}"
+    sides = int(fabric.n_bottom[face]), int(fabric.n_top[face])
+    fitting = [making.code for each, making in VOCABULARY.items() if SIDE_COUNTS[each] == sides]
+    fits = f"<br>Stitches with these loops: {escape(', '.join(fitting))}" if fitting else ""
+    place = f"row {fabric.row[face]}, loops {loops}, yarn {fabric.yarn[face]}"
+    return f"Stitch {face}: <b>{escape(name)}</b>, {place}{fits}"
 
 
 def _history_row(can_undo: bool, can_redo: bool) -> str:

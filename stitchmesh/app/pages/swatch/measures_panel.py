@@ -70,7 +70,7 @@ def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
         ("Repeat [cm]", f"{measures.width:.2f} x {measures.height:.2f}"),
         ("Yarn at a crossing [mm]" if woven else "Loop length [mm]", f"{MILLIMETRES * measures.loop_length:.1f}"),
         ("Thickness [mm]", f"{MILLIMETRES * measures.thickness:.1f}"),
-        ("Weight [g/m2]", f"{GRAMS_PER_SQUARE_METRE * measures.areal_density:.0f}"),
+        ("Weight [g/m²]", f"{GRAMS_PER_SQUARE_METRE * measures.areal_density:.0f}"),
     ]
 
 

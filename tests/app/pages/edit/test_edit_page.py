@@ -37,6 +37,12 @@ def test_a_click_says_what_the_stitch_is(page):
     page.act("tool", "Look around")
     page.click_stitch(44)
     assert "Stitch 44: <b>k</b>, row 4, loops 1 below, 1 above, yarn 0" in page.controls.text_shown()
+    assert "Stitches with these loops: k, p, b, f, x" in page.controls.text_shown()
+
+
+def test_the_next_page_is_one_button_away(page):
+    page.press("Go on: even out the stitches")
+    assert page.app.page.name == "Even out"
 
 
 def test_drags_turn_the_view_only_with_tools_that_take_none(page):
