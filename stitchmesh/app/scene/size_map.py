@@ -19,8 +19,8 @@ PLAIN: Colour = (206, 198, 184)
 """Colour of stitches whose size is not known."""
 LIFT = 0.05
 """Distance of lines from the surface, divided by the mean length of sides; it keeps them visible."""
-OUTLINE: Colour = (20, 20, 20)
-"""Colour of outlines; it is on no scale."""
+OUTLINE: Colour = (0, 158, 115)
+"""Colour of outlines; it is on no scale, and can be seen on light and on dark ground."""
 SCALE = ColourScale(DIVERGING, -float(np.log(LARGEST_RATIO)), float(np.log(LARGEST_RATIO)))
 """Colours of the logarithms of relative sizes, so that twice and half the size are equally far from the average."""
 
@@ -60,7 +60,7 @@ def outline(fabric: StitchMesh, faces: NDArray[np.bool_]) -> Lines:
     across = np.where(fabric.twin == BORDER, -1, fabric.side_face[fabric.twin])
     sides = np.flatnonzero(faces[fabric.side_face] & ((across < 0) | ~faces[across]))
     ends = np.stack([fabric.corner_position[sides], fabric.corner_position[fabric.side_next[sides]]], axis=1)
-    return Lines(ends + _lift(fabric)[fabric.side_face[sides], None], OUTLINE, 3.0)
+    return Lines(ends + _lift(fabric)[fabric.side_face[sides], None], OUTLINE, 4.0)
 
 
 def edges(fabric: StitchMesh) -> Lines:

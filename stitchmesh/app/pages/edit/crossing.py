@@ -41,11 +41,11 @@ class CrossCables(Tool):
         """Make the controls."""
         front = next(words for words, side in FRONTS.items() if side == self.front)
         controls.choice("In front", "Which loops lie in front where they cross", tuple(FRONTS), front, self._set_front)
-        controls.number("Loops from the left", "Loops that a click moves from the left to the right", self.left,
+        controls.number("From the left", "Loops that a click moves from the left to the right", self.left,
                         self._set_left, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
-        controls.number("Loops from the right", "Loops that a click moves from the right to the left", self.right,
+        controls.number("From the right", "Loops that a click moves from the right to the left", self.right,
                         self._set_right, least=1, most=MOST_LOOPS, step=1)  # fmt: skip
-        controls.text("Order of the loops", "Place of each loop from the left, such as 3 1 2; empty: two groups cross",
+        controls.text("Order", "Place of each loop from the left, such as 3 1 2; empty: two groups cross",
                       " ".join(map(str, self.order)), self._set_order)  # fmt: skip
         controls.button("Cross cables along the selection", "Cross loops side by side along each row of the selection",
                         self.on_selection)  # fmt: skip
@@ -130,10 +130,10 @@ class CrossCables(Tool):
         self.order = places if whole and len(places) > 1 else ()
 
     def _set_left(self, count: float) -> None:
-        self.left = _whole("Loops from the left", count)
+        self.left = _whole("From the left", count)
 
     def _set_right(self, count: float) -> None:
-        self.right = _whole("Loops from the right", count)
+        self.right = _whole("From the right", count)
 
 
 def loops_between(fabric: StitchMesh, first: int, last: int) -> IntArray:

@@ -25,8 +25,8 @@ def test_a_drag_along_a_row_crosses_its_loops_in_the_middle(page):
 
 def test_a_click_crosses_as_many_loops_as_the_controls_say(page):
     page.act("tool", "Cross a cable")
-    page.controls.set("Loops from the left", 1)
-    page.controls.set("Loops from the right", 3)
+    page.controls.set("From the left", 1)
+    page.controls.set("From the right", 3)
     page.controls.set("In front", "the right loops")
     page.click_edge(top_of(WIDE, 42))
     arguments = {"side": top_of(WIDE, 42), "left": 1, "right": 3, "front": "right"}
@@ -35,13 +35,13 @@ def test_a_click_crosses_as_many_loops_as_the_controls_say(page):
 
 def test_loops_are_crossed_in_any_order(page):
     page.act("tool", "Cross a cable")
-    page.controls.set("Order of the loops", "3, 1 2")
+    page.controls.set("Order", "3, 1 2")
     page.drag([42, 44])
     arguments = {"side": top_of(WIDE, 42), "destinations": [2, 0, 1], "layers": [3, 2, 1]}
     assert same_as(page, cable := Edit("set_cable", arguments))
     page.drag([62, 65])
     assert "got an order of 3 loops for 4 loops" in page.notices() and same_as(page, cable)
-    page.controls.set("Order of the loops", "3 1")  # This is no order, and two groups cross.
+    page.controls.set("Order", "3 1")  # This is no order, and two groups cross.
     page.drag([62, 65])
     two = Edit("cross_cable", {"side": top_of(WIDE, 62), "left": 2, "right": 2, "front": "left"})
     assert same_as(page, cable, two)
