@@ -35,7 +35,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from tests.app.browser import Rig, rig_on, started_browser
 
-RUNS = 15
+RUNS = 9
 """Number of stitches at which each edit is tried."""
 WATCH = """() => {
   const S = window.stitchmesh, B = window.bench = { clicked: 0, sent: 0, drawn: 0 };
