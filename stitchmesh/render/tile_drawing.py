@@ -140,7 +140,7 @@ def _checked_lattice(yarns: YarnSet, tiles: tuple[int, int]) -> Lattice:
 def _few(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return colours of which at most ``MOST_PARTS`` differ: the middles of equal intervals of each channel."""
     step, few = 8, colours
-    while len(np.unique(few, axis=0)) > MOST_PARTS:
+    while len(np.unique(_codes(few))) > MOST_PARTS:
         few = (colours // step * step + step // 2).astype(np.uint8)
         step *= 2
     return few
@@ -162,16 +162,28 @@ def _control_points(yarns: YarnSet, samples: int) -> IntArray:
 
 def _parts_of(tubes: TubeMesh, colours: NDArray[np.uint8]) -> tuple[TilePart, ...]:
     """Divide tubes by the colours of their vertices; a triangle has the colour of its first vertex."""
-    table, number = np.unique(colours, axis=0, return_inverse=True)
-    of_triangle = number.ravel()[tubes.triangles[:, 0]]
-    parts = []
-    for index, (red, green, blue) in enumerate(table.tolist()):
-        taken, corners = np.unique(tubes.triangles[of_triangle == index], return_inverse=True)
-        if len(taken):
-            vertices = tubes.vertices[taken].astype(np.float32)
-            triangles = corners.reshape(-1, 3).astype(np.uint32)
-            parts.append(TilePart((red, green, blue), vertices, triangles, taken))
-    return tuple(parts)
+    code, number = np.unique(_codes(colours), return_inverse=True)
+    of_triangle = number[tubes.triangles[:, 0]]
+    return tuple(
+        _part_of(tubes, of_triangle == index if len(code) > 1 else None, (one >> 16, one >> 8 & 255, one & 255))
+        for index, one in enumerate(code.tolist())
+        if len(code) == 1 or (of_triangle == index).any()
+    )
+
+
+def _part_of(tubes: TubeMesh, chosen: NDArray[np.bool_] | None, colour: tuple[int, int, int]) -> TilePart:
+    """Return the part of some triangles, or of all if none are chosen."""
+    if chosen is None:
+        taken, corners = np.arange(len(tubes.vertices)), tubes.triangles
+    else:
+        taken, found = np.unique(tubes.triangles[chosen], return_inverse=True)
+        corners = found.reshape(-1, 3)
+    return TilePart(colour, tubes.vertices[taken].astype(np.float32), corners.astype(np.uint32), taken)
+
+
+def _codes(colours: NDArray[np.uint8]) -> IntArray:
+    """Return one number for each colour, shape (n, 3) to (n,)."""
+    return colours.astype(np.int64) @ np.array([1 << 16, 1 << 8, 1])
 
 
 def _moved(before: TileDrawing, tubes: TubeMesh, colours: NDArray[np.uint8]) -> tuple[TilePart, ...]:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import io
-import time
+import threading
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -27,13 +27,15 @@ from stitchmesh.periodic.swatch_design import SwatchDesign
 
 SAFETY = 60.0
 """Seconds after which a waiting test fails; what it waits for takes a second."""
+LOOKS = 3000
+"""Number of times that a waiting test looks before it fails."""
 
 
 class SwatchRig:
     """The application on its page Swatch."""
 
     def __init__(self, folder: Path) -> None:
-        self.front = NullFront()
+        self.front, self._pause = NullFront(), threading.Event()
         self.app = App(Project.open_or_create(folder), self.front)
         self.do(self.app.open_page, "Swatch")
 
@@ -58,13 +60,12 @@ class SwatchRig:
 
     def until(self, condition: Callable[[], object]) -> None:
         """Wait until a condition holds in the event thread."""
-        end = time.monotonic() + SAFETY
         found: list[object] = []
-        while time.monotonic() < end:
+        for _ in range(LOOKS):
             self.do(lambda: found.append(condition()))
             if found[-1]:
                 return
-            time.sleep(0.01)
+            self._pause.wait(SAFETY / LOOKS)
         raise AssertionError(f"waited in vain; {self.front.controls.text_shown()}")
 
     def rest(self) -> None:
