@@ -13,6 +13,8 @@ from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
 from stitchmesh.errors import FileError, StitchMeshError
 
+WAITING = "Waiting for the first result: the folder holds no stitches.h5 and no yarns.h5 yet."
+
 
 class Opened:
     """What was opened, and the watch of its folder if it is a job. All methods belong to the event thread."""
@@ -39,7 +41,7 @@ class Opened:
             self.viewed = read_viewed(path)
             return
         files = job_files(path)
-        self.viewed = read_job(files) if files.times else Viewed(path.name, text="Waiting for the first result.")
+        self.viewed = read_job(files) if files.times else Viewed(path.name, text=WAITING)
         self.watch = FolderWatch(path, lambda now: self._post(self.take_state, now))
 
     def receive(self, name: str, content: bytes) -> None:

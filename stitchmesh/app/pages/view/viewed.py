@@ -24,10 +24,10 @@ from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 
 MOST_CHARACTERS = 20_000
 """Longest text that is shown; the rest is left out."""
-TEXTS = (".json", ".toml", ".txt", ".md")
+TEXTS = (".json", ".toml", ".txt", ".md", ".k")
 """Suffixes of files whose text is shown."""
 SUFFIXES = (
-    ".h5", ".bcc", ".usda", ".usdc", ".usd", ".vtp", ".obj", ".pyp", ".smobj", ".k", ".ply", ".off", ".stl", ".glb",
+    ".h5", ".bcc", ".usda", ".usdc", ".usd", ".vtp", ".obj", ".pyp", ".smobj", ".ply", ".off", ".stl", ".glb",
     ".vtk", ".vtu", ".msh", ".mesh", ".csv", ".png", *TEXTS,
 )  # fmt: skip
 """Suffixes of files that can be uploaded."""
@@ -106,8 +106,12 @@ def read_checkpoint_file(path: Path) -> Viewed:
     return Viewed("", yarns, stitches_beside(beside, yarns))
 
 
-def _read_history(path: Path) -> Viewed:
-    return Viewed("", history=read_history(path))
+def _read_table(path: Path) -> Viewed:
+    """Read the convergence of a relaxation, or any other table as a text."""
+    try:
+        return Viewed("", history=read_history(path))
+    except FileError:
+        return _read_text(path)
 
 
 def _read_picture(path: Path) -> Viewed:
@@ -124,6 +128,6 @@ def _read_text(path: Path) -> Viewed:
 
 
 READERS: dict[str, Callable[[Path], Viewed]] = {
-    ".smc": read_checkpoint_file, ".csv": _read_history, ".png": _read_picture, **dict.fromkeys(TEXTS, _read_text),
+    ".smc": read_checkpoint_file, ".csv": _read_table, ".png": _read_picture, **dict.fromkeys(TEXTS, _read_text),
 }  # fmt: skip
 """Functions that read files other than meshes, stitches and yarns, by suffix."""

@@ -25,6 +25,7 @@ from stitchmesh.io.history import write_history
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
+from stitchmesh.labeling import start_labeling, write_labeling
 from stitchmesh.mesh import Mesh
 from tests.app.pages.headless import Headless, face_middle, headless
 from tests.app.project.projects import relaxed_project
@@ -256,7 +257,7 @@ def test_files_without_a_thing_are_shown_in_the_panel(view, tmp_path):
         ("yarns.h5", b"junk", "yarns.h5: is not an HDF5 file, or it is damaged; write it again"),
         ("mesh.obj", b"v 1 2\nf 1 1 1\n", "mesh.obj"),
         ("a.png", b"no picture", "a.png: is no PNG picture; expected one that StitchMesh wrote"),
-        ("a.csv", b"x,y\n", "got columns x, y; expected the convergence of a relaxation"),
+        ("a.csv", b"x,\0y\n", "holds binary data; expected a text file"),
         ("a.xyz", b"1", "unknown format '.xyz'"),
         ("", b"1", "cannot be opened"),
         ("a" * 300 + ".h5", b"1", "cannot be opened"),
@@ -271,6 +272,55 @@ def test_a_file_that_cannot_be_read_is_a_notice(view, tmp_path, name, content, m
     assert message in view.notices() and "\n" not in view.notices()
     assert "/tmp" not in view.notices()  # the place of the upload on the server is nobody's business
     assert yarns_drawn(view) is not None
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".bcc", ".usda", ".usdc", ".vtp", ".obj"])
+def test_yarns_of_every_format_are_shown(view, tmp_path, suffix):
+    yarns = lines(0.0, 1.0)
+    opened(view, written(tmp_path, f"yarns{suffix}", yarns))
+    assert not view.notices()
+    low, high = yarns_drawn(view).points.min(axis=0), yarns_drawn(view).points.max(axis=0)
+    # the ends of an open spline that is drawn through points may reach beyond its own by a segment
+    np.testing.assert_allclose([low, high], [yarns.points.min(axis=0), yarns.points.max(axis=0)], atol=0.15)
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".smobj"])
+def test_stitches_of_every_format_are_shown(view, tmp_path, suffix):
+    write_stitches(tmp_path / f"stitches{suffix}", fabric())
+    opened(view, tmp_path / f"stitches{suffix}")
+    assert isinstance(view.scene.drawings["viewed"], Surface) and "Stitches" in view.controls.text_shown()
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".off", ".ply", ".vtp", ".vtk", ".vtu", ".msh", ".mesh", ".stl", ".glb"])
+def test_meshes_of_every_format_are_shown(view, tmp_path, suffix):
+    opened(view, written(tmp_path, f"mesh{suffix}", tube(8, 3)))
+    assert isinstance(view.scene.drawings["viewed"], Surface) and not view.notices()
+
+
+def test_a_periodic_cell_of_another_program_is_shown(view, tmp_path):
+    opened(view, written(tmp_path, "cell.pyp", woven_cell()))
+    assert len(yarns_drawn(view).copies) == 25
+
+
+def test_tubes_for_renderers_are_no_yarns(view, tmp_path):
+    opened(view, written(tmp_path, "yarns.glb", lines(0.0, 1.0)))
+    assert "yarns.glb" in view.notices() and "viewed" not in view.scene.drawings
+
+
+@pytest.mark.parametrize(
+    ("name", "text"), [("a.k", ";!knitout-2"), ("stretch.csv", "strain,force"), ("a.txt", "Row 1")]
+)
+def test_other_files_are_shown_as_texts(view, tmp_path, name, text):
+    (tmp_path / name).write_text(f"{text}\n1,2\n")
+    opened(view, tmp_path / name)
+    assert text in view.controls.text_shown()
+
+
+def test_a_partly_labeled_mesh_is_shown(view, tmp_path):
+    mesh = tube(8, 3)
+    write_labeling(tmp_path / "labeling.h5", start_labeling(mesh))
+    opened(view, tmp_path / "labeling.h5")
+    assert len(view.scene.drawings["viewed"].points) == mesh.side_count
 
 
 def test_a_checkpoint_without_its_yarns_says_what_is_missing(view, tmp_path):
