@@ -29,7 +29,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from stitchmesh.mesh import FloatArray, Mesh  # noqa: E402
-from tests.app.browser import Rig, rig_on, started_browser  # noqa: E402
+from tests.app.browser import LONGEST_TASK, Rig, rig_on, started_browser  # noqa: E402
+from tests.app.controls.test_chart_in_browser import PLACE  # noqa: E402
 
 SIZES = ((1280, 800), (1000, 700))
 """Widths and heights of the window [pixels]."""
@@ -37,6 +38,8 @@ FOLDER = ROOT / "docs" / "application"
 """Folder of the pictures."""
 PAGE = ROOT / "docs" / "application.md"
 """The page that shows the pictures; those that it does not name are not drawn."""
+THUMBNAILS = "() => !document.querySelector('.sm-patterns span.sm-picture')"
+"""Whether no thumbnail of a pattern is missing."""
 STITCH_WIDTH = 1.5
 """Width of the stitches of the sweater [cm]."""
 
@@ -57,7 +60,7 @@ class Walk:
             act()
             self.rig.settle()
         if until is not bool:
-            self.rig.wait_for(until, what)
+            self.rig.wait_for(until, what, LONGEST_TASK)
             self.rig.settle()
         now = time.perf_counter()
         print(f"| {self.name} | {what} | {now - self.last:.1f} |", flush=True)
@@ -66,6 +69,7 @@ class Walk:
         if picture and self.folder is not None and file in PAGE.read_text():
             page.mouse.move(5, 5)  # No hint of a control covers the picture.
             page.evaluate("() => document.activeElement && document.activeElement.blur()")
+            page.wait_for_function(THUMBNAILS)
             page.wait_for_timeout(1500)
             self.folder.mkdir(parents=True, exist_ok=True)
             image = Image.open(io.BytesIO(self.rig.screenshot())).convert("RGB")
@@ -131,7 +135,7 @@ def swatch(walk: Walk) -> None:
     rig = walk.rig
     walk.step("the page Swatch", lambda: rig.page_button("Swatch"), lambda: rest(rig), picture="swatch-1-start")
     walk.step("choose a stitch of the palette", lambda: rig.act("stitch", "k"))
-    walk.step("paint the chart", lambda: paint(rig, ((0.15, 0.88), (0.85, 0.88), (0.85, 0.62))), lambda: rest(rig),
+    walk.step("paint the chart", lambda: paint(rig, (0, 0), (0, 1)), lambda: rest(rig),
               picture="swatch-2-painted")  # fmt: skip
     walk.step("start from moss stitch", lambda: rig.choose("Start from", "moss"), lambda: rest(rig),
               picture="swatch-3-moss")  # fmt: skip
@@ -149,10 +153,9 @@ def swatch(walk: Walk) -> None:
     walk.step(f"download {name}, {len(content) / 1e3:.0f} kB")
 
 
-def paint(rig: Rig, shares: tuple[tuple[float, float], ...]) -> None:
-    """Drag over the chart, through places from (0, 0), the upper left corner, to (1, 1)."""
-    box = rig.browser_page.locator("[data-chart] canvas").bounding_box()
-    rig.drag_page([(box["x"] + x * box["width"], box["y"] + y * box["height"]) for x, y in shares])
+def paint(rig: Rig, *squares: tuple[int, int]) -> None:
+    """Drag over squares of the chart, each a row and a column."""
+    rig.drag_page([rig.browser_page.evaluate(PLACE, list(square)) for square in squares])
 
 
 def rest(rig: Rig) -> None:
@@ -166,9 +169,9 @@ def rest(rig: Rig) -> None:
     rig.wait_for(at_rest, "the fabric rests")
 
 
-def run(browser: Browser, size: tuple[int, int], pictures: bool) -> None:
-    """Make both walks in a window of one size."""
-    for walk in (sweater, swatch):
+def run(browser: Browser, size: tuple[int, int], pictures: bool, only: str | None) -> None:
+    """Make both walks, or only one of them, in a window of one size."""
+    for walk in (each for each in (sweater, swatch) if only in (None, each.__name__)):
         with tempfile.TemporaryDirectory(prefix="walk-") as home:
             os.environ.update(HOME=home, STITCHMESH_PROJECTS=f"{home}/StitchMesh", XDG_STATE_HOME=f"{home}/state")
             with rig_on(browser, Path(home) / "StitchMesh" / "Garment", "Project", size) as rig:
@@ -181,12 +184,12 @@ def main() -> None:
     """Parse the options, and walk."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--pictures", action="store_true", help="draw the pictures of docs/application.md")
-    options.add_argument("--only", choices=["sweater", "swatch"])
+    options.add_argument("--only", choices=["sweater", "swatch"], help="make one walk")
     given = options.parse_args()
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores\n\n| walk | step | s |\n|---|---|---|")
     with started_browser() as browser:
         for size in SIZES:
-            run(browser, size, given.pictures)
+            run(browser, size, given.pictures, given.only)
 
 
 if __name__ == "__main__":

@@ -116,7 +116,10 @@ class App:
         """Take another project, and open the page on which it was left."""
         self.tasks.cancel()
         self._close_page()
-        self.project.close()
+        try:
+            self.project.close()
+        except StitchMeshError as error:
+            self.report(error)
         self.project = project
         self._watch_project()
         self._pages.clear()

@@ -46,6 +46,8 @@ SIZE = (1000, 700)
 """Width and height of the window of most tests [pixels]."""
 WAIT = 60_000
 """Longest time for which a test waits for the page before it fails [ms]."""
+LONGEST_TASK = 600_000
+"""Longest time for which a test waits for the end of a task [ms]; a relaxation takes long where others compute too."""
 HARMLESS = (
     "Unable to preventDefault inside passive event listener", "GPU stall due to ReadPixels",
     "Tried to update non-existent component",
@@ -126,13 +128,13 @@ class BrowserWindow:
         """Wait until the page has drawn what it was sent when it was loaded."""
         self.browser_page.wait_for_function(READY)
 
-    def wait_for(self, condition: Callable[[], Any], what: str = "") -> None:
-        """Wait until a condition of this process holds, while the page goes on."""
-        for _ in range(WAIT // 20):
+    def wait_for(self, condition: Callable[[], Any], what: str = "", longest: int = WAIT) -> None:
+        """Wait until a condition of this process holds, while the page goes on; fail after the longest time [ms]."""
+        for _ in range(longest // 20):
             if condition():
                 return
             self.browser_page.wait_for_timeout(20)
-        raise AssertionError(f"waited for {WAIT // 1000} s in vain: {what}")
+        raise AssertionError(f"waited for {longest // 1000} s in vain: {what}")
 
     def close(self) -> None:
         """Close the page."""
@@ -248,7 +250,7 @@ class Rig(BrowserWindow):
 
     def settle(self) -> None:
         """Wait until no task runs, no event waits, and the page has drawn everything that it was sent."""
-        self.wait_for(lambda: self.app.tasks.current is None, "the task ends")
+        self.wait_for(lambda: self.app.tasks.current is None, "the task ends", LONGEST_TASK)
         self.app.queue.settle()
         number = next(self._fences)
         self._fence.content = _fence_text(number)

@@ -62,16 +62,20 @@ class Autosave:
             if state is not None:
                 self._write_one(state)
 
+    def end(self) -> None:
+        """End the thread; a state that is not written yet stays unwritten."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify()
+        self._thread.join()
+
     def close(self) -> None:
         """Write the newest state and end the thread.
 
         Raises:
             FileError: the disk refuses the state.
         """
-        with self._changed:
-            self._closing = True
-            self._changed.notify()
-        self._thread.join()
+        self.end()
         self.flush()
 
     def _run(self) -> None:
@@ -85,11 +89,13 @@ class Autosave:
                 self.flush()
             except StitchMeshError as error:
                 logger.warning("autosave: %s", error)
+            except Exception:  # The thread lives on: the next state may be written.
+                logger.exception("autosave failed")
 
     def _write_one(self, state: ProjectState) -> None:
         try:
             self._write(state)
-        except StitchMeshError as error:
+        except Exception as error:
             self.trouble = f"not saved: {error}"
             self._on_trouble(self.trouble)
             raise

@@ -7,8 +7,6 @@ The lock belongs to the process: the operating system releases it when the proce
 
 from __future__ import annotations
 
-import contextlib
-import os
 from pathlib import Path
 from typing import IO
 
@@ -50,7 +48,5 @@ class FolderLock:
     def release(self) -> None:
         """Release the lock; a second call does nothing."""
         if self._file is not None:
-            with contextlib.suppress(OSError):
-                os.unlink(self._file.name)
-            self._file.close()
+            self._file.close()  # The file stays: a program that waits for it holds the same one.
             self._file = None

@@ -80,7 +80,12 @@ class Project:
             raise FileError(f"{folder}: holds a project already; open it, or choose another folder")
         lock = FolderLock(folder)
         project = cls(ProjectFolder(folder), lock, ProjectState(name=name or folder.name))
-        project.save()
+        try:
+            project.save()
+        except FileError:
+            project.autosave.end()
+            lock.release()
+            raise
         return project
 
     @classmethod

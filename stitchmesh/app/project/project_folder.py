@@ -9,6 +9,7 @@ moment therefore leaves the project as it was before or after the write. Files t
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from collections.abc import Callable, Mapping
@@ -198,7 +199,8 @@ class ProjectFolder:
     def _remove_unnamed(self) -> None:
         for name in self._names():
             if name not in self._written:
-                (self.folder / FILES / name).unlink(missing_ok=True)
+                with contextlib.suppress(OSError):  # It is removed after a later write.
+                    (self.folder / FILES / name).unlink()
 
 
 def stored_source(folder: Path) -> bytes | None:

@@ -102,6 +102,37 @@ def test_a_full_disk_is_said_and_the_next_write_succeeds(tmp_path, monkeypatch):
     again.close()
 
 
+def test_a_project_that_cannot_be_written_at_first_is_refused_and_its_folder_stays_free(tmp_path, monkeypatch):
+    with monkeypatch.context() as disk:
+        refusal = FileError("project.json: cannot be written (No space left on device)")
+        disk.setattr("stitchmesh.app.project.project_folder.write_text", _raising(refusal))
+        with pytest.raises(FileError, match="No space left"):
+            Project.create(tmp_path / "one")
+    project = Project.create(tmp_path / "one")
+    assert (tmp_path / "one" / "project.json").exists()
+    project.close()
+
+
+def test_autosave_goes_on_after_an_error_that_nobody_expected(caplog):
+    written: list[str] = []
+    failed, done = threading.Event(), threading.Event()
+
+    def write(state: ProjectState) -> None:
+        if state.name == "bad":
+            failed.set()
+            raise RuntimeError("no such thing")
+        written.append(state.name)
+        done.set()
+
+    autosave = Autosave(write, lambda message: None)
+    autosave.changed(ProjectState(name="bad"))
+    assert failed.wait(30)
+    autosave.changed(ProjectState(name="good"))
+    assert done.wait(30)
+    autosave.close()
+    assert written == ["good"] and autosave.trouble is None
+
+
 def test_the_newest_state_is_written_without_being_asked(tmp_path):
     written: list[ProjectState] = []
     done = threading.Event()
