@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
@@ -35,6 +34,7 @@ BYTES_PER_STITCH = 120
 START, AGAIN = "Even out the stitches", "Even out the stitches again"
 """Labels of the button that starts, before the first time and later."""
 START_HINT = "Move the stitches over the surface until they are even"
+STALE = "The stitches were changed while they were evened out, so the result was left out. Even them out again."
 NEXT = "The sizes of the stitches are known after evening out. Start it above."
 """What stands in place of the verdict before the first mesh relaxation."""
 
@@ -113,7 +113,7 @@ class EvenOutPage(Page):
 
         self._run = LiveRun(
             self.app.tasks, "evening out the stitches", relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,
-            done=self._only_for(project, self._finish), failed=lambda error: self._end(),
+            done=lambda result: self._finish(project, fabric, result), failed=lambda error: self._end(),
             frame_bytes=BYTES_PER_STITCH * fabric.face_count,
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
@@ -150,13 +150,15 @@ class EvenOutPage(Page):
         if self._shown is not None:
             self._show_fabric(self._shown)
 
-    def _only_for(self, project: Project, then: Callable[[Evened], None]) -> Callable[[Evened], None]:
-        """Return a function that drops a result if the user has opened another project meanwhile."""
-        return lambda result: then(result) if self.app.project is project else self._end()
-
-    def _finish(self, result: Evened) -> None:
+    def _finish(self, project: Project, before: StitchMesh, result: Evened) -> None:
+        """Keep a result, unless another project or another fabric has taken the place of its own."""
         fabric, report = result
-        dropped = self.app.project.set_evened(fabric)
+        if self.app.project is not project or project.fabric is not before:
+            self._end()
+            if self.app.project is project:
+                self.app.notice(STALE, "warning")
+            return
+        dropped = project.set_evened(fabric)
         self._keep(report=asdict(report))
         self._end()
         if dropped:

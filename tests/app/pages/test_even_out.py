@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.even_out import AGAIN, START, EvenOutPage
+from stitchmesh.app.pages.even_out import AGAIN, STALE, START, EvenOutPage
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Lines, Surface
 from stitchmesh.compute.device import alone
+from stitchmesh.editing.edit import Edit
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
@@ -161,6 +162,14 @@ def test_another_project_gets_no_result_of_the_one_before_even_if_it_was_paused(
     wait_for_task(shown)
     assert shown.project.evened is None and not shown.front.notices
     assert not shown.app.tasks.running
+
+
+def test_stitches_that_are_edited_meanwhile_get_no_result_of_the_stitches_before(shown: Headless):
+    with alone():
+        press(shown, START)
+        call(shown, shown.project.apply_edit, Edit("change_stitch", {"faces": [30], "stitch": "p"}))
+    wait_for_task(shown)
+    assert shown.project.evened is None and STALE in shown.notices()
 
 
 def test_a_new_mesh_relaxation_says_what_it_removes(shown: Headless):

@@ -35,10 +35,12 @@ from stitchmesh.yarnrelax import Relaxation
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+    from stitchmesh.app.project.project import Project
 
 GENERATE, GENERATE_AGAIN = "Generate the yarns", "Generate the yarns again"
 RELAX, RELAX_AGAIN, CONTINUE = "Relax the yarns", "Relax from the start again", "Continue the relaxation"
 """Labels of the buttons that start something."""
+STALE = "The stitches or the yarns were changed meanwhile, so the result of the work was left out."
 OTHER_SETTINGS = "The yarns were generated with other settings. Generate them again to use yours."
 BYTES_PER_POINT = 6
 """What a frame sends for each control point."""
@@ -134,7 +136,7 @@ class YarnsPage(Page):
         arguments = settings.generation()
 
         def done(yarns: YarnSet) -> None:
-            if self.app.project is project:
+            if self._is_wanted(project, self.app.project is project and self.fabric is fabric):
                 project.set_yarns(yarns, arguments)
                 self._keep(**{INTERRUPTED: None})
             self._after()
@@ -179,7 +181,7 @@ class YarnsPage(Page):
             )  # fmt: skip
 
         def done(result: Relaxation) -> None:
-            if self.app.project is project:
+            if self._is_wanted(project, project.yarns is yarns):
                 project.set_relaxed(result.yarns, result.report, result.history)
                 if result.report["converged"]:
                     self._keep(**{INTERRUPTED: None})
@@ -195,6 +197,12 @@ class YarnsPage(Page):
         self._verdict.content, self._figures.content = "", ""
         self._plot.figure = None
         self.refresh()
+
+    def _is_wanted(self, project: Project, unchanged: bool) -> bool:
+        """Return whether a result belongs to the open project and to its present stitches and yarns."""
+        if self.app.project is project and not unchanged:
+            self.app.notice(STALE, "warning")
+        return self.app.project is project and unchanged
 
     def _end_run(self) -> None:
         self._run = None

@@ -15,7 +15,7 @@ import pytest
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.yarns import yarn_view
-from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, GENERATE_AGAIN, RELAX, RELAX_AGAIN, YarnsPage
+from stitchmesh.app.pages.yarns.page import CONTINUE, GENERATE, GENERATE_AGAIN, RELAX, RELAX_AGAIN, STALE, YarnsPage
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
@@ -23,6 +23,7 @@ from stitchmesh.app.scene.camera_view import CameraView
 from stitchmesh.app.scene.drawing import Surface, YarnTubes
 from stitchmesh.app.scene.scene import ScreenBox
 from stitchmesh.compute.device import alone
+from stitchmesh.editing.edit import Edit
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.labeling.steps import LabelStep
@@ -217,6 +218,14 @@ def test_yarns_of_other_settings_are_said_to_be_so(generated: Headless):
     wait_for_task(generated)
     assert "other settings" not in generated.controls.text_shown()
     assert generated.project.yarn_settings["cast_on"] == "open"
+
+
+def test_stitches_that_are_edited_meanwhile_get_no_yarns_of_the_stitches_before(generated: Headless):
+    with alone():
+        press(generated, RELAX)
+        call(generated, generated.project.apply_edit, Edit("change_stitch", {"faces": [20], "stitch": "p"}))
+    wait_for_task(generated)
+    assert generated.project.relaxed is None and STALE in generated.notices()
 
 
 def middle_point(shown: Headless) -> tuple[int, np.ndarray]:
