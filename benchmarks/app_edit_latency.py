@@ -9,6 +9,7 @@ front, undoes the edit by its key, and prints the least and the median of the ti
 the machine change the median, and hardly the least:
 
 - *server*: from the event of the click to the last message that the page sends;
+- *scripts*: what the scripts of the page take from the click to the picture;
 - *sent*: from the release of the mouse button in the browser until the browser has the new colours and positions;
 - *drawn*: until the first frame that shows them has been drawn. On a machine without graphics card the browser draws
   in software, which takes most of this time.
@@ -35,7 +36,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate import tessellate
 from tests.app.browser import Rig, rig_on, started_browser
 
-RUNS = 15
+RUNS = 9
 """Number of stitches at which each edit is tried."""
 WATCH = """() => {
   const S = window.stitchmesh, B = window.bench = { clicked: 0, sent: 0, drawn: 0 };
@@ -83,24 +84,32 @@ def middles(fabric: StitchMesh) -> np.ndarray:
     return centre[np.random.default_rng(0).permutation(faces)[:RUNS]]
 
 
-def timed_click(rig: Rig, point: np.ndarray, served: list[float]) -> tuple[float, float, float] | None:
-    """Click, and return the three times [ms]; None if the edit was refused."""
+def script_time(inspector: Any) -> float:
+    """How long scripts of the page have run since it was loaded [ms]."""
+    metrics = inspector.send("Performance.getMetrics")["metrics"]
+    return 1e3 * next(metric["value"] for metric in metrics if metric["name"] == "ScriptDuration")
+
+
+def timed_click(rig: Rig, point: np.ndarray, served: list[float], inspector: Any) -> tuple[float, ...] | None:
+    """Click, and return the four times [ms]; None if the edit was refused."""
     page: Any = rig.browser_page
     before = len(rig.app.project.edits)
     place = rig.on_page(point)
     page.mouse.move(*place)
     page.wait_for_timeout(150)
     served.clear()
+    scripts = script_time(inspector)
     page.mouse.click(*place)
     rig.settle()
     if len(rig.app.project.edits) == before:
         return None
     page.wait_for_function("() => window.bench.drawn > 0")
+    scripts = script_time(inspector) - scripts
     sent, drawn = page.evaluate("() => [bench.sent - bench.clicked, bench.drawn - bench.clicked]")
     rig.key("Control+z")
     rig.wait_for(lambda: len(rig.app.project.edits) == before, "the edit is undone")
     rig.settle()
-    return served[0], sent, drawn
+    return served[0], scripts, sent, drawn
 
 
 def measured_clicks(page: EditPage) -> list[float]:
@@ -140,17 +149,19 @@ def table(rig: Rig, fabric: StitchMesh) -> None:
     served = measured_clicks(page)
     rig.browser_page.evaluate(WATCH)
     print(f"{fabric.face_count} faces, window {rig.browser_page.viewport_size}")
-    print(f"{'least / median, ms':<24}{'server':>16}{'sent':>16}{'drawn':>18}{'runs':>6}")
+    inspector = rig.browser_page.context.new_cdp_session(rig.browser_page)
+    inspector.send("Performance.enable")
+    print(f"{'least / median, ms':<24}{'server':>12}{'scripts':>12}{'sent':>12}{'drawn':>12}{'runs':>6}")
     for name, prepare in CASES:
         if name == "split an edge":
             rig.act("tool", "Loops and edges")
             rig.settle()
         prepare(rig)
         rig.settle()
-        runs = [run for point in middles(fabric) if (run := timed_click(rig, point, served)) is not None]
+        runs = [run for point in middles(fabric) if (run := timed_click(rig, point, served, inspector)) is not None]
         least, middle = np.min(runs, axis=0), np.median(runs, axis=0)
         cells = [f"{one:.0f} / {other:.0f}" for one, other in zip(least, middle, strict=True)]
-        print(f"{name:<24}{cells[0]:>16}{cells[1]:>16}{cells[2]:>18}{len(runs):>6}", flush=True)
+        print(f"{name:<24}" + "".join(f"{cell:>12}" for cell in cells) + f"{len(runs):>6}", flush=True)
 
 
 if __name__ == "__main__":

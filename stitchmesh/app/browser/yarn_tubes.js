@@ -13,6 +13,7 @@
 
   const SLICE = 14; // milliseconds of work between two frames
   const EVERY = 80; // milliseconds between two looks at the cameras and the carriers
+  const FIRST = 500000; // triangles of a scene that moves, before the time of its frames is known
   const RESTS = 600; // milliseconds without motion after which a scene gets all its detail
   const { build } = window.stitchmeshShapes, { eye, choose, adapt, levelsOf } = window.stitchmeshLevels;
 
@@ -123,7 +124,8 @@
     if (!carrier || !carrier.geometry.boundingSphere) return undefined;
     const set = { group, carrier, material: materialOf(carrier), shapes: new Map(), parts: [], version: 0 };
     set.levels = levelsOf(data.levels);
-    set.most = set.moving = data.budget;
+    set.most = data.budget;
+    set.moving = Math.min(data.budget, FIRST);
     for (let copy = 0; copy < data.copies.length; copy += 3) {
       for (let block = 0; block + 1 < data.blocks.length; block++) {
         set.parts.push({ block, copy: Array.from(data.copies.slice(copy, copy + 3)), level: -1, wanted: 0, made: 0 });
@@ -189,7 +191,10 @@
       const seen = `${pose} ${budget} ${set.version}`;
       if (seen !== set.seen) choose(set, where, budget);
       set.seen = seen;
-      busy = work(set, now + SLICE) || busy;
+      const works = work(set, now + SLICE);
+      // A frame is shown as a whole before the scene begins to rest.
+      if (works && budget < set.most) set.changed = now;
+      busy = works || busy;
     }
     if (moves) adapt(sets, now);
     return busy;

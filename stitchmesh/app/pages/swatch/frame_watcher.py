@@ -12,8 +12,9 @@ from stitchmesh.app.task import FRAME_SECONDS
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.session import SwatchSession
 
-URGENT_FRAMES = 3
-"""Number of frames after a change that do not wait for the time of the next frame: the drawing, and how it moves."""
+URGENT_FRAMES = 6
+"""Number of frames after a change that do not wait for the time of the next frame: those that the session was making
+before, the drawing, and how it moves."""
 
 
 class FrameWatcher:
