@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of HTML that pages show: legends, colour bars, tables of figures and verdicts.
+"""Pieces of HTML that pages show: colour bars, tables of figures and boxes with a message.
 
-Colours come from the theme of the browser, so that the pieces suit light and dark panels. A verdict has a sign and a
-word besides its colour, for users who do not see the colour.
+Colours come from the theme of the browser, so that the pieces suit light and dark panels. A message has a mark besides
+its colour, for users who do not see the colour.
 """
 
 from __future__ import annotations
@@ -17,25 +17,19 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.mesh.palette import colour_text
 
-Grade = Literal["good", "fair", "bad"]
-SIGNS: dict[Grade, tuple[str, str]] = {"good": ("✓", "#2b7bb9"), "fair": ("!", "#e08a1e"), "bad": ("✕", "#b0304f")}
-"""Sign and colour of each grade; the colours differ in brightness too."""
+GOOD, DOUBTFUL = "#1f77b4", "#d97706"
+"""Blue and orange, which colour-blind people can tell apart, on light and on dark ground."""
+Kind = Literal["good", "doubtful", "info"]
+MARKS: dict[Kind, tuple[str, str]] = {
+    "good": ("✓", GOOD), "doubtful": ("⚠", DOUBTFUL), "info": ("\N{INFORMATION SOURCE}", "#6b7280"),
+}  # fmt: skip
+"""Mark and colour of each kind of message."""
+BOX = (
+    "border-left:5px solid {colour};background:color-mix(in srgb, {colour} 12%, transparent);"
+    "padding:.4em .6em;font-size:.92em"
+)
+"""Style of a box."""
 SMALL = "font-size:.84em;line-height:1.45"
-
-
-def legend(entries: Iterable[tuple[str, ArrayLike]], title: str = "") -> str:
-    """Return a legend.
-
-    Args:
-        entries: text and sRGB colour of each entry.
-        title: what the colours stand for.
-    """
-    items = "".join(
-        f'<li style="display:inline-flex;align-items:center;gap:.4em;margin:0 .9em .15em 0">{_patch(colour)}'
-        f"{escape(text)}</li>"
-        for text, colour in entries
-    )
-    return f'{_title(title)}<ul style="list-style:none;margin:0;padding:0;{SMALL}">{items}</ul>'
 
 
 def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> str:
@@ -50,7 +44,7 @@ def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> str
     texts = "".join(f"<span>{escape(mark)}</span>" for mark in marks)
     bar = f'<div style="height:.8em;border-radius:3px;background:linear-gradient(90deg,{stops})"></div>'
     row = f'<div style="display:flex;justify-content:space-between;{SMALL}">{texts}</div>'
-    return f'{_title(title)}<div role="img" aria-label="{escape(title or "colour scale")}">{bar}{row}</div>'
+    return f'{section_title(title)}<div role="img" aria-label="{escape(title or "colour scale")}">{bar}{row}</div>'
 
 
 def figures(rows: Iterable[tuple[str, str]], title: str = "") -> str:
@@ -60,21 +54,17 @@ def figures(rows: Iterable[tuple[str, str]], title: str = "") -> str:
         f'<td style="text-align:right;font-variant-numeric:tabular-nums">{escape(value)}</td></tr>'
         for name, value in rows
     )
-    return f'{_title(title)}<table style="width:100%;border-collapse:collapse;{SMALL}"><tbody>{lines}</tbody></table>'
+    table = f'<table style="width:100%;border-collapse:collapse;{SMALL}"><tbody>{lines}</tbody></table>'
+    return section_title(title) + table
 
 
-def verdict(grade: Grade, text: str) -> str:
-    """Return a sentence with the sign and the colour of a grade."""
-    sign, colour = SIGNS[grade]
-    mark = f'<span aria-hidden="true" style="font-weight:700;color:{colour};margin-right:.5em">{sign}</span>'
-    style = f"border-left:4px solid {colour};padding:.3em .6em;margin:.2em 0;{SMALL}"
-    return f'<div role="status" style="{style}">{mark}{escape(text)}</div>'
+def message(text: str, kind: Kind) -> str:
+    """Return a box with a sentence and the mark and colour of its kind."""
+    mark, colour = MARKS[kind]
+    style = BOX.format(colour=colour)
+    return f'<div role="status" style="{style}"><span aria-hidden="true">{mark}</span> {escape(text)}</div>'
 
 
-def _patch(colour: ArrayLike) -> str:
-    style = f"width:.95em;height:.95em;border-radius:3px;border:1px solid #0004;background:{colour_text(colour)}"
-    return f'<span aria-hidden="true" style="{style};flex:none"></span>'
-
-
-def _title(title: str) -> str:
+def section_title(title: str) -> str:
+    """Return a title; an empty text for no title."""
     return f'<div style="font-weight:600;margin:.2em 0 .15em;{SMALL}">{escape(title)}</div>' if title else ""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from stitchmesh.app.controls.html_pieces import section_title
 from stitchmesh.app.scene.drawing import Colour
 
 SQUARE = 14
@@ -28,14 +29,20 @@ class LegendEntry:
     """Whether the mark is a line instead of a square."""
 
 
-def legend(entries: Sequence[LegendEntry]) -> str:
-    """Return a legend as HTML, a list with one item for each entry."""
+def legend(entries: Sequence[LegendEntry], title: str = "") -> str:
+    """Return a legend as HTML, a list with one item for each entry; ``title`` says what the colours stand for."""
     items = "".join(
         f'<li style="display:flex;align-items:center;gap:.5em;margin:.1em 0">{_mark(entry)}'
         f"<span>{escape(entry.text)}</span></li>"
         for entry in entries
     )
-    return f'<ul aria-label="Legend" style="list-style:none;margin:0;padding:0;font-size:.86em">{items}</ul>'
+    style = "list-style:none;margin:0;padding:0;font-size:.86em"
+    return f'{section_title(title)}<ul aria-label="Legend" style="{style}">{items}</ul>'
+
+
+def legend_of_key(key: Sequence[tuple[str, Colour]], title: str = "") -> str:
+    """Return the legend of texts with one colour each, such as the key of a picture (``render.colouring``)."""
+    return legend([LegendEntry(text, (colour,)) for text, colour in key], title)
 
 
 def _mark(entry: LegendEntry) -> str:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import RunPanel
-from stitchmesh.app.pages.verdict_html import message_html, verdict_html
+from stitchmesh.app.pages.verdict_html import verdict_html
 from stitchmesh.app.scene.size_map import SizeMap, edges, legend_html, outline
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import StitchMesh
@@ -190,7 +191,7 @@ class EvenOutPage(Page):
     def _verdict_content(self) -> str:
         evened = self.app.project.evened
         if evened is None:
-            return message_html(NEXT, "info")
+            return message(NEXT, "info")
         verdict = evenness_verdict(evened)
         box = verdict_html(verdict, "The stitches are even", "Some rows are uneven; click one to see it", action="rows")
         return unfinished_html(self.app.project) + box
@@ -235,5 +236,5 @@ def unfinished_html(project: Project) -> str:
     report = MeshRelaxReport(**kept)
     if report.stopped:
         text = f"You stopped after {report.iterations} iterations, before the stitches were even; start again to go on."
-        return message_html(text, "doubtful")
-    return message_html(not_converged(report), "doubtful")
+        return message(text, "doubtful")
+    return message(not_converged(report), "doubtful")

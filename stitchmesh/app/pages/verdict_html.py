@@ -6,26 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
-from typing import Literal
 
+from stitchmesh.app.controls.html_pieces import BOX, DOUBTFUL, message
 from stitchmesh.reporting.figures import Figure
 from stitchmesh.reporting.verdict import Verdict
 
-GOOD, DOUBTFUL = "#1f77b4", "#d97706"
-"""Blue and orange, which colour-blind people can tell apart, on light and on dark ground."""
-Kind = Literal["good", "doubtful", "info"]
-MARKS: dict[Kind, tuple[str, str]] = {
-    "good": ("&#10003;", GOOD), "doubtful": ("&#9888;", DOUBTFUL), "info": ("&#8505;", "#6b7280"),
-}  # fmt: skip
-"""Mark and colour of each kind of box."""
-BOX = (
-    "border-left:5px solid {colour};background:color-mix(in srgb, {colour} 12%, transparent);"
-    "padding:.4em .6em;font-size:.92em"
-)
 MOST = 4
 """Largest number of findings in a box; the first ones are the most important."""
 LIST = "margin:.3em 0 0;padding-left:1.1em"
-LINK = "all:unset;vertical-align:top;vertical-align:top;cursor:pointer;text-decoration:underline dotted"
+LINK = "all:unset;vertical-align:top;cursor:pointer;text-decoration:underline dotted"
 """Style of a finding that can be clicked."""
 
 
@@ -39,19 +28,13 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
         action: name of the action that a click on a finding calls with the number of the finding; None for none.
     """
     if verdict.good:
-        return message_html(f"{good}: {verdict.praise}.", "good")
+        return message(f"{good}: {verdict.praise}.", "good")
     shown = [_clickable(_sentence(str(found)), number, action) for number, found in enumerate(verdict.findings[:MOST])]
     if len(verdict.findings) > MOST:
         shown.append(f"And {len(verdict.findings) - MOST} more, which are less important.")
     items = "".join(f"<li>{item}</li>" for item in shown)
     style = BOX.format(colour=DOUBTFUL)
     return f'<div role="status" style="{style}"><b>&#9888; {escape(doubtful)}</b><ul style="{LIST}">{items}</ul></div>'
-
-
-def message_html(text: str, kind: Kind) -> str:
-    """Return a box with a text."""
-    mark, colour = MARKS[kind]
-    return f'<div role="status" style="{BOX.format(colour=colour)}">{mark} {escape(text)}</div>'
 
 
 def figures_html(figures: Sequence[Figure]) -> str:

@@ -8,14 +8,15 @@ from xml.etree import ElementTree
 
 import pytest
 
-from stitchmesh.app.controls.html_pieces import colour_bar, figures, legend, verdict
+from stitchmesh.app.controls.html_pieces import colour_bar, figures, message
+from stitchmesh.app.controls.legend import legend_of_key
 
 HOSTILE = '<script>alert(1)</script> & "quotes"'
 PIECES = {
-    "legend": legend([(HOSTILE, (10, 20, 30)), ("knit", (1, 2, 3))], HOSTILE),
+    "legend": legend_of_key([(HOSTILE, (10, 20, 30)), ("knit", (1, 2, 3))], HOSTILE),
     "colour_bar": colour_bar([[0, 0, 0], [255, 255, 255]], [HOSTILE, "1"], HOSTILE),
     "figures": figures([(HOSTILE, HOSTILE)], HOSTILE),
-    "verdict": verdict("bad", HOSTILE),
+    "message": message(HOSTILE, "doubtful"),
 }
 
 
@@ -26,10 +27,10 @@ def test_a_piece_is_well_formed_and_shows_texts_as_they_are(name):
     assert tree.find(".//script") is None
 
 
-def test_grades_differ_without_colour():
-    signs = {"".join(ElementTree.fromstring(verdict(grade, "")).itertext()) for grade in ("good", "fair", "bad")}
-    assert len(signs) == 3
+def test_messages_of_different_kinds_differ_without_colour():
+    marks = {"".join(ElementTree.fromstring(message("", kind)).itertext()) for kind in ("good", "doubtful", "info")}
+    assert len(marks) == 3
 
 
 def test_the_colours_of_a_legend_are_those_of_the_entries():
-    assert "#0a141e" in PIECES["legend"] and "#000000,#ffffff" in PIECES["colour_bar"]
+    assert "rgb(10, 20, 30)" in PIECES["legend"] and "#000000,#ffffff" in PIECES["colour_bar"]

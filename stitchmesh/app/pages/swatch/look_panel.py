@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.controls.html_pieces import legend
+from stitchmesh.app.controls.legend import legend_of_key
 from stitchmesh.app.pages.swatch.state import COLOURINGS, MOST_TILES, Look
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign
@@ -51,7 +51,7 @@ class LookPanel:
         """
         several = len(legends) > 1
         self._legend.content = "".join(
-            legend(entries, f"Colours of {name}" if several else "") for name, entries in legends if entries
+            legend_of_key(entries, f"Colours of {name}" if several else "") for name, entries in legends if entries
         )
 
     def show(self, design: SwatchDesign, look: Look) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from html import escape
 
 from stitchmesh.app.controls.controls import Controls
-from stitchmesh.app.controls.html_pieces import verdict
+from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.periodic.gauge import FabricMeasures
 from stitchmesh.periodic.session.frames import Frame
@@ -77,7 +77,7 @@ def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
 def _state(variant: Variant, several: bool) -> str:
     text, wrong = state_of(variant)
     named = f"{variant.name}: {text}" if several else text
-    return verdict("bad", named) if wrong else f'<p class="sm-state" role="status">{escape(named)}</p>'
+    return message(named, "doubtful") if wrong else f'<p class="sm-state" role="status">{escape(named)}</p>'
 
 
 def _table(variants: Sequence[Variant], several: bool) -> str:

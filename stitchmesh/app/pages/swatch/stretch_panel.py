@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.controls.html_pieces import verdict
+from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.task import Task, TaskControl
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPoint, stretch_test
 from stitchmesh.periodic.swatch_design import SwatchDesign
@@ -113,7 +113,7 @@ class StretchPanel:
         self._show_running(False)
         self._save.visible = True
         self._show([Curve(name, curve.points, curve.direction) for name, curve in curves])
-        self._snaps.content = "".join(verdict("fair", text) for text in snap_texts(curves))
+        self._snaps.content = "".join(message(text, "doubtful") for text in snap_texts(curves))
 
     def _failed(self, error: Exception | None) -> None:
         if not self._left:

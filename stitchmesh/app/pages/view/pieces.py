@@ -8,7 +8,8 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from stitchmesh.app.controls.html_pieces import colour_bar, legend
+from stitchmesh.app.controls.html_pieces import colour_bar
+from stitchmesh.app.controls.legend import legend_of_key
 from stitchmesh.app.pages.view.viewed import Viewed
 from stitchmesh.render.colouring import Coloured
 
@@ -32,7 +33,7 @@ def list_of_results(names: Sequence[str], chosen: str) -> str:
 def legend_of(coloured: Coloured) -> str:
     """Return the legend of colours as HTML: names, or a bar for numbers; an empty text where they need none."""
     if coloured.scale is None:
-        return legend(coloured.key) if coloured.key else ""
+        return legend_of_key(coloured.key) if coloured.key else ""
     numbers, units = zip(*(text.split(" ", 1) for text, _ in reversed(coloured.key)), strict=True)
     return colour_bar(coloured.scale.table(9), numbers, units[0])
 

@@ -9,10 +9,11 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import RunPanel
-from stitchmesh.app.pages.verdict_html import figures_html, message_html, verdict_html
+from stitchmesh.app.pages.verdict_html import figures_html, verdict_html
 from stitchmesh.app.pages.yarns.body_panel import BodyPanel
 from stitchmesh.app.pages.yarns.choices import Choices
 from stitchmesh.app.pages.yarns.energy_plot import Assessed, energy_plot
@@ -145,7 +146,7 @@ class YarnsPage(Page):
             "generating the yarns", lambda task: generate_yarns(fabric, **arguments), done, lambda error: self._after()
         )
         self._show_buttons()
-        self._verdict.content = message_html("Generating the yarns.", "info")
+        self._verdict.content = message("Generating the yarns.", "info")
 
     def relax(self) -> None:
         """Relax the generated yarns."""
@@ -255,11 +256,11 @@ class YarnsPage(Page):
     def _verdict_content(self) -> str:
         project = self.app.project
         if project.yarns is None:
-            return message_html("There are no yarns yet. Generate them above.", "info")
+            return message("There are no yarns yet. Generate them above.", "info")
         amount = self._amount(project.relaxed or project.yarns)
         if project.report is None:
             interrupted = " The relaxation was interrupted; it can be continued." if self._is_unfinished() else ""
-            return self._changed_note() + message_html(f"{amount} Not relaxed yet.{interrupted}", "info")
+            return self._changed_note() + message(f"{amount} Not relaxed yet.{interrupted}", "info")
         evened = project.settings("Even out").get("report")
         verdict = relaxation_verdict(project.report, mesh_converged=evened is None or bool(evened["converged"]))
         box = verdict_html(verdict, "Good", "Not good yet")
@@ -270,7 +271,7 @@ class YarnsPage(Page):
         made = self.app.project.yarn_settings
         if made is None or made == self.settings.generation():
             return ""
-        return message_html(OTHER_SETTINGS, "doubtful")
+        return message(OTHER_SETTINGS, "doubtful")
 
     def _amount(self, yarns: YarnSet) -> str:
         """Return how much yarn there is, as a sentence."""
@@ -308,7 +309,7 @@ class YarnsPage(Page):
             self.app.tasks.start("finding the colours", lambda task: work(), done, lambda error: self._after())
         finally:  # If a task runs, the list shows what the colours still mean.
             self._show_legend()
-        self._legend.content = message_html(f"Finding the colours of {colouring.lower()}.", "info")
+        self._legend.content = message(f"Finding the colours of {colouring.lower()}.", "info")
         self._show_buttons()
 
     def _take_colours(self, colouring: str, coloured: Coloured) -> None:
