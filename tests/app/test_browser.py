@@ -95,3 +95,43 @@ def test_an_error_becomes_a_notice_and_no_fault(sampler):
 def test_a_fault_in_the_page_fails_the_test(sampler):
     with pytest.raises(AssertionError, match=re.escape("console: broken")), sampler() as rig:
         rig.browser_page.evaluate("() => console.error('broken')")
+
+
+def test_a_turned_camera_stays_while_pages_show_the_same_thing_and_a_named_view_places_it(sampler):
+    with sampler() as rig:
+        points = tube(12, 4).vertices
+        low, high = points.min(axis=0), points.max(axis=0)
+        width, height = 300.0, 120.0
+        rig.browser_page.mouse.move(300, 350)
+        rig.browser_page.mouse.down()
+        rig.browser_page.mouse.move(300 + width, 350 + height, steps=6)
+        rig.browser_page.mouse.up()
+        rig.wait_for(lambda: abs(front_of(rig)) < 0.9)
+        turned = resting_camera(rig)
+        rig.app.post(rig.app.scene.look_at, 1.01 * low, high)
+        rig.settle()
+        np.testing.assert_allclose(rig.app.scene.cameras()[0].position, turned, rtol=1e-6)
+        rig.app.post(rig.app.scene.look_at, low, high, "front")
+        rig.wait_for(lambda: front_of(rig) > 0.99)
+        rig.app.post(rig.app.scene.look_at, 2.0 * low, 2.0 * high)
+        rig.wait_for(lambda: np.linalg.norm(rig.app.scene.cameras()[0].position - turned) > 1.0)
+
+
+def resting_camera(rig):
+    """The position of the camera when it has come to rest; viser lets a turned camera swing out."""
+    seen = [np.full(3, np.nan)]
+
+    def rests():
+        rig.browser_page.wait_for_timeout(300)
+        seen.append(rig.app.scene.cameras()[0].position)
+        return np.array_equal(seen[-1], seen[-2])
+
+    rig.wait_for(rests)
+    return seen[-1]
+
+
+def front_of(rig):
+    """The cosine of the angle between the front and the direction from the thing to the camera."""
+    points = tube(12, 4).vertices
+    away = rig.app.scene.cameras()[0].position - 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return float(away[2] / np.linalg.norm(away))

@@ -35,9 +35,9 @@ class NullScene:
         """Forget all drawings."""
         self.drawings.clear()
 
-    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName = "front") -> None:
+    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName | None = None) -> None:
         """Remember the box."""
-        self.shown = low, high, view
+        self.shown = low, high, view or "front"
 
     def cameras(self) -> list[CameraView]:
         """Return the cameras that were set."""

@@ -68,8 +68,12 @@ class Scene(Protocol):
     def clear(self) -> None:
         """Remove all drawings."""
 
-    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName = "front") -> None:
-        """Show a box, corners of shape (3,), in the whole window of each browser, present or to come."""
+    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName | None = None) -> None:
+        """Show a box, corners of shape (3,), in the whole window of each browser, present or to come.
+
+        Without a view the box is seen from the front, and cameras that show nearly the same box already stay as the
+        users turned them.
+        """
 
     def cameras(self) -> list[CameraView]:
         """Return the cameras of the browsers that are connected."""

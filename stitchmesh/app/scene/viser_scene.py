@@ -33,6 +33,8 @@ VIEWS: dict[ViewName, tuple[float, float, float]] = {
 """Direction from the thing to the camera, in each view."""
 RESHAPED = 0.02
 """Change of the width of the window over its height from which the camera is placed again."""
+ALIKE = 0.1
+"""Largest difference of two boxes, over the size of the box, for which cameras stay as users turned them."""
 ANSWER_SECONDS = 30.0
 """Longest time for which a picture of a browser is awaited."""
 
@@ -87,9 +89,12 @@ class ViserScene:
             for name in list(self._shown):
                 self.remove(name)
 
-    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName = "front") -> None:
+    def look_at(self, low: FloatArray, high: FloatArray, view: ViewName | None = None) -> None:
         """Show a box; see ``Scene``."""
-        self._box = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64), view
+        box = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+        if view is None and self._box is not None and _are_alike(box, self._box[:2]):
+            return
+        self._box = *box, view or "front"
         for client in self._server.get_clients().values():
             self._place_camera(client)
 
@@ -248,6 +253,12 @@ class ViserScene:
         """Send all colours to a browser that has just connected."""
         for shown in list(self._shown.values()):
             self._send_colours(shown, client)
+
+
+def _are_alike(box: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> bool:
+    """Whether two boxes differ by a small part of their size only."""
+    most = ALIKE * max(float((box[1] - box[0]).max()), 1e-3)
+    return all(bool(np.abs(corner - its).max() <= most) for corner, its in zip(box, other, strict=True))
 
 
 def view_of(client: viser.ClientHandle) -> CameraView:

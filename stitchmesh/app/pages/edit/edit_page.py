@@ -226,7 +226,7 @@ class EditPage(Page):
     def _look_from(self, words: str) -> None:
         self._fit_view(self.session.fabric, VIEWS[words])
 
-    def _fit_view(self, fabric: StitchMesh, view: ViewName = "front") -> None:
+    def _fit_view(self, fabric: StitchMesh, view: ViewName | None = None) -> None:
         self.app.scene.look_at(fabric.vertices.min(axis=0), fabric.vertices.max(axis=0), view)
 
     def _show_state(self) -> None:
