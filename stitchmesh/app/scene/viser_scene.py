@@ -287,9 +287,9 @@ def _vertices(surface: Surface) -> NDArray[np.float32]:
 
 
 def _light(server: viser.ViserServer) -> None:
-    """Light the scene from the front and from above, without shadows, so that colours keep their meaning."""
+    """Light the scene from the upper left, so that yarns look round, but without shadows, which would change colours."""
     server.scene.configure_default_lights(enabled=False)
     server.scene.configure_environment_map(hdri=None)
-    server.scene.add_light_ambient("/light/ambient", intensity=1.7)
-    server.scene.add_light_directional("/light/front", intensity=1.6, position=(0.4, 0.7, 1.0))
+    server.scene.add_light_ambient("/light/ambient", intensity=1.1)
+    server.scene.add_light_directional("/light/front", intensity=2.3, position=(-0.6, 0.9, 0.8))
     server.scene.add_light_directional("/light/back", intensity=1.0, position=(-0.5, 0.5, -1.0))
