@@ -287,7 +287,7 @@ def _vertices(surface: Surface) -> NDArray[np.float32]:
 
 
 def _light(server: viser.ViserServer) -> None:
-    """Light the scene from the upper left, so that yarns look round, but without shadows, which would change colours."""
+    """Light the scene from the upper left, so that yarns look round, without shadows, which change colours."""
     server.scene.configure_default_lights(enabled=False)
     server.scene.configure_environment_map(hdri=None)
     server.scene.add_light_ambient("/light/ambient", intensity=1.1)
