@@ -131,12 +131,26 @@ class App:
         return page if page in PAGES else next(iter(PAGES))
 
     def close(self) -> None:
-        """End the task, save the project, and end all connections."""
+        """End the task, save the project, and end all connections.
+
+        Raises:
+            FileError: the disk refuses the project.
+        """
+        refused: list[StitchMeshError] = []
         self.tasks.cancel()
         self.queue.post(self._close_page)
-        self.queue.post(self.project.close)
+        self.queue.post(self._save_last, refused)
         self.queue.stop()
         self.front.close()
+        if refused:
+            raise refused[0]
+
+    def _save_last(self, refused: list[StitchMeshError]) -> None:
+        """Save and close the project; an error is kept, because nobody sees a notice any more."""
+        try:
+            self.project.close()
+        except StitchMeshError as error:
+            refused.append(error)
 
     def _watch_project(self) -> None:
         """Say it when the project cannot be saved, and when it can be saved again."""

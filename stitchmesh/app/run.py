@@ -62,10 +62,10 @@ def run_app(
         if options.browser:
             webbrowser.open(opened.address)
         _wait_for_end()
-        say(f"the application has ended; {project.name} is saved")
     finally:
         app.close()
         opened.stop()
+    say(f"the application has ended; {app.project.name} is saved")
 
 
 def opening_lines(opened: OpenServer, options: RunOptions, project: Project) -> list[str]:

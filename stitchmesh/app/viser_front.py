@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 from typing import Any
 
 import numpy as np
@@ -103,7 +105,8 @@ class ViserFront:
 
     def close(self) -> None:
         """End all connections."""
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):  # Viser prints a line.
+            self.server.stop()
 
     def _post(self, name: str, *arguments: object) -> None:
         """Call a function of the listener in the event thread."""

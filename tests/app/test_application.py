@@ -14,7 +14,7 @@ from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Lines
 from stitchmesh.app.scene.scene import Pick
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import FileError, ParameterError
 
 
 class Plain(Page):
@@ -131,3 +131,18 @@ def test_the_navigation_opens_pages_and_marks_the_open_one(app):
     assert shown.index('aria-current="page"') > shown.index('data-value="Divide"')
     do(app, app.front.navigation.act, "section", "Garment")
     assert isinstance(app.page, Later), "a section opens on the page on which it was left"
+
+
+def test_a_project_that_the_disk_refuses_at_the_end_is_an_error_after_everything_has_ended(tmp_path, monkeypatch):
+    app = App(Project.create(tmp_path / "hat"), NullFront())
+    closed, ended = app.project.close, []
+
+    def refuse():
+        closed()
+        raise FileError("project.json: cannot be written (No space left on device)")
+
+    monkeypatch.setattr(app.project, "close", refuse)
+    monkeypatch.setattr(app.front, "close", lambda: ended.append(True))
+    with pytest.raises(FileError, match="No space left"):
+        app.close()
+    assert ended == [True]
