@@ -56,6 +56,7 @@ class Runs:
     def wait_for(self, condition: Any) -> None:
         while not condition():
             self.queue.settle(SAFETY)
+        self.queue.settle(SAFETY)  # The condition may hold in the middle of an event.
 
 
 @pytest.fixture

@@ -99,6 +99,7 @@ def test_a_paused_relaxation_is_shown_stepped_and_stopped_with_what_was_shown_la
     run = page._run
     while run.newest is None or run.newest.iteration < 1:
         shown.app.queue.settle()
+    shown.app.queue.settle()  # The snapshot is kept before it is drawn.
     assert shown.scene.drawings["fabric"] is not surface
     assert "Paused: iteration 1," in shown.controls.text_shown()
     press(shown, "Stop")

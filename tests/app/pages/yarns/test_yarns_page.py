@@ -83,6 +83,7 @@ def paused_at(shown: Headless, steps: int, button: str = RELAX) -> Any:
     run.control.step(steps)
     while run.newest is None or run.newest.iteration < 20 * steps:
         shown.app.queue.settle()
+    shown.app.queue.settle()  # The snapshot is kept before it is drawn.
     return run
 
 
