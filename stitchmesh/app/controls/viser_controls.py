@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
@@ -171,7 +171,7 @@ class ViserControls:
         """Add a button."""
         with self._place():
             handle = self._server.gui.add_button(label, hint=hint, color=BLUE if main else GREY)
-        handle.on_click(lambda event: self._post(event, run))
+        handle.on_click(self._in_order(run))
         self._bridge.set_hint(handle._impl.uuid, hint)
         return self._keep(handle)
 
@@ -220,7 +220,7 @@ class ViserControls:
         """Add buttons in one row."""
         with self._place():
             handle = self._server.gui.add_button_group(label, tuple(options), hint=hint)
-        handle.on_click(lambda event: self._post(event, pressed, event.target.value))
+        handle.on_click(self._in_order(pressed, lambda event: (event.target.value,)))
         return self._keep(handle)
 
     def text(
@@ -270,9 +270,9 @@ class ViserControls:
         with self._place():
             handle = self._server.gui.add_upload_button(label, hint=hint, mime_type=",".join(suffixes), color=GREY)
 
-        def post(event: viser.GuiEvent) -> None:
+        async def post(event: viser.GuiEvent) -> None:
             file = event.target.value
-            time.sleep(UPLOAD_NOTICE_SECONDS)
+            await asyncio.sleep(UPLOAD_NOTICE_SECONDS)
             self._post(event, received, file.name, file.content)
 
         handle.on_upload(post)
@@ -301,7 +301,7 @@ class ViserControls:
         held: Any = MODIFIERS[modifier]
         key: Any = hotkey
         handle = self._server.gui.add_command(label, description=hint, hotkey=key, modifier=held)
-        handle.on_trigger(lambda event: self._post(event, run))
+        handle.on_trigger(self._in_order(run))
         control = ViserControl(handle)
         self._made.append(control)
         return control
@@ -331,6 +331,19 @@ class ViserControls:
 
     def _act(self, action: Callable[[str, str], object], message: dict[str, Any], client: int | None) -> None:
         self._queue.post(self._call_for, client, action, str(message.get("action", "")), str(message.get("value", "")))
+
+    def _in_order(
+        self, function: Callable[..., object], arguments: Callable[[Any], tuple[object, ...]] = lambda _: ()
+    ) -> Callable[[Any], Coroutine[Any, Any, None]]:
+        """Return what viser calls with an event, so that the function is called with what the event says.
+
+        It is asynchronous: viser awaits such functions in the order of the messages, and runs others in many threads.
+        """
+
+        async def post(event: Any) -> None:
+            self._post(event, function, *arguments(event))
+
+        return post
 
     def _post(self, event: Any, function: Callable[..., object], *arguments: object) -> None:
         """Post a call that an event of a browser asked for."""
