@@ -10,7 +10,7 @@ from typing import Any, Literal
 from stitchmesh.errors import ParameterError, described
 
 Precision = Literal["float32", "float64"]
-Solver = Literal["quasistatic", "dynamics"]
+Solver = Literal["quasistatic", "dynamics", "newton"]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
+from stitchmesh.yarnrelax.solvers.solver import Progress
 
 NARROWEST_MARGIN = 0.3
 """Margin of the candidate lists where motion is slow, in mean radii."""
@@ -89,8 +89,9 @@ class RelaxationLoop:
             SolverError: the only piece cannot continue.
         """
         chosen = np.ones(len(self.last), dtype=bool) if cells is None else cells
-        self.iterate(int(ASSESSMENT_INTERVAL), chosen)
-        self.iteration += int(ASSESSMENT_INTERVAL)
+        interval = self.simulation.solver.interval
+        self.iterate(interval, chosen)
+        self.iteration += interval
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
         good = chosen & [self._is_acceptable(cell, now, kinetic_energy) for cell, now in enumerate(found)]
         for cell in np.flatnonzero(good).tolist():
@@ -113,7 +114,10 @@ class RelaxationLoop:
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
             self.lists_age += int((progress.done - done).max())
             done, since_search = progress.done, since_search + launched
-            if _wait_is_over(progress, wanted, since_search):
+            if self.simulation.solver.interval == 1:
+                self.search_contacts()
+                since_search = 0
+            elif _wait_is_over(progress, wanted, since_search):
                 self.search_contacts(self._fitting_margin())
                 since_search = 0
             elif self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin:
@@ -132,7 +136,9 @@ class RelaxationLoop:
         """Accept the current states of some cells, and let their steps become longer again."""
         self.simulation.accept(cells)
         if (self.step_scale[cells] < 1.0).any():
-            self.step_scale[cells] = np.minimum(self.step_scale[cells] * RECOVERY, 1.0)
+            self.step_scale[cells] = np.minimum(
+                self.step_scale[cells] * (2.0 if self.simulation.solver.interval == 1 else RECOVERY), 1.0
+            )
             self.simulation.solver.set_step_scale(self.step_scale)
 
     def step_back(self, cells: NDArray[np.bool_]) -> None:
@@ -162,6 +168,8 @@ class RelaxationLoop:
     @property
     def at_rest(self) -> NDArray[np.bool_]:
         """Whether both conditions of ``convergence`` hold in each cell, shape (C,)."""
+        if self.simulation.solver.interval == 1:
+            return self.simulation.solver.at_rest(self.tolerance)
         pairs = zip(self.last, self.energy_fall.tolist(), strict=True)
         return np.array([has_converged(now.residual, fall, self.tolerance) for now, fall in pairs])
 

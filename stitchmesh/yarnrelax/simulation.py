@@ -38,6 +38,7 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_cells
 from stitchmesh.yarnrelax.solvers import solver_named
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
+from stitchmesh.yarnrelax.solvers.newton import Newton
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInputs
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
@@ -139,6 +140,7 @@ class YarnSimulation:
     def discard_launches(self) -> None:
         """Forget all captured launches: an array that they name was replaced."""
         self._iterations: CapturedLaunches | None = None
+        self._prepared = False
         self._assessor: Assessor | None = None
 
     @property
@@ -166,6 +168,18 @@ class YarnSimulation:
 
     def iterate(self) -> int:
         """Launch some iterations; return their number."""
+        if isinstance(self.solver, Newton):
+            if not self._prepared:
+                model, state = self.model, self.state
+                forces = force_launches(
+                    model, state, self.candidates, self.terms, self.point_stiffness, model.prepare
+                )
+                for constraint in self.constraints:
+                    forces += constraint.filter_forces(state.force, model.prepare)
+                self.solver.prepare(self.inputs, forces)
+                self._prepared = True
+            self.solver.step()
+            return 1
         self.iterations.launch()
         return self.graph_iterations
 

@@ -170,6 +170,24 @@ def put_strain_force(
     preconditioner[entry] = give
 
 
+@kernel
+def put_strain_forces(
+    # model
+    first_entry: int,
+    # state in and out
+    strains: Any,
+    # state out
+    force: wp.array[Any],
+    stiffness: wp.array[Any],
+    preconditioner: wp.array[Any],
+) -> None:
+    """The forces on the strains of each cell and their preconditioner; one block for each cell."""
+    cell, lane = wp.tid()
+    sum_of_blocks(strains.parts[cell], lane, wp.block_dim(), strains.totals[cell])
+    if lane == 0:
+        put_strain_force(cell, first_entry + cell, strains, force, stiffness, preconditioner)
+
+
 @wp.func
 def deformed(place: Any, e1: Any, e2: Any, strain: Any) -> Any:
     """A place after a further strain (a, b, c) of its cell."""
@@ -281,6 +299,13 @@ class CellStrain:
         return launcher(
             gather_strain_forces, self.model.cell_count * self.blocks, inputs, [self.parts], tile=self.threads
         )
+
+    def force_launches(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """The launches that leave the forces on the strains and their preconditioners in their entries."""
+        outputs = [self.struct(candidates), state.force, state.stiffness, state.preconditioner]
+        cells = self.model.cell_count
+        put = launcher(put_strain_forces, cells, [self.model.point_count, *outputs], [], tile=self.threads)
+        return [self.gather_launch(state, launcher), put]
 
     def clear_launches(self) -> list[Any]:
         """The launches that set the sums over terms to zero."""

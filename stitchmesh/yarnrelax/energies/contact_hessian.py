@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The second derivatives of contact: the pairs of samples that touch, and the stiffness of each.
+
+A pair at the distance d < R has the energy E(d) of ``contact``. By the vector from one sample to the other, with the
+unit vector n along it, the second derivative is
+
+    E'' n n^T + E' / d (I - n n^T)  =  a a^T - b I,        b = - E' / d > 0,    a = sqrt(E'' + b) n
+
+The part b makes it indefinite: a pair that is pressed could also turn aside. Far from rest b is left out (``exact``).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.vector_loads import load_vector
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.contact import contact_force_scale
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, sample_number
+from stitchmesh.yarnrelax.model.spline import from_entry
+
+
+@kernel
+def find_touching_pairs(
+    # model
+    model: Any,
+    # state in
+    exact: wp.array[wp.int32],
+    samples: wp.array[Any],
+    candidate_count: wp.array[wp.int32],
+    candidates: wp.array2d[wp.int32],
+    # state out
+    touching_count: wp.array[wp.int32],
+    touching: wp.array2d[wp.int32],
+    stiffness: wp.array2d[Any],
+) -> None:
+    """The entries of each sample's list that touch it, in their order; of each the vector a and the number b."""
+    p = wp.tid()
+    here = load_vector(samples, p)
+    own = model.sample_stiffness[p]
+    wanted = exact[cell_of_sample(model.images, p)]
+    found = int(0)
+    for c in range(candidate_count[p]):
+        entry = candidates[p, c]
+        gap = from_entry(model.images, samples, p, here, entry)
+        distance2 = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
+        reach2 = gap[3] * gap[3]
+        if distance2 < reach2:
+            weight = own * model.sample_weight[sample_number(model.images, entry)]
+            push, stiff, inverse = contact_force_scale(distance2, reach2, weight)
+            if wanted == 0:
+                push = push - push
+            size = wp.sqrt((stiff + push) * inverse)
+            touching[p, found] = entry
+            stiffness[p, found] = type(here)(gap[0] * size, gap[1] * size, gap[2] * size, push)
+            found += 1
+    touching_count[p] = found
+
+
+class TouchingPairs:
+    """The pairs that touch, on a device."""
+
+    def __init__(self, model: Model, candidates: Candidates) -> None:
+        """Allocate room for as many pairs as the candidate lists hold."""
+        self.model, self.candidates = model, candidates
+        self.count = wp.zeros(model.sample_count, dtype=wp.int32, device=model.device)
+        """Number of samples that touch each sample, shape (P,)."""
+        self.entries = _lists_like(candidates.lists, wp.int32)
+        """Their entries, as in the candidate lists, shape (P, capacity)."""
+        self.stiffness = _lists_like(candidates.lists, vector(4, model.scalar))
+        """The vector a and the number b of each pair [erg^(1/2) / unit, erg / unit^2], shape (P, capacity)."""
+
+    def launch(self, exact: wp.array[Any], samples: wp.array[Any], launcher: Launcher) -> Any:
+        """The launch that finds the pairs."""
+        inputs = [self.model.constants, exact, samples, self.candidates.count, self.candidates.lists]
+        outputs = [self.count, self.entries, self.stiffness]
+        return launcher(find_touching_pairs, self.model.sample_count, inputs, outputs)
+
+
+def _lists_like(lists: wp.array[Any], dtype: Any) -> wp.array[Any]:
+    """An array of the shape and the order in memory of candidate lists."""
+    if lists.device.is_cuda:
+        return wp.zeros(lists.shape[::-1], dtype=dtype, device=lists.device).transpose()
+    return wp.zeros(lists.shape, dtype=dtype, device=lists.device)
