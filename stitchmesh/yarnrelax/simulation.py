@@ -130,7 +130,7 @@ class YarnSimulation:
     @property
     def inputs(self) -> SolverInputs:
         """What the solver works on."""
-        return SolverInputs(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain)
+        return SolverInputs(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain, self.terms)
 
     @property
     def noise(self) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ E x by the positions is left out: it vanishes where no force is left.
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +30,7 @@ from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact_hessian import TouchingPairs
 from stitchmesh.yarnrelax.energies.evaluation import leg_forces_on, sample_forces_on
 from stitchmesh.yarnrelax.energies.segment_hessian import leg_hessian_launch
+from stitchmesh.yarnrelax.energies.term import Term
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners, weight_row
@@ -165,7 +167,6 @@ def gather_product(
     # state in
     leg_product: wp.array2d[Any],
     sample_product: wp.array[Any],
-    external_product: wp.array[Any],
     # state out
     product: wp.array[Any],
 ) -> None:
@@ -179,8 +180,6 @@ def gather_product(
         if s >= 0:
             total += leg_forces_on(leg_product, s, slot)
             contact += sample_forces_on(model, sample_product, s, slot)
-    if external_product.shape[0] > 0:
-        total += external_product[i]
     product[i] = total + type(total)(contact[0], contact[1], contact[2])
 
 
@@ -239,7 +238,9 @@ def put_strain_products(
 class Hessian:
     """The matrices of the current state and the arrays of a product."""
 
-    def __init__(self, model: Model, state: State, candidates: Candidates, strain: Any = None) -> None:
+    def __init__(
+        self, model: Model, state: State, candidates: Candidates, strain: Any = None, terms: Sequence[Term] = ()
+    ) -> None:
         """Allocate for a state; ``strain`` is the ``CellStrain`` of cells that relax."""
         relaxes = strain is not None
         self.model, self.state, self.strain = model, state, strain
@@ -252,7 +253,7 @@ class Hessian:
         self.leg_product = model.empty((3, model.segment_count), 3)
         self.segment_strain = model.empty(model.segment_count if relaxes else 0, 3)
         self.sample_strain = model.empty(model.sample_count if relaxes else 0, 3)
-        self.external_product = model.empty(0, 3)
+        self.terms = terms
         self.threads = THREADS if model.device.is_cuda else 1
         blocks = strain.blocks if relaxes else 0
         self.parts = wp.zeros((model.cell_count, blocks, 7), dtype=wp.float64, device=model.device)
@@ -276,9 +277,10 @@ class Hessian:
             launcher(contact_product(relaxes), model.sample_count,
                      [constants, n, per_unit, state.samples, pairs.count, pairs.entries, pairs.stiffness, motion,
                       self.sample_motion], [self.sample_product, self.sample_strain]),
-            launcher(gather_product, n, [constants, self.leg_product, self.sample_product, self.external_product],
+            launcher(gather_product, n, [constants, self.leg_product, self.sample_product],
                      [product]),
         ]  # fmt: skip
+        launches += [launch for term in self.terms for launch in term.product(motion, product, launcher)]
         if relaxes:
             cells = model.cell_count
             inputs = [constants, self.strain.blocks, model.cell_segments, self.segment_strain, self.sample_strain]

@@ -120,6 +120,37 @@ def pull_patches(
 
 
 @kernel
+def pull_moved_patches(
+    # model
+    patch_start: wp.array[wp.int32],
+    patch_loops: wp.array[wp.int32],
+    patch_weight: wp.array[Any],
+    whole: wp.array[Any],
+    normal: wp.array[Any],
+    stiffness: Any,
+    threshold: Any,
+    # state in
+    displacement: wp.array[Any],
+    motion: wp.array[Any],
+    # state out
+    pull: wp.array[Any],
+) -> None:
+    """Minus the second derivative of each patch's energy, times the mean motion of its loops, at weight one."""
+    patch = wp.tid()
+    n = normal[patch]
+    mean, moved = type(n)(), type(n)()
+    for k in range(patch_start[patch], patch_start[patch + 1]):
+        mean += displacement[patch_loops[k]] * patch_weight[k]
+        moved += motion[patch_loops[k]] * patch_weight[k]
+    moved = moved / whole[patch]
+    across = wp.dot(moved, n)
+    level = stiffness[1]
+    if wp.abs(wp.dot(mean, n)) > threshold * whole[patch]:
+        level = stiffness[2]
+    pull[patch] = ((moved - n * across) * stiffness[0] + n * (across * level)) * type(across)(-2.0)
+
+
+@kernel
 def add_shape_forces(
     # model
     loop_start: wp.array[wp.int32],
@@ -195,6 +226,10 @@ class Shape(Term):
     """Pull of each patch, shape (K, 3)."""
     patch_energy: wp.array[Any]
     """Energy of each patch [erg], shape (K,)."""
+    motion: wp.array[Any]
+    """Sum of the motions of each loop in a product, shape (L, 3)."""
+    moved_pull: wp.array[Any]
+    """Pull of each patch in a product, shape (K, 3)."""
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the patches' forces."""
@@ -209,6 +244,20 @@ class Shape(Term):
         """Energy of the patches [erg]."""
         self._pull(state, self.model.launch)
         return ordered_sum(self.patch_energy)
+
+    def product(self, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
+        """Add the product of the patches' stiffness with a motion; the displacements are those of the last forces."""
+        kappa = vector(3, self.model.scalar)(*self.kappa)
+        patches = [self.patch_start, self.patch_loops, self.patch_weight, self.whole, self.normal, kappa]
+        loops = [self.loop_start, self.loop_points]
+        owned = [*loops, self.owner_start, self.owner_patches, self.owner_weight]
+        count, still = len(self.loop_start) - 1, wp.zeros_like(self.home)
+        return [
+            launcher(displace_loops, count, [*loops, still, motion], [self.motion]),
+            launcher(pull_moved_patches, len(self.whole), [*patches, self.threshold, self.displacement, self.motion],
+                     [self.moved_pull]),
+            launcher(add_shape_forces, count, [*owned, self.moved_pull], [product]),
+        ]  # fmt: skip
 
     def stiffness(self) -> NDArray[np.float64]:
         """Largest row sums of the patches' stiffness."""
@@ -253,6 +302,8 @@ def put_shape(model: Model, fabric: StitchMesh, loops: Loops) -> Shape:
         displacement=model.empty(len(loops.face), 3),
         pull=model.empty(len(centres), 3),
         patch_energy=model.empty(len(centres)),
+        motion=model.empty(len(loops.face), 3),
+        moved_pull=model.empty(len(centres), 3),
     )
 
 

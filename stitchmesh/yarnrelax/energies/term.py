@@ -17,10 +17,25 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
+
+
+@kernel
+def add_row_sums(
+    # model
+    rows: wp.array[Any],
+    # state in
+    motion: wp.array[Any],
+    # state out
+    product: wp.array[Any],
+) -> None:
+    """Add a motion times the row sums of a stiffness."""
+    i = wp.tid()
+    product[i] += motion[i] * rows[i]
 
 
 class Term(ABC):
@@ -28,6 +43,8 @@ class Term(ABC):
 
     name: str
     """Name of the term in reports."""
+    model: Model
+    """The yarns on which the term acts."""
     lags: bool = False
     """Whether the term is renewed each time the yarns have come to rest, until renewal changes nothing."""
 
@@ -46,6 +63,16 @@ class Term(ABC):
     @abstractmethod
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""
+
+    def product(self, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
+        """Add the product of the term's Hessian with a motion of the control points; both of shape (E, 3).
+
+        A term that does not give its Hessian is replaced by its row sums, which bound it.
+        """
+        rows = self.stiffness()
+        if not rows.any():
+            return []
+        return [launcher(add_row_sums, len(rows), [self.model.upload(rows), motion], [product])]
 
     def renew(self, state: State, candidates: Candidates) -> None:  # noqa: B027 - most terms have no lagged quantities
         """Update lagged quantities; called at the beginning of a load step, outside of captured launches."""

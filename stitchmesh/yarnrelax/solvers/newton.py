@@ -41,13 +41,18 @@ CHUNK = {"cuda": THREADS, "cpu": 1024}
 """Entries of a block."""
 REACH = wp.constant(wp.float64(2.0))
 """Length of an iterate over the limit of the moves at which the iteration stops."""
-POWER = wp.constant(wp.float64(32.0))
-"""Power of the mean by which the largest ratio of a move to its limit is found: a sum in a fixed order."""
+POWERS = {"small": 32.0, "large": 8.0}
+"""Power of the mean of the ratios of moves to their limits: of a small cell nearly the largest ratio; in a large piece a
+few control points that are faster than all others do not hold up the rest, but are shortened and then damped."""
+SMALL_CELL = 4096
+"""Control points of the largest small cell."""
 SHORTEST_LIMIT = wp.constant(0.05)
 """Limit in mean radii below which a control point is shortened by itself and does not shorten the whole step."""
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
-RETURN = 3
+LEAST_DAMPING, MOST_GROWTH = wp.constant(1.0e-4), wp.constant(8.0)
+"""Smallest damping over the stiffness of a control point, and the largest growth of a damping in one step."""
+RETURN = 5
 """Steps with the matrix of Gauss and Newton after a negative curvature."""
 MOST_PRODUCTS = 1000
 """Products with the Hessian in one step."""
@@ -75,7 +80,7 @@ def _solve_struct(scalar: Any) -> Any:
     """The vectors of conjugate gradients, shape (E, 3), the limits, shape (E,), and the record, shape (C, RECORD)."""
     threes = wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
     annotations = {
-        "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
+        "damping": wp.array(dtype=scalar), "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
         "limit": wp.array(dtype=scalar), "record": wp.array2d(dtype=wp.float64), "sums": wp.array2d(dtype=wp.float64),
     }  # fmt: skip
     return wp.struct(type(f"NewtonSolve_{scalar.__name__}", (), {"__annotations__": annotations}))
@@ -87,6 +92,7 @@ def find_point_blocks(
     model: Any,
     further: wp.array[Any],
     # state in
+    damping: wp.array[Any],
     leg_hessian: wp.array2d[Any],
     sample_block: wp.array[Any],
     # state out
@@ -114,7 +120,7 @@ def find_point_blocks(
             for k in range(count):
                 weight = model.sample_basis[row + k][slot]
                 block += sample_block[first + k] * (weight * weight)
-    level = further[i] + (total[0, 0] + total[1, 1] + total[2, 2]) * type(further[i])(1.0e-6)
+    level = further[i] + damping[i] + (total[0, 0] + total[1, 1] + total[2, 2]) * type(further[i])(1.0e-6)
     block += type(block)(
         total[0, 0] + level, total[1, 1] + level, total[2, 2] + level, total[0, 1], total[0, 2], total[1, 2]
     )
@@ -189,8 +195,10 @@ def sum_curvature(
     block, lane = wp.tid()
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
-        total[0] += wp.float64(wp.dot(solve.p[i], solve.product[i]))
-        total[1] += wp.float64(wp.dot(solve.p[i], solve.p[i]))
+        p = solve.p[i]
+        product = solve.product[i] + p * solve.damping[i]
+        solve.product[i] = product
+        total[0] += wp.float64(wp.dot(p, product))
     sum_over_block(total, solve.sums[block])
 
 
@@ -223,6 +231,8 @@ def find_alpha(
 @kernel
 def advance_iterate(
     # model
+    point_count: int,
+    power: wp.float64,
     blocks: EntryBlocks,
     # state in
     preconditioner: wp.array[Any],
@@ -246,7 +256,10 @@ def advance_iterate(
         limit = wp.max(solve.limit[i], type(a)(SHORTEST_LIMIT))
         ratio = wp.float64(wp.length(x) / limit)
         total[0] += wp.float64(wp.dot(r, z))
-        total[1] += wp.pow(ratio, POWER)
+        if i < point_count:
+            total[1] += wp.pow(ratio, power)
+        else:
+            total[4] += ratio
         total[2] += wp.float64(wp.dot(x, x))
         total[3] += wp.float64(wp.dot(x, force[i]))
     sum_over_block(total, solve.sums[block])
@@ -255,7 +268,9 @@ def advance_iterate(
 @kernel
 def find_beta(
     # model
+    cells: CellRanges,
     blocks: EntryBlocks,
+    power: wp.float64,
     most_products: wp.float64,
     # state in and out
     solve: Any,
@@ -264,15 +279,19 @@ def find_beta(
     cell = wp.tid()
     zero, one = wp.float64(0.0), wp.float64(1.0)
     # each sum is a number of its own: Warp lets names that are assigned from one name share it
-    rz, powers, square, work = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
+    rz, powers, square, work, strain = (
+        wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
+    )  # fmt: skip
     for block in range(blocks.of_cell[cell], blocks.of_cell[cell + 1]):
         rz += solve.sums[block, 0]
         powers += solve.sums[block, 1]
         square += solve.sums[block, 2]
         work += solve.sums[block, 3]
+        strain += solve.sums[block, 4]
     beta = zero
     if solve.record[cell, ALPHA] != zero:
-        ratio = wp.pow(powers, one / POWER)
+        count = wp.float64(cells.points[cell + 1] - cells.points[cell])
+        ratio = wp.max(wp.pow(powers / count, one / power), strain)
         solve.record[cell, RATIO] = ratio
         solve.record[cell, FACTOR] = one / wp.max(one, ratio)
         solve.record[cell, SQUARE] = square
@@ -303,16 +322,31 @@ def find_direction(
 @kernel
 def propose_steps(
     # model
+    point_count: int,
     blocks: EntryBlocks,
+    # state in
+    stiffness: wp.array[Any],
     # state in and out
     solve: Any,
 ) -> None:
-    """The step of each entry, no longer than its limit."""
+    """The step of each entry, no longer than its limit, and its damping in the next step."""
     block, lane = wp.tid()
+    moves = solve.record[blocks.cell[block], ACTIVE]
     factor = solve.record[blocks.cell[block], FACTOR] * solve.record[blocks.cell[block], ACTIVE]
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
-        x = solve.x[i]
-        solve.step[i] = shortened(x * type(x[0])(factor), solve.limit[i])
+        step = solve.x[i] * type(solve.damping[i])(factor)
+        limit = solve.limit[i]
+        solve.step[i] = shortened(step, limit)
+        if i < point_count and moves != wp.float64(0.0):
+            least = stiffness[i] * type(limit)(LEAST_DAMPING)
+            damping = solve.damping[i] + least * type(limit)(0.0)
+            length = wp.length(step)
+            if length > limit * type(limit)(1.5):
+                over = length / wp.max(limit, type(limit)(1.0e-6))
+                damping = wp.max(damping, least) * wp.min(over * over, type(limit)(MOST_GROWTH))
+            elif length < limit * type(limit)(0.5):
+                damping = damping * type(limit)(0.25)
+            solve.damping[i] = wp.where(damping < least, type(limit)(0.0), wp.min(damping, stiffness[i]))
 
 
 @kernel
@@ -383,7 +417,7 @@ class Newton(Solver):
         entries = model.point_count + strains
         for name in ("x", "r", "z", "p", "product", "step"):
             setattr(self.solve, name, model.empty(entries, 3))
-        self.solve.limit = model.empty(entries)
+        self.solve.limit, self.solve.damping = model.empty(entries), model.empty(entries)
         self.solve.record = wp.zeros((model.cell_count, RECORD), dtype=wp.float64, device=model.device)
         self.solve.sums = wp.zeros((len(self.blocks.cell), 7), dtype=wp.float64, device=model.device)
         self.exact = np.zeros(model.cell_count, dtype=np.int32)
@@ -401,9 +435,11 @@ class Newton(Solver):
         """Capture the launches of a step for the current arrays; ``forces`` are those that find the forces."""
         model, state = inputs.model, inputs.state
         launcher, solve, blocks = model.prepare, self.solve, self.blocks
-        self.hessian = Hessian(model, state, inputs.candidates, inputs.strain)
+        self.hessian = Hessian(model, state, inputs.candidates, inputs.strain, inputs.terms)
         strains = strains_of(model, inputs.strain, inputs.candidates)
         count, device = len(blocks.cell), model.device
+        small = np.diff(model.point_start).max() <= SMALL_CELL
+        power = wp.float64(POWERS["small" if small else "large"])
 
         def tiled(kernel: wp.Kernel, *arguments: Any) -> Any:
             return launcher(kernel, count, list(arguments), [], tile=self.threads)
@@ -417,24 +453,26 @@ class Newton(Solver):
         self.hessian.exact.zero_()
         begin += self.hessian.find_launches(launcher)
         begin.append(launcher(find_point_blocks, model.point_count,
-                              [model.constants, self.further, self.hessian.leg_hessian, state.sample_block],
+                              [model.constants, self.further, solve.damping, self.hessian.leg_hessian, state.sample_block],
                               [state.preconditioner]))  # fmt: skip
         ball = [state.points, state.listed_points, state.budget]
         start = [
             tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, state.force, state.preconditioner,
                   solve),
             launcher(begin_cells, model.cell_count, [blocks, solve], []),
+            *filtered(solve.p),
         ]  # fmt: skip
         iterate = [
             *self.hessian.product_launches(solve.p, solve.product, launcher),
             *filtered(solve.product),
             tiled(sum_curvature, blocks, solve),
             launcher(find_alpha, model.cell_count, [blocks, solve], []),
-            tiled(advance_iterate, blocks, state.preconditioner, state.force, solve),
-            launcher(find_beta, model.cell_count, [blocks, wp.float64(MOST_PRODUCTS), solve], []),
+            tiled(advance_iterate, model.point_count, power, blocks, state.preconditioner, state.force, solve),
+            launcher(find_beta, model.cell_count, [self.cells, blocks, power, wp.float64(MOST_PRODUCTS), solve], []),
+            *filtered(solve.z),
             tiled(find_direction, blocks, solve),
         ]
-        finish = [tiled(propose_steps, blocks, solve)]
+        finish = [tiled(propose_steps, model.point_count, blocks, state.stiffness, solve)]
         for constraint in inputs.constraints:
             finish += constraint.filter_steps(state, solve.step, solve.limit, launcher)
         finish += [
@@ -472,7 +510,7 @@ class Newton(Solver):
         self.wait[moved] = np.maximum(self.wait[moved] - 1, 0)
         self.wait[negative] = RETURN
         self.was_exact = (self.exact > 0) & moved & ~negative
-        whole = (record[:, RATIO] < 0.5) & (self.wait == 0)
+        whole = (record[:, RATIO] < 0.1) & (self.wait == 0)
         self.exact[moved] = whole[moved].astype(np.int32)
 
     def at_rest(self, tolerance: float) -> NDArray[np.bool_]:
@@ -507,7 +545,7 @@ class Newton(Solver):
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The record."""
-        return {"record": self.solve.record}
+        return {"record": self.solve.record, "damping": self.solve.damping}
 
 
 def entry_blocks(model: Model, strains: int) -> Any:
