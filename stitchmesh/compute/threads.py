@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How many threads share the launches of kernels on a CPU.
+
+Results do not depend on the number of threads. It is the one that ``set_threads`` was given, else that of the
+environment variable ``STITCHMESH_THREADS``, else the number of cores that the process may use.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from stitchmesh.errors import ParameterError
+
+VARIABLE = "STITCHMESH_THREADS"
+"""Environment variable with the number of threads."""
+QUOTA_FILE = Path("/sys/fs/cgroup/cpu.max")
+"""On Linux: processor time that a container may use in a period, or ``max``, and the period [microseconds]."""
+
+logger = logging.getLogger(__name__)
+
+_chosen: int | None = None
+
+
+def thread_count() -> int:
+    """Number of threads that share a launch on a CPU.
+
+    Raises:
+        ParameterError: the environment variable is not a whole number of at least 1.
+    """
+    global _chosen
+    if _chosen is None:
+        _chosen = _checked(os.environ[VARIABLE], VARIABLE) if os.environ.get(VARIABLE) else core_count()
+    return _chosen
+
+
+def set_threads(threads: int | None) -> None:
+    """Set how many threads share the launches on a CPU, for all later calls in this process.
+
+    A number above that of the cores is replaced by the number of cores, and a warning says so.
+
+    Args:
+        threads: number of threads; None returns to the environment variable, or to all cores.
+
+    Raises:
+        ParameterError: the number is not a whole number of at least 1.
+    """
+    global _chosen
+    _chosen = None if threads is None else _checked(threads, "threads")
+
+
+def core_count() -> int:
+    """Number of cores that this process may use, without those that its affinity or its container withholds."""
+    if hasattr(os, "sched_getaffinity"):
+        cores = len(os.sched_getaffinity(0))
+    else:
+        cores = os.cpu_count() or 1
+    with suppress(OSError, ValueError):  # Not Linux, or no quota.
+        time, period = QUOTA_FILE.read_text().split()
+        cores = min(cores, max(round(int(time) / int(period)), 1))
+    return cores
+
+
+def _checked(threads: int | str, name: str) -> int:
+    """A number of threads, at most that of the cores."""
+    number = 0
+    with suppress(ValueError):
+        number = int(threads)
+    if number < 1 or str(number) != str(threads):
+        raise ParameterError(f"{name}: got {threads!r}; expected a whole number of at least 1")
+    cores = core_count()
+    if number > cores:
+        logger.warning("%s: got %d, and this process may use %d cores; takes %d", name, number, cores, cores)
+    return min(number, cores)
