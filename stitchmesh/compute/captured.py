@@ -11,10 +11,38 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.launch_table import LaunchTable
 
 Launcher = Callable[..., Any]
 """``Model.launch``, which runs a kernel immediately, or ``Model.prepare``, which returns a launch for later."""
+WORDS = wp.constant(4096)
+"""Words of four bytes that a block sets or copies on a CPU."""
+
+
+@kernel
+def clear_words(
+    # state out
+    words: wp.array[wp.int32],
+) -> None:
+    """Set words to zero; one block for each ``WORDS`` words."""
+    block, _lane = wp.tid()
+    for k in range(block * WORDS, wp.min((block + 1) * WORDS, words.shape[0])):
+        words[k] = 0
+
+
+@kernel
+def copy_words(
+    # state in
+    source: wp.array[wp.int32],
+    # state out
+    target: wp.array[wp.int32],
+) -> None:
+    """Copy words; one block for each ``WORDS`` words."""
+    block, _lane = wp.tid()
+    for k in range(block * WORDS, wp.min((block + 1) * WORDS, source.shape[0])):
+        target[k] = source[k]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +55,14 @@ class ZeroArray:
         """Set the array to zero."""
         self.array.zero_()
 
+    def as_kernel(self) -> wp.Launch:
+        """The same as the launch of a kernel, for a table."""
+        return _of_words(clear_words, self.array)
+
 
 @dataclass(frozen=True, eq=False)
 class CopyArray:
-    """A launch that copies an array to another."""
+    """A launch that copies an array to another of the same size."""
 
     source: wp.array[Any]
     target: wp.array[Any]
@@ -38,6 +70,10 @@ class CopyArray:
     def launch(self) -> None:
         """Copy the array."""
         wp.copy(self.target, self.source)
+
+    def as_kernel(self) -> wp.Launch:
+        """The same as the launch of a kernel, for a table."""
+        return _of_words(copy_words, self.source, self.target)
 
 
 class CapturedLaunches:
@@ -65,8 +101,22 @@ class CapturedLaunches:
 
 
 def _in_tables(launches: Sequence[Any]) -> list[Any]:
-    """The launches with neighbouring launches of kernels joined in tables; others, such as copies, stay."""
+    """The launches with neighbouring launches of kernels joined in tables; what is no kernel stays as it is."""
+    kernels = [each.as_kernel() if _is_of_words(each) else each for each in launches]
     result: list[Any] = []
-    for of_kernels, group in groupby(launches, key=lambda launch: isinstance(launch, wp.Launch)):
+    for of_kernels, group in groupby(kernels, key=lambda launch: isinstance(launch, wp.Launch)):
         result += [LaunchTable(list(group))] if of_kernels else group
     return result
+
+
+def _is_of_words(launch: Any) -> bool:
+    """Whether a launch sets or copies the words of a whole array."""
+    arrays = [array for array in vars(launch).values() if isinstance(launch, ZeroArray | CopyArray)]
+    return bool(arrays) and all(array.is_contiguous and array.size for array in arrays)
+
+
+def _of_words(kernel: wp.Kernel, *arrays: wp.array[Any]) -> wp.Launch:
+    """A launch for arrays of the same size as words of four bytes."""
+    count = arrays[0].capacity // 4
+    words = [wp.array(ptr=array.ptr, dtype=wp.int32, shape=count, device=array.device) for array in arrays]
+    return prepare(kernel, -(-count // int(WORDS)), words, [], arrays[0].device, tile=1)

@@ -94,7 +94,7 @@ class LaunchTable:
         inputs = [wp.array(rows, dtype=wp.int64, device="cpu"), wp.uint64(_give_way()), counters]
         self._work = wp.launch(work_through, 1, inputs, device="cpu", record_cmd=True)
         self._do: Callable[[], None] = self._work.launch
-        if any(_is_large(launch, size) for launch, size in zip(launches, sizes, strict=True)):
+        if any(is_large(launch) for launch in launches):
             self._do = functools.partial(share, self._work.launch)
 
     def launch(self) -> None:
@@ -129,9 +129,9 @@ def _part_size(launch: wp.Launch) -> int:
     return PART if len(launch.bounds.shape) == 1 else 1
 
 
-def _is_large(launch: wp.Launch, size: int) -> bool:
+def is_large(launch: wp.Launch) -> bool:
     """Whether several threads run a launch faster than one."""
-    parts = -(-_extents(launch)[0] // size)
+    parts = -(-_extents(launch)[0] // _part_size(launch))
     return parts >= (FEWEST_PARTS if len(launch.bounds.shape) == 1 else FEWEST_BLOCKS)
 
 
