@@ -105,7 +105,8 @@ def _in_tables(launches: Sequence[Any]) -> list[Any]:
     kernels = [each.as_kernel() if _is_of_words(each) else each for each in launches]
     result: list[Any] = []
     for of_kernels, group in groupby(kernels, key=lambda launch: isinstance(launch, wp.Launch)):
-        result += [LaunchTable(list(group))] if of_kernels else group
+        members = list(group)
+        result += [LaunchTable(members)] if of_kernels else members
     return result
 
 

@@ -6,11 +6,11 @@ A kernel in a module of its own is compiled again only if the kernel itself chan
 derivative of each kernel; StitchMesh does not use derivatives, and their compilation takes longer than that of the
 kernel.
 
-On a CPU Warp runs a launch as one loop over its elements, from the first to the last. Several threads can share a launch
-only if the loop can run over a part of the elements. This module therefore changes one line of the C++ text from which
-Warp makes the loop: a launch runs the last ``size`` elements of its ``shape``. For an ordinary launch these are all
-elements, so that no other user of Warp notices the change; a launch of the elements from a to b has the shape b and the
-size b - a. The code for a GPU does not change.
+On a CPU, Warp runs a launch as one loop over all elements. Several threads can share a launch only if the loop can run
+over a part of the elements. This module therefore changes one line of the C++ text from which Warp makes the loop: a
+launch runs the last ``size`` elements of its ``shape``. In an ordinary launch these are all elements, so that no other
+user of Warp notices the change. A launch of the elements from a to b has the shape b and the size b - a. The code for a
+GPU does not change.
 """
 
 from __future__ import annotations

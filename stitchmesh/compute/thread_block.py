@@ -27,8 +27,6 @@ _BARRIER = """
 """
 
 
-
-
 def _exchanges(room: int) -> str:
     """Lanes of a warp exchange halves of their values until each lane has the sum of one value.
 

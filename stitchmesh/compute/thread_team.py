@@ -8,6 +8,7 @@ work they sleep. After a fork the child has no threads, so it starts its own at 
 
 from __future__ import annotations
 
+import functools
 import os
 import threading
 from collections.abc import Callable
@@ -19,24 +20,23 @@ Work = Callable[[], None]
 
 
 class ThreadTeam:
-    """A number of threads, with the calling thread as one of them."""
+    """A number of threads, of which the calling thread is one."""
 
     def __init__(self, size: int) -> None:
         """Start ``size`` - 1 threads."""
-        self.size = size
         self._lock = threading.Lock()
         self._wake, self._left = threading.Condition(self._lock), threading.Condition(self._lock)
         self._work: Work | None = None
-        self._number, self._inside, self._closed = 0, 0, False
+        self._number, self._inside = 0, 0
         self._errors: list[BaseException] = []
         for number in range(1, size):
             threading.Thread(target=self._help, name=f"launches {number}", daemon=True).start()
 
     def share(self, work: Work) -> None:
-        """Do work together; return when it is done and no thread is in it any more.
+        """Do work together; return when it is done and no other thread is in it.
 
-        The calling thread begins at once and does not wait for threads that have not yet woken up. If another thread
-        is sharing its work at the same time, the calling thread works alone.
+        The calling thread begins at once, without waiting until the others are awake. It works alone if the others have
+        work already, because another thread called this function.
 
         Raises:
             BaseException: what the work raised in one of the threads.
@@ -51,82 +51,60 @@ class ThreadTeam:
         if errors:
             raise errors[0]
 
-    def close(self) -> None:
-        """End the threads."""
-        with self._lock:
-            self._closed = True
-            self._wake.notify_all()
-
     def _offer(self, work: Work) -> bool:
-        """Wake the threads for work, unless they have other work."""
+        """Wake the others for work, unless they have work."""
         with self._lock:
-            if self._work is not None or self._inside or self.size == 1:
+            if self._work is not None or self._inside:
                 return False
             self._work, self._number = work, self._number + 1
             self._wake.notify_all()
         return True
 
     def _withdraw(self) -> list[BaseException]:
-        """Let no further thread begin, and wait for those within; an interrupt is raised after them."""
-        errors: list[BaseException] = []
+        """Let no thread begin any more, and wait for those within; also an interrupt must wait for them."""
+        interrupts: list[BaseException] = []
         with self._lock:
             self._work = None
             while self._inside:
                 try:
                     self._left.wait()
                 except BaseException as interrupt:
-                    errors.append(interrupt)
-            found, self._errors = self._errors, []
-        return errors + found
+                    interrupts.append(interrupt)
+            errors, self._errors = self._errors, []
+        return interrupts + errors
 
     def _help(self) -> None:
-        """Do every work that is offered, once, until the team is closed."""
+        """Take part in all work that is offered, once in each."""
         done = 0
         while True:
             with self._lock:
-                while not self._closed and (self._work is None or self._number == done):
+                while self._work is None or self._number == done:
                     self._wake.wait()
-                if self._closed:
-                    return
                 work, done = self._work, self._number
                 self._inside += 1
-            error = _raised(work)
+            error = _raised_by(work)
             with self._lock:
                 self._inside -= 1
-                if error is not None:
-                    self._errors.append(error)
+                self._errors += error
                 if not self._inside:
                     self._left.notify()
 
 
-def _raised(work: Work | None) -> BaseException | None:
-    """What work raises, or None."""
+def _raised_by(work: Work) -> list[BaseException]:
+    """Do work; return what it raises."""
     try:
-        if work is not None:
-            work()
+        work()
     except BaseException as error:
-        return error
-    return None
+        return [error]
+    return []
 
 
-_team: ThreadTeam | None = None
+_team_of = functools.cache(ThreadTeam)
+"""The team of each size that was asked for; threads that sleep cost nothing."""
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_team_of.cache_clear)
 
 
 def share(work: Work) -> None:
     """Do work with as many threads as ``thread_count`` says."""
-    global _team
-    if _team is None or _team.size != thread_count():
-        if _team is not None:
-            _team.close()
-        _team = ThreadTeam(thread_count())
-    _team.share(work)
-
-
-def _forget_team() -> None:
-    """Forget the threads of the parent process."""
-    global _team
-    _team = None
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget_team)
+    _team_of(thread_count()).share(work)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 import os
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from stitchmesh.errors import ParameterError
@@ -22,7 +23,15 @@ QUOTA_FILE = Path("/sys/fs/cgroup/cpu.max")
 
 logger = logging.getLogger(__name__)
 
-_chosen: int | None = None
+
+@dataclass
+class _Choice:
+    """The number of threads; None until it is asked for."""
+
+    threads: int | None = None
+
+
+_choice = _Choice()
 
 
 def thread_count() -> int:
@@ -31,10 +40,10 @@ def thread_count() -> int:
     Raises:
         ParameterError: the environment variable is not a whole number of at least 1.
     """
-    global _chosen
-    if _chosen is None:
-        _chosen = _checked(os.environ[VARIABLE], VARIABLE) if os.environ.get(VARIABLE) else core_count()
-    return _chosen
+    if _choice.threads is None:
+        given = os.environ.get(VARIABLE)
+        _choice.threads = _checked(given, VARIABLE) if given else core_count()
+    return _choice.threads
 
 
 def set_threads(threads: int | None) -> None:
@@ -48,8 +57,7 @@ def set_threads(threads: int | None) -> None:
     Raises:
         ParameterError: the number is not a whole number of at least 1.
     """
-    global _chosen
-    _chosen = None if threads is None else _checked(threads, "threads")
+    _choice.threads = None if threads is None else _checked(threads, "threads")
 
 
 def core_count() -> int:
@@ -73,5 +81,5 @@ def _checked(threads: int | str, name: str) -> int:
         raise ParameterError(f"{name}: got {threads!r}; expected a whole number of at least 1")
     cores = core_count()
     if number > cores:
-        logger.warning("%s: got %d, and this process may use %d cores; takes %d", name, number, cores, cores)
+        logger.warning("%s: got %d, but this process may use %d cores; %d are taken", name, number, cores, cores)
     return min(number, cores)
