@@ -138,12 +138,17 @@ def test_copies_and_zeros_are_parts_of_a_table(threads: int) -> None:
     assert [type(table) for table in captured.tables].count(LaunchTable) == 3  # a copy with gaps stays by itself
 
 
+def run_often(table: LaunchTable) -> None:
+    for _ in range(200):
+        table.launch()
+
+
 def test_two_threads_may_run_tables_at_the_same_time() -> None:
     device, length = wp.get_device("cpu"), 20 * PART
     arrays = [cpu(np.zeros(length, dtype=np.int32)) for _ in range(2)]
     with thread_count(3):
         tables = [LaunchTable([prepare(count_visits, length, [array], [], device)]) for array in arrays]
-        callers = [threading.Thread(target=lambda table=table: [table.launch() for _ in range(200)]) for table in tables]
+        callers = [threading.Thread(target=run_often, args=[table]) for table in tables]
         for caller in callers:
             caller.start()
         for caller in callers:
