@@ -26,9 +26,10 @@ from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.gauge import swatch_report
+from stitchmesh.periodic.off_needles import chosen_release, let_go, needle_size
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, SwatchOptions
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
@@ -92,6 +93,8 @@ def swatch(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
+    relaxation: KnitState | None = None,
+    friction: float | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
@@ -106,6 +109,9 @@ def swatch(
         relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell`` with the degrees of
             freedom of the cell. With ``RelaxCell()`` the cell can also shear; ribs without friction do so to one of
             the two sides.
+        relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
+            (``off_needles``); width and height are then free. By default there is no friction.
+        friction: coefficient of friction between yarns, with a relaxation; ``YARN_FRICTION`` where not given.
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
             in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
@@ -117,11 +123,14 @@ def swatch(
         SolverError: the yarns cannot be relaxed.
     """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
+    release = chosen_release(relaxation, friction, relax_cell, chosen)
     if material is None:
         material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
     check_kind("swatch, material", material, YarnMaterial)
     began = time.perf_counter()
     source = resolve_pattern(pattern)
+    if release is not None and isinstance(source, Weave):
+        raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
     fabric, first = draw_swatch(source, chosen, quality)
     quality = close_contacts(quality, chosen)
     # the fabric is relaxed at gamma times its final size, and scaled at the end
@@ -134,7 +143,12 @@ def swatch(
     cell = free_cell(relax_cell, chosen)
     yarns = change_rest_length(yarns, take_up_rest_lengths(first, fabric, chosen), similar, quality, device, cell)
     yarns = change_period(yarns, period, similar, quality, device)
-    relaxed = relax_yarns(yarns, material=similar, quality=quality, device=device, cell=cell, progress=progress)
+    if release is None:
+        relaxed = relax_yarns(yarns, material=similar, quality=quality, device=device, cell=cell, progress=progress)
+    else:
+        assert fabric is not None
+        needles = needle_size(fabric, chosen.plain_loop * chosen.gamma)
+        relaxed = let_go(yarns, needles, release, similar, quality, device, progress)
     refuse_pull_through(first, relaxed.yarns, device)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
     measures = swatch_report(result, fabric, material, quality, relaxed.report["energy"], device)
@@ -161,7 +175,7 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         return None, replace(woven, drawn_radius=drawn * woven.radius)
     if options.spacing is not None:
         raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
-    loop_length = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
+    loop_length = options.plain_loop
     width = loop_length / LOOP_OVER_WIDTH
     fabric = torus_mesh(
         source, stitch_width=width, stitch_height=COURSE_OVER_WALE_SPACING * width, columns=options.columns,
@@ -186,8 +200,7 @@ def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
     The number of control points of a stitch is the same for long and short loops, so the contact spheres of a segment
     are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
     """
-    loop = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
-    looseness = loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
+    looseness = options.plain_loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
     closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
     return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 
