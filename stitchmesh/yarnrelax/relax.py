@@ -88,7 +88,7 @@ def relax_yarns(
         terms: further energies, such as gravity; a term that is not given costs nothing.
         constraints: constraints on control points.
         cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
-            terms and constraints, which do not support a cell that deforms.
+            constraints, and terms that do not support a cell that deforms (``TermChoice.supports_cell``).
         progress: called about every half second; by default a line shows the progress on a terminal or in a notebook,
             and False shows nothing.
         on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
@@ -113,8 +113,9 @@ def relax_yarns(
         check_kind("relax_yarns, keep_shape", keep_shape, StitchMesh)
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
     points = None if start is None else _points_of(start, yarns)
-    if cell is not None and (terms or constraints):
-        raise ParameterError("relax cell: got terms or constraints beside it; leave them out, or keep the periods")
+    if cell is not None and (constraints or not all(term.supports_cell for term in terms)):
+        found = "relax cell: got constraints, or terms that do not support a cell that deforms"
+        raise ParameterError(f"{found}; leave them out, or keep the periods")
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
     linking = doubled_linking(yarns, device=device)
     inputs: dict[str, str] = {}

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import warp as wp
@@ -60,6 +60,9 @@ class Term(ABC):
 
 class TermChoice(ABC):
     """A term that a caller requests."""
+
+    supports_cell: ClassVar[bool] = False
+    """Whether the periods of a lattice may relax beside the term: it adds its virial, or has no force along them."""
 
     @abstractmethod
     def on(self, model: Model) -> Term:
