@@ -25,7 +25,7 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, rest_text
 from stitchmesh.yarnrelax.energies.shape import KeepShape
-from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
@@ -88,7 +88,7 @@ def relax_yarns(
         terms: further energies, such as gravity; a term that is not given costs nothing.
         constraints: constraints on control points.
         cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
-            constraints, and terms that do not support a cell that deforms (``TermChoice.supports_cell``).
+            constraints, and terms that do not act on a cell that deforms (``TermChoice.in_free_cells``).
         progress: called about every half second; by default a line shows the progress on a terminal or in a notebook,
             and False shows nothing.
         on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
@@ -113,9 +113,8 @@ def relax_yarns(
         check_kind("relax_yarns, keep_shape", keep_shape, StitchMesh)
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
     points = None if start is None else _points_of(start, yarns)
-    if cell is not None and (constraints or not all(term.supports_cell for term in terms)):
-        found = "relax cell: got constraints, or terms that do not support a cell that deforms"
-        raise ParameterError(f"{found}; leave them out, or keep the periods")
+    if cell is not None:
+        refuse_in_free_cells(terms, constraints)
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
     linking = doubled_linking(yarns, device=device)
     inputs: dict[str, str] = {}

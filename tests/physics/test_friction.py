@@ -70,6 +70,7 @@ class FrictionScene:
         place_contact_samples(self.model, self.state, self.model.launch)
 
     def list_candidates(self) -> None:
+        self.candidates.near.invalidate()  # the periods may have been set
         ContactSearch(self.model, self.state, self.candidates).run()
 
     def begin_step(self, points: np.ndarray) -> None:
@@ -263,7 +264,7 @@ class Capstan:
     REACH = 3
     RADIUS, CYLINDER, LEG, TAIL = 0.1, 1.0, 0.2, 6
 
-    def __init__(self, angle: float, mu: float) -> None:
+    def __init__(self, angle: float, mu: float, lattice: Lattice | None = None) -> None:
         bend = self.RADIUS + self.CYLINDER
         count = round(angle * bend / self.LEG)
         turn = np.arange(count + 1) / count * angle
@@ -276,6 +277,10 @@ class Capstan:
         height = np.arange(-0.8, climb + 0.8, 0.15)
         axis = np.stack([0 * height, 0 * height, height], axis=1)
         yarns = YarnSet.from_curves([curve, axis], closed=[False, False], radius=[self.RADIUS, self.CYLINDER])
+        if lattice is not None:
+            points = yarns.points.copy()
+            points[len(curve) :] += lattice.periods[0] - lattice.periods[1]
+            yarns = replace(yarns, points=points, lattice=lattice, lattice_step=np.zeros((2, 2)))
         # For tensions of 1 to 7 dyn, the strain is at most 0.2 %, the contacts overlap by 0.03 radii, and the bending
         # stiffness of 1e-3 erg cm is negligible.
         material = YarnMaterial(200.0, 0.0, 1e-3, 150.0, 0.0, 0.0, 0.0, 1.0)

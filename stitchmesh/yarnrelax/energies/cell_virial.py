@@ -3,7 +3,8 @@
 """Contributions of elements of a relaxing cell to the forces on its strains and to their stiffness (``cell_strain``).
 
 Nine sums: the forces W_11, W_22, W_12, and the block of stiffness (aa, bb, cc, ab, ac, bc) with the strains
-m = (t1^2, t2^2, t1 t2) of an element along t.
+m = (t1^2, t2^2, t1 t2) of an element along t. Friction acts across the gap g of its pair, with at most the stiffness k
+in each direction, so that its block is k times that of |dF g|^2: (g1^2, g2^2, g2^2, 0, g1 g2, 0).
 """
 
 from __future__ import annotations
@@ -46,3 +47,15 @@ def add_contact_virial(
     half = type(size)(0.5)
     g1, g2 = gap[0] * e1[0] + gap[1] * e1[1] + gap[2] * e1[2], gap[0] * e2[0] + gap[1] * e2[1] + gap[2] * e2[2]
     return add_virial(total, g1, g2, g1 * size * half, g2 * size * half, stiffness * distance2 * half, inverse)
+
+
+@wp.func
+def add_friction_virial(total: Any, images: Any, p: int, gap: Any, force: Any, stiffness: Any) -> Any:
+    """Add half of the virial of a pair that friction holds; the other sample of the pair adds the other half."""
+    cell = cell_of_sample(images, p)
+    e1, e2 = images.frame[2 * cell], images.frame[2 * cell + 1]
+    half = type(stiffness)(0.5)
+    g1, g2, k, none = wp.dot(gap, e1), wp.dot(gap, e2), stiffness * half, stiffness - stiffness
+    f1, f2 = wp.dot(force, e1) * half, wp.dot(force, e2) * half
+    aa, bb, ac = k * g1 * g1, k * g2 * g2, k * g1 * g2
+    return total + type(total)(f1 * g1, f2 * g2, f1 * g2, aa, bb, bb, none, ac, none)

@@ -115,7 +115,7 @@ class Confinement(TermChoice):
     """Height of the planes over the middle plane [cm]; control points beyond it are pushed back."""
     stiffness: float = STIFFNESS
     """Stiffness of the planes over k_bend / r^4."""
-    supports_cell = True
+    in_free_cells = True
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.half_thickness) and self.half_thickness >= 0.0):

@@ -20,10 +20,16 @@ of both yarns in the plane across n, and mu the larger coefficient,
 
 so s is |u_t| where both coefficients are the same. A and N belong to the pair, so the forces on its two samples are
 opposite; slip across one yarn is slip along another yarn that crosses it at a right angle.
+
+On a lattice the other sample of a pair may lie in an image, and u contains the change of the periods. A relaxing cell
+therefore slips where its strains carry a yarn along another one, and the virial of friction, half of F_p (y_p - y_q)^T
+at both samples, adds to the forces on the strains (``cell_strain``). Anchors are places in space: they do not follow
+the strains.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
@@ -38,8 +44,16 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, renewed_contacts
-from stitchmesh.yarnrelax.energies.friction_law import resisted_slip, slip_energy, slip_measure, slip_slope, vector_from
+from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial
+from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
+from stitchmesh.yarnrelax.energies.friction_law import (
+    resistance_block,
+    resisted_slip,
+    slip_energy,
+    slip_measure,
+    slip_slope,
+    vector_from,
+)
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
@@ -48,44 +62,63 @@ from stitchmesh.yarnrelax.model.state import State
 
 @wp.func
 def slip_of_pair(
-    model: Any, law: Any, tangent: Any, samples: Any, p: int, entry: int, anchor: Any, force: Any
+    images: Any, law: Any, tangent: Any, samples: Any, p: int, entry: int, anchor: Any, force: Any
 ) -> tuple[Any, Any]:
     """Slip of a pair from its anchor, and the part of it that friction resists, weighted by the law."""
-    slip = vector_from(model.images, samples, p, samples[p], entry, force) - anchor
-    q = sample_number(model.images, entry)
+    slip = vector_from(images, samples, p, samples[p], entry, force) - anchor
+    q = sample_number(images, entry)
     return slip, resisted_slip(slip, wp.normalize(force), tangent[p], tangent[q], law)
 
 
-@kernel
-def friction_forces(
-    # model
-    model: Any,
-    law: Any,
-    tangent: wp.array[Any],
-    contact_count: wp.array[wp.int32],
-    contact_entry: wp.array2d[wp.int32],
-    anchor: wp.array2d[Any],
-    press: wp.array2d[Any],
-    # state in
-    samples: wp.array[Any],
-    # state out
-    sample_force: wp.array[Any],
-) -> None:
-    """Add the friction on each sample and the row sum of its stiffness."""
-    p = wp.tid()
-    push = type(samples[p])()
-    for c in range(contact_count[p]):
-        force = press[p, c]
-        slip, resisted = slip_of_pair(model, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
-        stiff = wp.length(force) * slip_slope(slip_measure(slip, resisted), law[3])
-        push += type(push)(-resisted[0] * stiff, -resisted[1] * stiff, -resisted[2] * stiff, stiff)
-    sample_force[p] += push * law[0]
+@functools.cache
+def friction_forces(cell_relaxes: bool) -> wp.Kernel:
+    """The kernel of the forces; where a cell relaxes, also of their virial."""
+
+    @kernel
+    def friction_forces(
+        # model
+        images: Any,
+        law: Any,
+        tangent: wp.array[Any],
+        contact_count: wp.array[wp.int32],
+        contact_entry: wp.array2d[wp.int32],
+        anchor: wp.array2d[Any],
+        press: wp.array2d[Any],
+        # state in
+        samples: wp.array[Any],
+        # state out
+        sample_force: wp.array[Any],
+        sample_block: wp.array[Any],
+        sample_virial: wp.array[Any],
+    ) -> None:
+        """Add the friction on each sample, the row sum of its stiffness, and its block where that is read."""
+        p = wp.tid()
+        push = type(samples[p])()
+        block = type(sample_block[0])()
+        virial = type(sample_virial[0])()
+        for c in range(contact_count[p]):
+            force, entry = press[p, c], contact_entry[p, c]
+            slip, resisted = slip_of_pair(images, law, tangent, samples, p, entry, anchor[p, c], force)
+            stiff = wp.length(force) * slip_slope(slip_measure(slip, resisted), law[3])
+            push += type(push)(-resisted[0] * stiff, -resisted[1] * stiff, -resisted[2] * stiff, stiff)
+            if sample_block.shape[0] > 0:
+                q = sample_number(images, entry)
+                block += resistance_block(stiff, wp.normalize(force), tangent[p], tangent[q], law, block)
+            if wp.static(cell_relaxes):
+                virial = add_friction_virial(virial, images, p, slip + anchor[p, c], resisted * -stiff, stiff)
+        sample_force[p] += push * law[0]
+        if sample_block.shape[0] > 0:
+            sample_block[p] += block * law[0]
+        if wp.static(cell_relaxes):
+            sample_virial[p] += virial * law[0]
+
+    return friction_forces
 
 
 @kernel
 def friction_energies(
     # model
-    model: Any,
+    images: Any,
     law: Any,
     tangent: wp.array[Any],
     contact_count: wp.array[wp.int32],
@@ -102,7 +135,7 @@ def friction_energies(
     energy = law[0] - law[0]
     for c in range(contact_count[p]):
         force = press[p, c]
-        slip, resisted = slip_of_pair(model, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
+        slip, resisted = slip_of_pair(images, law, tangent, samples, p, contact_entry[p, c], anchor[p, c], force)
         energy += wp.length(force) * slip_energy(slip_measure(slip, resisted), law[3])
     sample_energy[p] = energy * law[0] * type(energy)(0.5)
 
@@ -119,6 +152,7 @@ class Friction(TermChoice):
     """Coefficient of friction, or two: along the yarn and across it."""
     slip_length: float = 0.05
     """Slip at which friction is full, in mean yarn radii."""
+    in_free_cells = True
 
     def __post_init__(self) -> None:
         if not all(np.isfinite(value) and value >= 0.0 for value in self.coefficients):
@@ -150,8 +184,11 @@ class _Friction(Term):
         self.contacts = first_contacts(model)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """The launch that adds the friction to ``state.sample_force``."""
-        return [launcher(friction_forces, self.model.sample_count, self._inputs(state), [state.sample_force])]
+        """The launch that adds the friction to ``state.sample_force``, and its virial where a cell relaxes."""
+        outputs = [state.sample_force, state.sample_block, state.sample_virial]
+        return [
+            launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)
+        ]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all pairs [erg]; zero without slip."""
@@ -181,5 +218,5 @@ class _Friction(Term):
 
     def _inputs(self, state: State) -> list[Any]:
         kept = self.contacts
-        return [self.model.constants, self.law, kept.tangent, kept.count, kept.entry, kept.anchor, kept.press,
-                state.samples]  # fmt: skip
+        images = own_images(self.model, kept)
+        return [images, self.law, kept.tangent, kept.count, kept.entry, kept.anchor, kept.press, state.samples]

@@ -12,7 +12,9 @@ constant load does not creep through renewals. The slip of a new pair is the rel
 the last renewal, because sliding yarns touch with new samples all the time.
 
 Each pair is stored for both samples. The lists belong to friction, so the energy does not change when candidate lists
-are made again, and a pair is found again by its entry.
+are made again. On a lattice they keep the table of images that their entries refer to, because the table may be made
+again too, and the periods of the renewal: a pair is found again by its sample and the displacement of its image, and
+the displacement of a new pair contains the change of the periods.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from stitchmesh.compute.reduction import maximum
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.lattice_images import entry_shift, images_struct, images_with, sample_number
 from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
@@ -76,11 +78,23 @@ def count_contacts(
     count[p] = found
 
 
+@wp.func
+def is_same_pair(images: Any, entry: int, old_images: Any, old_entry: int, p: int, here: Any) -> bool:
+    """Whether two entries of ``p`` are one sample in one image; the tables may differ, the periods are the same."""
+    same = sample_number(images, entry) == sample_number(old_images, old_entry)
+    if same:
+        apart = entry_shift(images, here - here, p, entry) - entry_shift(old_images, here - here, p, old_entry)
+        same = wp.dot(apart, apart) == here[3] - here[3]
+    return same
+
+
 @kernel
 def list_contacts(
     # model
     model: Any,
     law: Any,
+    old_table: Any,
+    old_periods: Any,
     # state in
     samples: wp.array[Any],
     tangent: wp.array[Any],
@@ -105,10 +119,9 @@ def list_contacts(
         if wp.dot(force, force) > type(force[0])(0.0):
             q = sample_number(model.images, listed)
             apart = vector_from(model.images, samples, p, here, listed, force)
-            moved = (here - old_place[p]) - (samples[q] - old_place[q])
-            slip = type(force)(moved[0], moved[1], moved[2])
+            slip = apart - vector_from(old_periods, old_place, p, old_place[p], listed, force)
             for old in range(old_count[p]):
-                if old_entry[p, old] == listed:
+                if is_same_pair(model.images, listed, old_table, old_entry[p, old], p, here):
                     slip = apart - old_anchor[p, old]
             normal = wp.normalize(force)
             measure = slip_measure(slip, resisted_slip(slip, normal, tangent[p], tangent[q], law))
@@ -125,12 +138,16 @@ class Contacts:
 
     place: wp.array[Any]
     """The samples when the load step began, shape (P, 4)."""
+    periods: wp.array[Any]
+    """The periods when the load step began, shape (2 C, 3), or (0, 3) without a lattice."""
     tangent: wp.array[Any]
     """Unit tangent of the yarn at each sample, shape (P, 3)."""
     count: wp.array[Any]
     """Number of samples that press each sample, shape (P,)."""
     entry: wp.array[Any]
     """These samples as entries of candidate lists, shape (P, capacity)."""
+    table: wp.array[Any]
+    """The images that the entries refer to, shape (I, 2), or (0, 2) without a lattice."""
     anchor: wp.array[Any]
     """Vector from each of them at which the pair has not slipped, shape (P, capacity, 3)."""
     press: wp.array[Any]
@@ -151,16 +168,35 @@ def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidate
     touching = [state.samples, tangent, candidates.count, candidates.lists]
     model.launch(count_contacts, model.sample_count, [model.constants, *touching], [count])
     new = _no_contacts(model, wp.clone(state.samples), max(int(maximum(count)), 1))
-    inputs = [model.constants, law, *touching, old.place, old.count, old.entry, old.anchor]
+    inputs = [model.constants, law, own_images(model, old), _images(model, periods=old.periods), *touching, old.place,
+              old.count, old.entry, old.anchor]  # fmt: skip
     model.launch(list_contacts, model.sample_count, inputs, [new.entry, new.anchor, new.press])
     return replace(new, tangent=tangent, count=count)
 
 
+def own_images(model: Model, contacts: Contacts) -> Any:
+    """The images that the entries of contacts refer to, with the current periods."""
+    return _images(model, table=contacts.table)
+
+
+def _images(model: Model, *, table: wp.array[Any] | None = None, periods: wp.array[Any] | None = None) -> Any:
+    """The current images, with another table or with other periods."""
+    images = model.constants.images
+    if not model.on_lattice:
+        return images
+    struct = images_struct(model.scalar, on_lattice=True)
+    table, periods = images.image if table is None else table, images.periods if periods is None else periods
+    return images_with(images, struct, table=table, periods=periods)
+
+
 def _no_contacts(model: Model, place: wp.array[Any], capacity: int) -> Contacts:
-    """Empty lists with a capacity."""
-    samples = model.sample_count
+    """Empty lists with a capacity, for the current periods and the current table of images."""
+    samples, images = model.sample_count, model.constants.images
+    none = wp.zeros(0, dtype=wp.vec2i, device=model.device)
     return Contacts(
         place=place,
+        periods=wp.clone(images.periods) if model.on_lattice else model.empty(0, 3),
+        table=images.image if model.on_lattice else none,
         tangent=model.empty(samples, 3),
         count=_integers(model, samples),
         entry=_rows(model, capacity, lambda shape: _integers(model, shape)),

@@ -3,6 +3,14 @@
 """Coulomb's law for two contact samples: their normal force and their resistance to slip (``friction``).
 
 A law is four numbers: the larger coefficient mu, (mu_along / mu)^2, (mu_across / mu)^2 and the slip length.
+
+The energy mu N phi(s) is convex in the relative displacement u, because s is a norm and phi rises and is convex. Its
+second derivative and the stiffness that bounds it, both symmetric and without negative eigenvalues, are
+
+    H = mu N (phi' / s A - c (A u) (A u)^T),    c = 1 / (e^2 s)  for s < e, else 1 / s^3        [erg / unit^2]
+    K = mu N phi' / s A  >=  H
+
+At s = 0, where the pair sticks without force, H = K = (2 mu N / e) A. Along a slip beyond e, H is zero.
 """
 
 from __future__ import annotations
@@ -11,7 +19,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.yarnrelax.energies.contact import contact_force_scale
+from stitchmesh.yarnrelax.energies.contact import contact_force_scale, outer_product
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
@@ -94,3 +102,41 @@ def slip_slope(measure: Any, slip_length: Any) -> Any:
     if measure < slip_length:
         return (type(measure)(2.0) - measure / slip_length) / slip_length
     return type(measure)(1.0) / measure
+
+
+@wp.func
+def slip_curvature(measure: Any, slip_length: Any) -> Any:
+    """c, the part of phi' / s by which friction is softer along the slip, over s^2; zero without slip."""
+    if measure < slip_length:
+        return measure / (slip_length * slip_length * wp.max(measure * measure, type(measure)(1.0e-30)))
+    return type(measure)(1.0) / (measure * measure * measure)
+
+
+@wp.func
+def resistance_block(size: Any, normal: Any, first: Any, second: Any, law: Any, zero: Any) -> Any:
+    """A times a number as (xx, yy, zz, xy, xz, yz); K of a pair for mu N phi' / s."""
+    across, none = size * law[2], size - size
+    block = type(zero)(across, across, across, none, none, none) - outer_product(normal, across, zero)
+    if law[1] != law[2]:
+        more = size * (law[1] - law[2]) * type(size)(0.5)
+        block += outer_product(within(first, normal), more, zero) + outer_product(within(second, normal), more, zero)
+    return block
+
+
+@wp.func
+def slip_stiffness_block(press: Any, slip: Any, first: Any, second: Any, law: Any, zero: Any) -> Any:
+    """H of a pair as (xx, yy, zz, xy, xz, yz), by the place of one sample relative to the other [erg / unit^2].
+
+    Args:
+        press: N n of the pair [erg / unit].
+        slip: u, the relative displacement from the anchor.
+        first: unit tangent of the yarn at the sample.
+        second: unit tangent at the other sample.
+        law: the law.
+        zero: a block of zeros.
+    """
+    normal = wp.normalize(press)
+    resisted = resisted_slip(slip, normal, first, second, law)
+    measure, size = slip_measure(slip, resisted), wp.length(press) * law[0]
+    block = resistance_block(size * slip_slope(measure, law[3]), normal, first, second, law, zero)
+    return block - outer_product(resisted, size * slip_curvature(measure, law[3]), zero)

@@ -9,14 +9,15 @@ term on the device of one model. A term that is not chosen launches nothing, all
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
@@ -34,7 +35,8 @@ class Term(ABC):
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the force of the term to ``state.sample_force``, ``state.external_force`` or ``state.leg_force``.
 
-        The fourth component of ``state.sample_force`` is the row sum of stiffness.
+        The fourth component of ``state.sample_force`` is the row sum of stiffness. A term that acts in cells that
+        relax also adds to ``state.sample_virial`` where it is not empty.
         """
 
     @abstractmethod
@@ -61,8 +63,8 @@ class Term(ABC):
 class TermChoice(ABC):
     """A term that a caller requests."""
 
-    supports_cell: ClassVar[bool] = False
-    """Whether the periods of a lattice may relax beside the term: it adds its virial, or has no force along them."""
+    in_free_cells: bool = False
+    """Whether the term acts on the strains of a cell that relaxes, or has no force along the periods."""
 
     @abstractmethod
     def on(self, model: Model) -> Term:
@@ -95,3 +97,14 @@ class ConstraintChoice(ABC):
         Raises:
             ParameterError: the choice does not fit the yarns.
         """
+
+
+def refuse_in_free_cells(terms: Sequence[TermChoice], constraints: Sequence[ConstraintChoice]) -> None:
+    """Refuse what does not act on the strains of a cell that relaxes.
+
+    Raises:
+        ParameterError: there is a constraint, or a term that does not act on strains.
+    """
+    for choice in [*(term for term in terms if not term.in_free_cells), *constraints]:
+        found = f"got {type(choice).__name__} beside it, which does not act on a cell that deforms"
+        raise ParameterError(f"relax cell: {found}; leave it out, or keep the periods")

@@ -58,6 +58,22 @@ class Images64:
     frame: wp.array[wp.vec3d]
 
 
+def images_struct(scalar: Any, *, on_lattice: bool) -> Any:
+    """The kind of struct for yarns in one precision, with or without a lattice."""
+    if not on_lattice:
+        return NoImages
+    return Images32 if scalar is wp.float32 else Images64
+
+
+def images_with(images: Any, struct: Any, *, table: wp.array[Any], periods: wp.array[Any]) -> Any:
+    """Images with another table or with other periods; ``struct`` is ``images_struct`` on a lattice."""
+    other = struct()
+    for name in struct.vars:
+        setattr(other, name, getattr(images, name))
+    other.image, other.periods = table, periods
+    return other
+
+
 @wp.func
 def image_shift(images: Images32, cell: int, number: int) -> wp.vec3f:
     """Displacement of an image of a cell."""

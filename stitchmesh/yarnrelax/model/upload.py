@@ -16,7 +16,7 @@ from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax.model.cells import CONTACT, PeriodicCell, starts_of
 from stitchmesh.yarnrelax.model.constants import Model, constants_struct
 from stitchmesh.yarnrelax.model.image_table import put_images
-from stitchmesh.yarnrelax.model.lattice_images import Images32, Images64, NoImages
+from stitchmesh.yarnrelax.model.lattice_images import images_struct
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.self_contact import UNENDING, neighbour_reach
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH
@@ -62,7 +62,7 @@ def put_cells(
             raise ParameterError(f"{name}: got {count}; expected at least 1")
     cells = tuple(PeriodicCell(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
     counts = np.concatenate([sample_counts(cell.yarns, contact_samples) for cell in cells])
-    kind = NoImages if cells[0].yarns.lattice is None else Images32 if scalar is wp.float32 else Images64
+    kind = images_struct(scalar, on_lattice=cells[0].yarns.lattice is not None)
     model = Model(
         cells[0].yarns if len(cells) == 1 else join_yarns([cell.yarns for cell in cells]),
         cells,

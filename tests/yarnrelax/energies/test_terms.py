@@ -129,6 +129,11 @@ CHOICES = {
         {"point_load"},
         {"point_load"},
     ),
+    "friction": (
+        "from stitchmesh.yarnrelax.energies.friction import Friction; terms, constraints = [Friction(0.3)], []",
+        {"friction", "friction_contacts", "friction_law"},
+        {"friction", "friction_contacts"},
+    ),
     "body": (
         "from stitchmesh.yarnrelax.energies.body import Body; constraints = []; "
         "terms = [Body(Mesh.from_polygons([[-9, -1, -9], [-9, -1, 9], [9, -1, 9]], [[0, 1, 2]]))]",
