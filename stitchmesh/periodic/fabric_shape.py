@@ -6,7 +6,8 @@ A fabric that lies flat is as thick as its stitches need. The generated yarns sh
 their loops, cables, floats, slips and decreases on one another (plain loops are 2.2 yarn diameters thick, a cable 3.7).
 A fabric with both knit and purl stitches has loops on both sides of the links between them and is one layer of plain
 loops thicker (``LAYER``): ribs, garter and seed stitch are nearly twice as thick as stockinette, as measured fabrics
-are. The sum is the flat thickness.
+are. The sum is the flat thickness. The layers of a weave are generated so that they nest; each is at least two
+diameters thick.
 
 The middle surface of the fabric has a node for each stitch: the mean of the control points of its face. With r the
 vector from a node to the next one in its row, u the vector to a node above, e1, e2 and n the frame of the lattice and A
@@ -18,9 +19,9 @@ each over its value for the generated yarns. They are 1 in a flat fabric. Along 
 the surface is longer than its projection. Where courses or columns lie behind others, parts of the surface are turned
 over, and more than one layer covers the plane.
 
-A fabric whose thickness is at most ``THICK`` flat thicknesses, and that covers the plane at most ``THICK`` times, is
-flat. Otherwise it is folded if it folds along one direction only, and crumpled if along both (``FOLD``), or if it is
-thicker than ``FOLDED`` flat thicknesses: two layers and the bend between them.
+A fabric whose thickness is at most ``THICK`` flat thicknesses is flat: there is no room for a fold, which has two
+layers. Otherwise it is crumpled if it folds along both directions (``FOLD``), and folded if along one only. A weave
+that is not flat is folded; its middle surface is not measured.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ import numpy as np
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.periodic.resolve_pattern import Source
+from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.yarn import FLOATING, YarnSet
 
 Shape = Literal["flat", "folded", "crumpled"]
@@ -41,13 +44,13 @@ SAMPLES = 8
 """Points of each segment at which the thickness is measured."""
 LAYER = 2.25
 """Thickness of a layer of plain loops [yarn diameters]; loops of stockinette at rest have 2.24 to 2.30."""
+CLOTH = 2.0
+"""Thickness of a layer of plain cloth [yarn diameters]: one yarn passes over another."""
 THICK = 1.5
-"""Thickness over flat thickness, and number of layers, up to which a fabric is flat. The thickest fabric that lies
-between the planes of a free cell (``support``) has 1.4, the thinnest fold has two layers."""
+"""Thickness over flat thickness up to which a fabric is flat. No pattern of the library has more than 1.4 where it
+lies between the planes of a free cell (``support``), and the thinnest fold has two layers."""
 FOLD = 1.25
 """Length of the middle surface over its projection from which a fabric folds: its mean slope is then 37 degrees."""
-FOLDED = 2.5
-"""Thickness over flat thickness beyond which no single fold remains."""
 
 
 @dataclass(frozen=True)
@@ -66,10 +69,9 @@ class FabricShape:
     @property
     def name(self) -> Shape:
         """``flat``, ``folded`` or ``crumpled``."""
-        if self.thickness_ratio <= THICK and self.layers <= THICK:
+        if self.thickness_ratio <= THICK:
             return "flat"
-        along_both = min(self.course_fold, self.wale_fold) >= FOLD
-        return "crumpled" if along_both or self.thickness_ratio > FOLDED else "folded"
+        return "crumpled" if min(self.course_fold, self.wale_fold) >= FOLD else "folded"
 
     def report(self) -> dict[str, Any]:
         """Return shape, thickness_ratio, course_fold, wale_fold and layers."""
@@ -90,6 +92,8 @@ class FlatFabric:
 
     diameters: float
     """Flat thickness [yarn diameters]."""
+    stitch_length: float
+    """Mean length of yarn in a stitch, or at a crossing of a weave [cm]."""
     fabric: StitchMesh | None
     """The stitch mesh; None for a weave, of which only the thickness is compared."""
     image: IntArray
@@ -98,18 +102,24 @@ class FlatFabric:
     """Course fold, wale fold and layers of the generated yarns, before they are divided by themselves."""
 
     @classmethod
-    def of(cls, drawn: YarnSet, fabric: StitchMesh | None) -> FlatFabric:
+    def of(cls, drawn: YarnSet, fabric: StitchMesh | None, source: Source) -> FlatFabric:
         """Measure generated yarns.
 
         Args:
             drawn: the yarns on their lattice, as they are generated.
             fabric: the stitch mesh of a knit; None for a weave.
+            source: the pattern or the weave.
         """
+        length = float(drawn.rest_length.sum())
         diameters = thickness_of(drawn) / (2.0 * float(drawn.radius.mean()))
         if fabric is None:
-            return cls(diameters, None, np.zeros((len(drawn.points), 2), dtype=np.int64), (1.0, 1.0, 1.0))
+            crossings = int(np.prod((drawn.lattice_step != 0).sum(axis=0))) if drawn.lattice_step is not None else 1
+            layers = source.layer_count if isinstance(source, Weave) else 1
+            image = np.zeros((len(drawn.points), 2), dtype=np.int64)
+            return cls(max(diameters, CLOTH * layers), length / crossings, None, image, (1.0, 1.0, 1.0))
         image = _images(drawn, fabric)
-        return cls(diameters + LAYER * _has_two_faces(fabric), fabric, image, _folds(drawn, fabric, image))
+        diameters += LAYER * _has_two_faces(fabric)
+        return cls(diameters, length / fabric.face_count, fabric, image, _folds(drawn, fabric, image))
 
     def thickness(self, yarns: YarnSet) -> float:
         """Flat thickness of yarns with other radii [cm]."""

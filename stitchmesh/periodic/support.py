@@ -20,26 +20,31 @@ since contacts only push, so that the mean force f of the yarn is at least the r
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.fabric_shape import FabricShape, FlatFabric
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.energies.confinement import Confinement
+from stitchmesh.yarnrelax.energies.term import TermChoice
 
-CLEARANCE = 0.25
-"""Distance of the planes beyond the flat thickness [yarn diameters]."""
+CLEARANCE = 0.03
+"""Distance of the planes beyond the flat thickness, over the length of yarn in a stitch: half a diameter in a compact
+loop. Stockinette with loops of 14 to 40 diameters rests 0.12 to 0.69 diameters thicker than it is generated, 0.009 to
+0.017 of its loops (``benchmarks/free_shapes.py``)."""
 TEARING_STRAIN = 0.3
 """Strain at which yarn tears; wool breaks at 25 to 35 % (dry) and spun cotton at 5 to 10 %."""
 
 
-def planes(relax_cell: bool | RelaxCell, options: SwatchOptions, flat: FlatFabric, radius: FloatArray) -> list[Any]:
+def planes(
+    relax_cell: bool | RelaxCell, options: SwatchOptions, flat: FlatFabric, radius: FloatArray
+) -> list[TermChoice]:
     """Return the term of the planes; no term for a swatch of fixed size, an unsupported one, or a given ``RelaxCell``.
 
     Args:
@@ -51,8 +56,10 @@ def planes(relax_cell: bool | RelaxCell, options: SwatchOptions, flat: FlatFabri
     lies = relax_cell is True or (relax_cell is False and options.blocked is not None)
     if options.unsupported or not lies:
         return []
-    mean = float(radius.mean())
-    return [Confinement(half_thickness=(flat.diameters + CLEARANCE - 1.0) * mean)]
+    from stitchmesh.yarnrelax.energies.confinement import Confinement
+
+    distance = 2.0 * float(radius.mean()) * (flat.diameters - 1.0) + CLEARANCE * flat.stitch_length
+    return [Confinement(half_thickness=distance / 2.0)]
 
 
 def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> RelaxCell:
@@ -92,3 +99,19 @@ def refuse_tearing(strain: float, options: SwatchOptions) -> None:
     if options.blocked is not None and strain > TEARING_STRAIN:
         found = f"blocked: {options.blocked:g} dyn/cm strain the yarn by {100 * strain:.3g} %, and it tears at"
         raise ParameterError(f"{found} {100 * TEARING_STRAIN:g} %; give a smaller tension")
+
+
+@contextmanager
+def tearing(options: SwatchOptions) -> Iterator[None]:
+    """While a blocked swatch relaxes, replace the error of yarns that its tension presses through one another.
+
+    Raises:
+        ParameterError: the tension is too large for the contacts of the yarn.
+    """
+    try:
+        yield
+    except SolverError as error:
+        if options.blocked is None:
+            raise
+        found = f"blocked: {options.blocked:g} dyn/cm press yarns into one another ({str(error).partition(':')[0]})"
+        raise ParameterError(f"{found}; give a smaller tension") from error

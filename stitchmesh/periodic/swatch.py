@@ -30,7 +30,7 @@ from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of
+from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
@@ -136,14 +136,15 @@ def swatch(
     natural = first if fabric is not None else replace(first, rest_length=first.lengths)
     yarns = change_radius(natural, thicker, similar, quality, device)
     period = period_to_reach(first, chosen)
-    cell, flat = free_cell(relax_cell, chosen, first, material), FlatFabric.of(first, fabric)
+    cell, flat = free_cell(relax_cell, chosen, first, material), FlatFabric.of(first, fabric, source)
     terms = planes(relax_cell, chosen, flat, yarns.radius)
     wanted = take_up_rest_lengths(first, fabric, chosen)
     yarns = change_rest_length(yarns, wanted, similar, quality, device, cell, terms)
     yarns = change_period(yarns, period, similar, quality, device)
-    relaxed = relax_yarns(
-        yarns, material=similar, quality=quality, device=device, cell=cell, terms=terms, progress=progress
-    )
+    with tearing(chosen):
+        relaxed = relax_yarns(
+            yarns, material=similar, quality=quality, device=device, cell=cell, terms=terms, progress=progress
+        )
     refuse_pull_through(first, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)

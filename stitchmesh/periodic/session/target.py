@@ -115,6 +115,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     ]
     full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
     radius = yarns.radius * full * options.gamma
+    flat = FlatFabric.of(yarns, generated.fabric, generated.source)
     return Target(
         radius=radius,
         rest_length=take_up_rest_lengths(yarns, generated.fabric, options),
@@ -123,7 +124,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         gamma=options.gamma,
         material=material.scaled(options.gamma),
         cell=cell,
-        terms=tuple(planes(settings.relax_cell, options, FlatFabric.of(yarns, generated.fabric), radius)),
+        terms=tuple(planes(settings.relax_cell, options, flat, radius)),
         colour=yarns.colour,
         palette=yarns.palette,
         drawn_over_contact=yarns.drawn_radius / yarns.radius,

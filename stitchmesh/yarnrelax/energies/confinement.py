@@ -42,7 +42,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import carried_lengths
 from stitchmesh.yarnrelax.model.state import State
 
-STIFFNESS = 1e-2
+STIFFNESS = 0.1
 """Stiffness of the planes over k_bend / r^4."""
 
 
