@@ -57,6 +57,10 @@ class Swatch:
     material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
     """relax the width and the height of the repeat too, except those that --period fixes"""
+    unsupported: Flag = False
+    """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
+    blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
+    """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
     """width and height of the repeat [cm]; each is a number or the word free"""
     quality: QualityName = DEFAULT_QUALITY
@@ -93,8 +97,9 @@ class Swatch:
         source = self._source()
         woven = isinstance(source, Weave)
         options = SwatchOptions(
-            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
-        )
+            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
+            unsupported=self.unsupported, blocked=self.blocked,
+        )  # fmt: skip
         with output_folder(self.output) as folder, show_progress() as progress:
             made = self._relaxed(source, options, progress)
             report = self._report(source, options, made)
