@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from stitchmesh.app.pages.swatch.state import Look, SwatchState, read_state, state_table
+from stitchmesh.app.pages.view.viewed import read_viewed
 from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.app.project.recent import new_project_folder, projects_folder
 from stitchmesh.errors import FileError, StitchMeshError
-from stitchmesh.io.contents import read_bytes
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign
 
@@ -50,10 +50,10 @@ def view_project(path: str) -> Project:
     """Open a project whose page View shows a file, or the folder of a running job.
 
     Raises:
-        FileError: there is no such file or folder, or the file cannot be read.
+        StitchMeshError: there is no such file or folder, or the file cannot be read.
     """
     if not Path(path).is_dir():
-        read_bytes(path)
+        read_viewed(Path(path))  # A file that cannot be shown is refused before a project is made.
     try:
         project = Project.open_or_create(projects_folder() / VIEW)
     except FileError:  # Another program shows a file already.

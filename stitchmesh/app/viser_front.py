@@ -12,6 +12,7 @@ import numpy as np
 import viser
 
 from stitchmesh.app.browser.bridge import Bridge
+from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.controls.viser_controls import ViserControls
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.front import Listener, NoticeKind
@@ -53,14 +54,15 @@ class ViserFront:
         self.bridge.receive(DROP, lambda message, client: self.queue.post(self._refuse_file, message))
         self.bridge.on_connect(lambda client: self.bridge.run(f"stitchmeshDrop.largest={LARGEST_UPLOAD};", client))
         self.scene = ViserScene(server, self.bridge, lambda stroke: self._post("stroked", stroke))
-        self.navigation = ViserControls(server, self.bridge, self.queue)
-        self.controls = ViserControls(server, self.bridge, self.queue)
+        guard = ValueGuard(server, self.queue)
+        self.navigation = ViserControls(server, self.bridge, self.queue, guard)
+        self.controls = ViserControls(server, self.bridge, self.queue, guard)
         self._left_panel = server.gui.add_panel(visible=False)
         self._left_tab = left = self._left_panel.add_tab("Chart")
         self._left_panel.dock_left()
         self._left_width = 0
         self.left_controls = ViserControls(
-            server, self.bridge, self.queue, container=lambda: left, on_change=self._show_left_panel
+            server, self.bridge, self.queue, guard, container=lambda: left, on_change=self._show_left_panel
         )
         scene: Any = server.scene  # Its annotations leave out asynchronous functions, whose order viser keeps.
         scene.on_click()(self._click)

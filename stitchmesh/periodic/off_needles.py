@@ -23,7 +23,7 @@ from dry to full, and ``WET`` is what is left.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
@@ -39,6 +39,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.observer import report_entries
 from stitchmesh.yarnrelax.relax import Relaxation
 
@@ -89,8 +90,8 @@ def chosen_release(
 
     if state not in get_args(KnitState):
         raise ParameterError(f"relaxation: got {state!r}; expected dry, wet or full")
-    if options.period != (None, None):
-        raise ParameterError("relaxation: got a period beside it; a knit off the needles finds its size, leave it out")
+    if options.period != (None, None) or options.blocked is not None:
+        raise ParameterError("relaxation: got a period or blocking beside it; a knit off the needles finds its size")
     cell = relax_cell if isinstance(relax_cell, RelaxCell) else RelaxCell(shear=False)
     if (cell.course, cell.wale) != (0.0, 0.0):
         raise ParameterError("relaxation: got a load or a held size beside it; a knit off the needles has neither")
@@ -113,6 +114,7 @@ def let_go(
     material: YarnMaterial,
     quality: Quality,
     device: str | None = None,
+    terms: Sequence[TermChoice] = (),
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
 ) -> Relaxation:
     """Draw yarns to their size on the needles, let them go with friction, and relax them to a state.
@@ -124,6 +126,7 @@ def let_go(
         material: material of the yarns.
         quality: resolution of all steps.
         device: device of the kernels.
+        terms: further energies after the fabric has left the needles: what it lies on.
         progress: as for ``relax_yarns``.
 
     Returns:
@@ -145,14 +148,14 @@ def let_go(
             if report_entry is not None:
                 report_entry(entry)
 
-        report, last = _through_steps(drawn, forces, release, material, quality, device, note)
+        report, last = _through_steps(drawn, forces, release, material, quality, device, terms, note)
     own = {"relaxation": release.state, "friction": release.friction, "needle_tension": tension}
     return Relaxation(last, report | own | {"seconds": time.perf_counter() - began}, history)
 
 
 def _through_steps(
     drawn: YarnSet, forces: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
-    device: str | None, note: Callable[[HistoryEntry], None],
+    device: str | None, terms: Sequence[TermChoice], note: Callable[[HistoryEntry], None],
 ) -> tuple[dict[str, Any], YarnSet]:  # fmt: skip
     """The report without times, and the yarns in the last state."""
     from stitchmesh.yarnrelax.energies.friction import Friction
@@ -162,7 +165,7 @@ def _through_steps(
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
     found = relax_through_steps(
         drawn, steps, friction=Friction(release.friction), material=material, quality=quality, cell=release.cell,
-        device=device, note=note,
+        device=device, terms=terms, note=note,
     )  # fmt: skip
     last = found[-1]
     report = {

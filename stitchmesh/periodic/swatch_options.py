@@ -38,7 +38,8 @@ class SwatchOptions:
     """Options of a swatch.
 
     Raises:
-        ParameterError: a length or gamma is not a positive number, or gamma or the longest float is out of bounds.
+        ParameterError: a length, gamma or the tension is not a positive number, or gamma or the longest float is out of
+            bounds.
     """
 
     yarn_radius: float = YARN_RADIUS
@@ -60,6 +61,11 @@ class SwatchOptions:
     """Number of repeats of the pattern in the cell, side by side."""
     rows: int = 1
     """Number of repeats of the pattern in the cell, one above another."""
+    unsupported: bool = False
+    """Whether a repeat whose size relaxes lies on nothing; by default it lies between two planes (``support``)."""
+    blocked: float | None = None
+    """Tension with which the repeat is pinned out in both directions [dyn/cm], over its size as generated; its width
+    and height then relax under this tension."""
     longest_float: int = LONGEST_FLOAT
     """Largest number of stitches of other yarns behind which a yarn floats; patterns with longer floats are refused."""
 
@@ -71,6 +77,8 @@ class SwatchOptions:
                 raise ParameterError(f"{name}: got {value} cm; expected a positive number")
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
+        if self.blocked is not None and not (np.isfinite(self.blocked) and self.blocked > 0.0):
+            raise ParameterError(f"blocked: got {self.blocked} dyn/cm; expected a positive tension")
         if self.longest_float < 0:
             raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:

@@ -22,6 +22,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.friction import Friction, FrictionTerm
+from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -76,6 +77,7 @@ def relax_through_steps(
     quality: Quality,
     cell: RelaxCell,
     device: str | None = None,
+    terms: Sequence[TermChoice] = (),
     note: Callable[[HistoryEntry], None] = lambda _entry: None,
 ) -> list[StepAtRest]:
     """Relax yarns on a lattice through load steps, and return the state of rest of each.
@@ -88,13 +90,15 @@ def relax_through_steps(
         quality: sampling and tolerance of each step; ``max_iterations`` holds for each step.
         cell: which changes the periods are free to make; its loads are those of the steps.
         device: as for ``relax_yarns``.
+        terms: further energies, such as what the fabric lies on.
         note: called with the entry of each assessment.
 
     Raises:
-        ParameterError: the yarns have no lattice.
+        ParameterError: the yarns have no lattice, or a term does not act in free cells.
         SolverError: the yarns are too close to each other, or a yarn passed through another one.
     """
-    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), [friction], cell=cell)
+    refuse_in_free_cells(terms, ())
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), [friction, *terms], cell=cell)
     loop, began = RelaxationLoop(simulation, quality.tolerance), time.perf_counter()
 
     def note_assessment() -> None:

@@ -59,7 +59,7 @@ without the control.
 """
 READY = """() => {
   const state = window.__viserMutable, points = window.__viserTestpoints;
-  if (!state || !state.scene || !state.canvas || !points || !window.stitchmesh) return false;
+  if (!state || !state.scene || !state.canvas || !points || !window.stitchmesh?.inbox) return false;
   const opacity = state.canvas.style.opacity;
   return state.messageQueue.length === 0 && points.rendererInfo.render.frame > 5
     && (opacity === "" || parseFloat(opacity) >= 1);
@@ -74,6 +74,11 @@ CLOSE_NOTICE_OF_SLOWNESS = """(() => {
   new MutationObserver(close).observe(document, { childList: true, subtree: true });
 })();"""
 """Closes the notice by which viser says that the browser draws in software, at whatever time it comes."""
+SEND_FENCE = """(number) => new Promise(done => setTimeout(() => {
+  window.stitchmesh.send("fence", { fence: number });
+  done();
+}, 80))"""
+"""Sends a message after all that the page has to send; viser keeps the newest value of an input for up to 50 ms."""
 TWO_FRAMES = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 CANVAS = """() => {
   const box = window.__viserMutable.canvas.getBoundingClientRect();
@@ -228,6 +233,8 @@ class Rig(BrowserWindow):
     def __init__(self, browser: Browser, opened: OpenServer, app: App, size: tuple[int, int], *, dark: bool) -> None:
         """Open a page of an application that runs."""
         self.app, self.opened, self._browser = app, opened, browser
+        self._heard = 0
+        app.front.bridge.receive("fence", self._hear_fence)
         self._fence = opened.server.gui.add_html(_fence_text(0))
         super().__init__(browser, opened.address, size, dark=dark)
         self.settle()
@@ -249,15 +256,20 @@ class Rig(BrowserWindow):
         return found[0]
 
     def settle(self) -> None:
-        """Wait until no task runs, no event waits, and the page has drawn everything that it was sent."""
+        """Wait until all that the page sent is handled, no task runs, and the page has drawn all that it was sent."""
+        number, page = next(self._fences), self.browser_page
+        page.evaluate(SEND_FENCE, number)
+        self.wait_for(lambda: self._heard >= number, "the messages of the page arrive")
+        self.app.queue.settle()
         self.wait_for(lambda: self.app.tasks.current is None, "the task ends", LONGEST_TASK)
         self.app.queue.settle()
-        number = next(self._fences)
         self._fence.content = _fence_text(number)
-        page = self.browser_page
         page.wait_for_function(f"() => document.querySelector('[data-fence=\"{number}\"]') !== null")
         page.evaluate(TWO_FRAMES)
         page.wait_for_function("() => window.__viserMutable.messageQueue.length === 0")
+
+    def _hear_fence(self, message: dict[str, Any], _client: int | None) -> None:
+        self._heard = message["fence"]
 
     def on_page(self, point: Sequence[float]) -> tuple[float, float]:
         """Return the place in the page at which a point of the scene is drawn [cm]."""

@@ -27,12 +27,13 @@ class Sampler(Page):
         self.given: list[Any] = []
         controls, give = self.app.controls, self.given.append
         controls.button("Go", "Starts.", lambda: give("go"), main=True)
-        controls.number("Width", "A width.", 0.8, give, least=0.1, most=5.0, step=0.1)
+        self.width = controls.number("Width", "A width.", 0.8, give, least=0.1, most=5.0, step=0.1)
         controls.toggle("Arrows", "Whether arrows are shown.", False, give)
         controls.choice("Kind", "A kind.", ["plain", "purl"], "plain", give)
         controls.text("Name", "A name.", "abc", give)
-        controls.slider("Gamma", "A dial.", 0.5, give, least=0.0, most=1.0, step=0.1)
-        controls.buttons("Side", "A side.", ["Left", "Right"], give)
+        self.gamma = controls.slider("Gamma", "A dial.", 0.5, give, least=0.0, most=1.0, step=0.1)
+        self.pixels = controls.number("Pixels", "A whole number.", 1600, give, least=64, most=4096, step=1)
+        self.side = controls.buttons("Side", "A side.", ["Left", "Right"], give)
         controls.upload("Mesh", "A file.", [".obj"], lambda name, content: give((name, len(content))))
         controls.button("Save", "Sends a file.", lambda: self.app.download("a.txt", b"content"))
         controls.button("Fail", "Raises an error.", self._fail)
@@ -73,6 +74,80 @@ def test_each_control_is_reached(sampler, tmp_path):
             "go", 1.2, True, "purl", "xyz", 0.7, "Right", ("a.obj", 8), ("turn", "7"), "undo"
         ]  # fmt: skip
         assert rig.downloaded(lambda: rig.press("Save")) == ("a.txt", b"content")
+
+
+def send(rig, control, *values):
+    """Send values of a control from the page, whatever they are."""
+    script = """([uuid, values]) => {
+      for (const value of values) {
+        window.__viserMutable.sendMessage({ type: "GuiUpdateMessage", uuid, updates: { value } });
+      }
+    }"""
+    rig.browser_page.evaluate(script, [control.handle._impl.uuid, list(values)])
+
+
+def test_presses_keep_their_order(sampler):
+    presses = ["Left", "Right", "Right"] * 100
+    with sampler() as rig:
+        send(rig, rig.app.page.side, *presses)
+        rig.settle()
+        assert rig.app.page.given == presses
+
+
+@pytest.mark.parametrize("value", ["<b>1</b>", "", None, float("nan"), float("inf"), True, [1], {"a": 1}, -0.01, 5.01])
+def test_what_is_no_number_or_beyond_the_bounds_is_refused(sampler, value):
+    with sampler() as rig:
+        rig.call(setattr, rig.app.page.width, "value", 2.5)
+        send(rig, rig.app.page.width, value)
+        rig.wait_for(lambda: any("Width: got" in notice for notice in rig.notices()), "a notice")
+        (notice,) = rig.notices()
+        assert notice.endswith("; expected 0.1 to 5") and notice.count("\n") == 1  # The first line is the title.
+        rig.settle()
+        assert rig.row("Width").locator("input").input_value() == "2.5" and rig.app.page.given == []
+        rig.type("Width", 1.2)
+        rig.settle()
+        assert rig.app.page.given == [1.2]
+
+
+def test_a_slider_refuses_the_same_values(sampler):
+    with sampler() as rig:
+        send(rig, rig.app.page.gamma, "hot")
+        rig.wait_for_text("Gamma: got 'hot'; expected 0 to 1")
+        send(rig, rig.app.page.gamma, 1.1)
+        rig.wait_for_text("Gamma: got 1.1; expected 0 to 1")
+        assert rig.app.page.given == [] and rig.app.page.gamma.value == 0.5
+
+
+def test_a_number_is_typed_digit_by_digit_and_letters_are_none(sampler):
+    with sampler() as rig:
+        field = rig.row("Pixels").locator("input")
+        field.select_text()
+        field.press_sequentially("3x0y0", delay=100)
+        rig.settle()
+        assert field.input_value() == "300" and rig.app.page.given == [300] and not rig.notices()
+        field.select_text()
+        field.press_sequentially("letters")
+        field.press("Tab")
+        rig.settle()
+        assert rig.app.page.given == [300] and rig.app.page.pixels.value == 300
+
+
+def test_a_number_that_is_left_beyond_its_bounds_becomes_the_nearest_bound(sampler):
+    with sampler() as rig:
+        rig.type("Pixels", 5)
+        rig.settle()
+        assert rig.app.page.given == [64] and rig.app.page.pixels.value == 64
+
+
+def test_only_values_are_set_by_a_page(sampler):
+    with sampler() as rig:
+        script = """(uuid) => window.__viserMutable.sendMessage(
+          { type: "GuiUpdateMessage", uuid, updates: { update_cb: 3, removed: true } })"""
+        rig.browser_page.evaluate(script, rig.app.page.width.handle._impl.uuid)
+        rig.settle()
+        rig.type("Width", 1.2)
+        rig.settle()
+        assert rig.app.page.given == [1.2] and not rig.app.page.width.removed
 
 
 def test_a_click_arrives_at_the_point_where_the_scene_is_drawn(sampler):

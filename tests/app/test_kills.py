@@ -10,6 +10,7 @@ from contextlib import closing
 
 import pytest
 
+from stitchmesh.app.pages.yarns.page import INTERRUPTED
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.labeling import label
@@ -36,6 +37,11 @@ def saved_steps(folder) -> list[str]:
 def saved_files(folder) -> dict[str, str]:
     """The files of the results that are on disk."""
     return json.loads((folder / "project.json").read_text())["work"]["files"]
+
+
+def saved_settings(folder) -> dict[str, dict[str, object]]:
+    """The settings of the pages that are on disk."""
+    return json.loads((folder / "project.json").read_text())["settings"]
 
 
 def test_a_killed_server_comes_back_where_it_was(browser, tmp_path, tube_file):
@@ -92,6 +98,7 @@ def test_a_relaxation_that_was_killed_goes_on_from_its_checkpoint(browser, tmp_p
         window.wait_for_text("Not relaxed yet")
         window.press("Relax the yarns")
         window.wait_for((folder / "checkpoint" / "checkpoint.smc").exists, "a checkpoint")
+        window.wait_for(lambda: saved_settings(folder).get("Yarns", {}).get(INTERRUPTED), "what is relaxed is on disk")
         first.kill()
     assert "relaxed" not in saved_files(folder)
     with app_process(folder) as second, closing(BrowserWindow(browser, second.address)) as window:

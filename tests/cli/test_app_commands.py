@@ -94,6 +94,33 @@ def test_wrong_words_give_one_line(started, capsys, tmp_path, monkeypatch, words
     assert message in said and said.count("\n") == 1
 
 
+NAN_MESH = "v 0 0 0\nv 1 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3 4\n"
+"""A mesh with a position that is no number."""
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("noise.h5", bytes(range(256)) * 20),
+        ("noise.bcc", bytes(range(256)) * 20),
+        ("noise.vtp", bytes(range(256)) * 20),
+        ("noise.obj", bytes(range(256)) * 20),
+        ("noise.smc", bytes(range(256)) * 20),
+        ("noise.png", bytes(range(256)) * 20),
+        ("noise.txt", bytes(range(256)) * 20),
+        ("nan.obj", NAN_MESH.encode()),
+        ("empty.h5", b""),
+        ("noise.unknown", b"content"),
+    ],
+)
+def test_view_refuses_a_file_that_it_cannot_show(started, capsys, tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    assert main(["view", str(tmp_path / name)]) == 2
+    said = capsys.readouterr().err
+    assert name in said and said.count("\n") == 1
+    assert not (tmp_path / "projects").exists()
+
+
 def test_a_port_that_cannot_be_is_refused_and_the_project_is_free_again(capsys, tmp_path, monkeypatch, tube_file):
     monkeypatch.setenv("STITCHMESH_PROJECTS", str(tmp_path / "projects"))
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))

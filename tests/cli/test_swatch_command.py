@@ -270,7 +270,7 @@ def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
         (["--friction", "0.3"], "friction: got 0.3 without a relaxation; add one of dry, wet and full"),
         (["--relaxation", "dry", "--friction", "-1"], "friction: got coefficients (-1.0, -1.0)"),
         (["--relaxation", "dry", "--friction", "9"], "friction: got coefficients (9.0, 9.0); expected numbers from 0"),
-        (["--relaxation", "dry", "--period", "1", "free"], "relaxation: got a period beside it"),
+        (["--relaxation", "dry", "--period", "1", "free"], "relaxation: got a period or blocking beside it"),
     ],
 )
 def test_friction_that_does_not_fit_is_refused_in_one_line(capsys, tmp_path, words: list[str], message: str) -> None:

@@ -125,7 +125,7 @@ def test_work_is_dissipated_in_a_cycle_of_loads(most: float) -> None:
         ({"relaxation": "damp"}, "relaxation: got 'damp'; expected dry, wet or full"),
         ({"relaxation": "dry", "friction": -0.1}, r"friction: got coefficients \(-0.1, -0.1\); expected numbers from"),
         ({"relaxation": "dry", "friction": 7.0}, "expected numbers from 0 to 2"),
-        ({"relaxation": "dry", "period": (1.0, None)}, "relaxation: got a period beside it"),
+        ({"relaxation": "dry", "period": (1.0, None)}, "relaxation: got a period or blocking beside it"),
         ({"relaxation": "dry", "relax_cell": RelaxCell(course=5.0)}, "relaxation: got a load or a held size"),
         ({"relaxation": "dry", "relax_cell": RelaxCell(wale=None)}, "relaxation: got a load or a held size"),
     ],

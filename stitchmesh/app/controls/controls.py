@@ -46,13 +46,16 @@ class Controls(Protocol):
         self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
         least: float, most: float, step: float,
     ) -> Control:  # fmt: skip
-        """Add a number, whole if the value and the step are. Values beyond the bounds are refused by a notice."""
+        """Add a number, whole if the value and the step are.
+
+        A value that is no number, or beyond the bounds, is refused by a notice; the last good one is shown again.
+        """
 
     def slider(
         self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
         least: float, most: float, step: float,
     ) -> Control:  # fmt: skip
-        """Add a slider."""
+        """Add a slider; it refuses the same values as a number."""
 
     def choice(
         self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object]

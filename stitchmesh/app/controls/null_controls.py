@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from stitchmesh.app.controls.bounds import Bounds
 from stitchmesh.errors import ParameterError
 
 
@@ -27,7 +28,7 @@ class NullControl:
     visible: bool = True
     disabled: bool = False
     options: tuple[str, ...] = ()
-    bounds: tuple[float, float] | None = None
+    bounds: Bounds | None = None
     removed: bool = False
 
     def remove(self) -> None:
@@ -68,8 +69,14 @@ class NullControls:
         control.changed(*(() if option is None else (option,)))
 
     def set(self, label: str, value: object) -> None:
-        """Give a control another value, as a user does."""
+        """Give a control another value, as a user does.
+
+        Raises:
+            ParameterError: the control does not take the value.
+        """
         control = self.find(label)
+        if control.bounds is not None:
+            control.bounds.check(value)
         control.value = value
         control.changed(value)
 
@@ -106,14 +113,14 @@ class NullControls:
         least: float, most: float, step: float,
     ) -> NullControl:  # fmt: skip
         """Add a number."""
-        return self._add("number", label, hint, value=value, changed=changed, bounds=(least, most))
+        return self._add("number", label, hint, value=value, changed=changed, bounds=Bounds(label, least, most))
 
     def slider(
         self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
         least: float, most: float, step: float,
     ) -> NullControl:  # fmt: skip
         """Add a slider."""
-        return self._add("slider", label, hint, value=value, changed=changed, bounds=(least, most))
+        return self._add("slider", label, hint, value=value, changed=changed, bounds=Bounds(label, least, most))
 
     def choice(
         self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object]

@@ -4,17 +4,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import viser
 
 from stitchmesh.app.browser.bridge import Bridge
+from stitchmesh.app.controls.bounds import Bounds
+from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.event_queue import EventQueue
-from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.palette import colour_text, parse_colour
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ class ViserControls:
     _numbers = itertools.count()
 
     def __init__(
-        self, server: viser.ViserServer, bridge: Bridge, queue: EventQueue, *,
+        self, server: viser.ViserServer, bridge: Bridge, queue: EventQueue, guard: ValueGuard, *,
         container: Callable[[], AbstractContextManager[Any]] = nullcontext,
         on_change: Callable[[int], None] = lambda _: None,
     ) -> None:  # fmt: skip
@@ -159,10 +160,11 @@ class ViserControls:
             server: the server.
             bridge: the bridge, for hints and actions.
             queue: the queue in which all functions are called.
+            guard: the guard that refuses numbers beyond their bounds.
             container: makes the context in which viser places controls.
             on_change: called with the number of controls after some were made or removed.
         """
-        self._server, self._bridge, self._queue = server, bridge, queue
+        self._server, self._bridge, self._queue, self._guard = server, bridge, queue, guard
         self._container, self._on_change = container, on_change
         self._made: list[ViserControl] = []
         self._groups: list[Any] = []
@@ -171,7 +173,7 @@ class ViserControls:
         """Add a button."""
         with self._place():
             handle = self._server.gui.add_button(label, hint=hint, color=BLUE if main else GREY)
-        handle.on_click(lambda event: self._post(event, run))
+        handle.on_click(self._in_order(run))
         self._bridge.set_hint(handle._impl.uuid, hint)
         return self._keep(handle)
 
@@ -185,19 +187,9 @@ class ViserControls:
         least: float, most: float, step: float,
     ) -> ViserControl:  # fmt: skip
         """Add a number."""
-        handle: Any
         with self._place():
-            handle = self._server.gui.add_number(label, value, min=least, max=most, step=step, hint=hint)
-        last = [value]
-
-        def check(given: float) -> None:
-            if not least <= given <= most:
-                handle.value = last[0]
-                raise ParameterError(f"{label}: got {given:g}; expected {least:g} to {most:g}")
-            last[0] = given
-            changed(given)
-
-        return self._input(handle, check)
+            handle: Any = self._server.gui.add_number(label, value, min=least, max=most, step=step, hint=hint)
+        return self._bounded(handle, Bounds(label, least, most), changed)
 
     def slider(
         self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
@@ -206,7 +198,7 @@ class ViserControls:
         """Add a slider."""
         with self._place():
             handle = self._server.gui.add_slider(label, min=least, max=most, step=step, initial_value=value, hint=hint)
-        return self._input(handle, changed)
+        return self._bounded(handle, Bounds(label, least, most), changed)
 
     def choice(
         self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object]
@@ -220,7 +212,7 @@ class ViserControls:
         """Add buttons in one row."""
         with self._place():
             handle = self._server.gui.add_button_group(label, tuple(options), hint=hint)
-        handle.on_click(lambda event: self._post(event, pressed, event.target.value))
+        handle.on_click(self._in_order(pressed, lambda event: (event.target.value,)))
         return self._keep(handle)
 
     def text(
@@ -270,9 +262,9 @@ class ViserControls:
         with self._place():
             handle = self._server.gui.add_upload_button(label, hint=hint, mime_type=",".join(suffixes), color=GREY)
 
-        def post(event: viser.GuiEvent) -> None:
+        async def post(event: viser.GuiEvent) -> None:
             file = event.target.value
-            time.sleep(UPLOAD_NOTICE_SECONDS)
+            await asyncio.sleep(UPLOAD_NOTICE_SECONDS)
             self._post(event, received, file.name, file.content)
 
         handle.on_upload(post)
@@ -301,7 +293,7 @@ class ViserControls:
         held: Any = MODIFIERS[modifier]
         key: Any = hotkey
         handle = self._server.gui.add_command(label, description=hint, hotkey=key, modifier=held)
-        handle.on_trigger(lambda event: self._post(event, run))
+        handle.on_trigger(self._in_order(run))
         control = ViserControl(handle)
         self._made.append(control)
         return control
@@ -317,9 +309,16 @@ class ViserControls:
         """Return the context in which the next control is placed."""
         return self._groups[-1] if self._groups else self._container()
 
+    def _bounded(self, handle: Any, bounds: Bounds, changed: Callable[[float], object]) -> ViserControl:
+        """Keep an input of numbers, which takes none beyond the bounds."""
+        identity = handle._impl.uuid
+        self._guard.bound(identity, bounds)
+        return self._input(handle, changed, forget=lambda: self._guard.forget(identity))
+
     def _input(
-        self, handle: Any, changed: Callable[[Any], object], kind: type[ViserControl] = ViserControl
-    ) -> ViserControl:
+        self, handle: Any, changed: Callable[[Any], object], kind: type[ViserControl] = ViserControl,
+        forget: Callable[[], None] = lambda: None,
+    ) -> ViserControl:  # fmt: skip
         """Keep an input, and post its new values; a stream of values never fills the queue."""
 
         async def post(event: viser.GuiEvent) -> None:
@@ -327,10 +326,23 @@ class ViserControls:
                 self._queue.post_newest(handle._impl.uuid, changed, event.target.value)
 
         handle.on_update(post)
-        return self._keep_control(kind(handle))
+        return self._keep_control(kind(handle, forget))
 
     def _act(self, action: Callable[[str, str], object], message: dict[str, Any], client: int | None) -> None:
         self._queue.post(self._call_for, client, action, str(message.get("action", "")), str(message.get("value", "")))
+
+    def _in_order(
+        self, function: Callable[..., object], arguments: Callable[[Any], tuple[object, ...]] = lambda _: ()
+    ) -> Callable[[Any], Coroutine[Any, Any, None]]:
+        """Return what viser calls with an event, so that the function is called with what the event says.
+
+        It is asynchronous: viser awaits such functions in the order of the messages, and runs others in many threads.
+        """
+
+        async def post(event: Any) -> None:
+            self._post(event, function, *arguments(event))
+
+        return post
 
     def _post(self, event: Any, function: Callable[..., object], *arguments: object) -> None:
         """Post a call that an event of a browser asked for."""

@@ -38,11 +38,8 @@ class MeshDrawing:
             colour: colour of the lines, sRGB.
             width: width of the lines [pixels].
         """
-        if not len(sides):
-            self._scene.remove(name)
-            return
         ends = np.stack([sides, self.mesh.side_next[sides]], axis=1)
-        self._scene.show(name, Lines(self._lifted[ends], colour, width))
+        self._show_lines(name, self._lifted[ends], colour, width)
 
     def show_crosses(self, name: str, faces: IntArray, colour: Colour, width: float) -> None:
         """Draw lines from the middle of some faces to their corners; without faces, nothing.
@@ -53,13 +50,10 @@ class MeshDrawing:
             colour: colour of the lines, sRGB.
             width: width of the lines [pixels].
         """
-        if not len(faces):
-            self._scene.remove(name)
-            return
         sides, size = self.mesh.sides_of(faces), np.diff(self.mesh.face_start)[faces]
         corners = self._lifted[sides]
         middles = np.add.reduceat(corners, np.cumsum(size) - size, axis=0) / size[:, None]
-        self._scene.show(name, Lines(np.stack([np.repeat(middles, size, axis=0), corners], axis=1), colour, width))
+        self._show_lines(name, np.stack([np.repeat(middles, size, axis=0), corners], axis=1), colour, width)
 
     def show_arrowheads(self, name: str, arrowheads: FloatArray, colour: Colour) -> None:
         """Draw triangles of one colour, shape (n, 3, 3); without triangles, nothing."""
@@ -73,3 +67,10 @@ class MeshDrawing:
         """Show the whole mesh."""
         position = self.mesh.corner_position
         self._scene.look_at(position.min(axis=0), position.max(axis=0))
+
+    def _show_lines(self, name: str, segments: FloatArray, colour: Colour, width: float) -> None:
+        """Draw lines, shape (n, 2, 3); without lines, nothing."""
+        if len(segments):
+            self._scene.show(name, Lines(segments, colour, width))
+        else:
+            self._scene.remove(name)

@@ -20,6 +20,7 @@ from stitchmesh.cli.options import (
     MaxIterations,
     QualityName,
     SwatchFabric,
+    Threads,
     YarnColours,
 )
 from stitchmesh.cli.output_folder import START_OF_RENDERER, draw_if_possible, output_folder, plot_history
@@ -60,11 +61,16 @@ class Swatch:
     """let a knit go off the needles with friction between its yarns, and relax it to one of Munden's three states"""
     friction: Annotated[float | None, help_entry("MU", f"{YARN_FRICTION:g}")] = None
     """coefficient of friction between yarns, with --relaxation"""
+    unsupported: Flag = False
+    """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
+    blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
+    """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
     """width and height of the repeat [cm]; each is a number or the word free"""
     quality: QualityName = DEFAULT_QUALITY
     max_iterations: MaxIterations = None
     device: Device = None
+    threads: Threads = None
     tile: Annotated[tuple[int, int], help_entry("C R")] = (5, 5)
     """numbers of repeats along the courses and along the wales in the picture and in tiled.bcc"""
     texture: Annotated[tuple[int, ...] | None, help_entry("PIXELS [PIXELS]", "no textures")] = None
@@ -95,8 +101,9 @@ class Swatch:
         source = self._source()
         woven = isinstance(source, Weave)
         options = SwatchOptions(
-            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
-        )
+            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
+            unsupported=self.unsupported, blocked=self.blocked,
+        )  # fmt: skip
         with output_folder(self.output) as folder, show_progress() as progress:
             made = self._relaxed(source, options, progress)
             report = self._report(source, options, made)

@@ -211,8 +211,7 @@ def test_size_rows_and_columns(rib):
 
 @pytest.mark.parametrize(("rows", "columns"), [(0, 0), (501, 4), (4, 501)])
 def test_a_refused_size_leaves_the_chart(rib, rows, columns):
-    rib.controls.set("Rows", rows)
-    rib.controls.set("Columns", columns)
+    rib.controls.find("Rows").value, rib.controls.find("Columns").value = rows, columns
     with pytest.raises(StitchMeshError, match="expected 1 to 500 rows"):
         rib.controls.press("Resize")
     assert rib.editor.chart.shape == (2, 4)
@@ -232,7 +231,7 @@ def test_a_new_chart_is_a_step(rib):
     for _ in range(3):
         rib.controls.act("undo")
     assert rib.rows() == ["p p k k"] * 2
-    rib.controls.set("Rows", 0)
+    rib.controls.find("Rows").value = 0
     with pytest.raises(StitchMeshError, match="expected 1 to 500 rows"):
         rib.controls.press("New chart", "Weave")
 

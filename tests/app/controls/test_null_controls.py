@@ -24,6 +24,15 @@ def test_controls_are_pressed_set_and_read_by_their_labels():
     assert controls.find("Width").value == 1.2
 
 
+@pytest.mark.parametrize("value", [0.0, 5.1, float("nan"), "wide", None, True])
+def test_a_number_takes_nothing_beyond_its_bounds(value):
+    controls, calls = NullControls(), []
+    number = controls.number("Width", "Wale spacing.", 0.8, calls.append, least=0.1, most=5.0, step=0.1)
+    with pytest.raises(ParameterError, match=r"Width: got .*; expected 0.1 to 5"):
+        controls.set("Width", value)
+    assert calls == [] and number.value == 0.8
+
+
 def test_what_is_not_there_hidden_or_disabled_cannot_be_pressed():
     controls = NullControls()
     button = controls.button("Undo", "Takes back the last edit.", lambda: None)
