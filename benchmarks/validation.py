@@ -81,6 +81,7 @@ def _loads(_pictures: Path | None) -> None:
 def _friction(_pictures: Path | None) -> None:
     print_table("Stockinette off the needles", validation_friction.munden_table())
     print_table("Dry stockinette by friction", validation_friction.coefficients_table())
+    print_table("Stockinette of 16.67 d from several sizes on the needles", validation_friction.paths_table())
     print_table("Ribs off the needles, of stockinette", validation_friction.rib_table())
     print_table("Work of dry stockinette", validation_friction.work_table())
     for title, rows in validation_friction.stiffness_tables():
