@@ -265,6 +265,11 @@ class CellStrain:
         """Directions along the courses and across them, shape (2 C, 3)."""
         return self.model.constants.images.frame
 
+    def set_loads(self, loads: NDArray[np.float64]) -> None:
+        """Change the loads on the borders of each cell along courses and wales [dyn], shape (C, 2)."""
+        self.host_loads = loads
+        self.loads.assign(loads * self.model.units[:, None])
+
     def struct(self, candidates: Candidates) -> Any:
         """The struct that kernels receive."""
         struct = strains_struct(self.model.scalar)()
