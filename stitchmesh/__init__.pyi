@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from .after_edit import RelaxedAgain as RelaxedAgain
 from .after_edit import relax_edited as relax_edited
+from .compute.threads import set_threads as set_threads
 from .editing.edit import Edit as Edit
 from .editing.edit import apply_edit as apply_edit
 from .editing.history import History as History
@@ -117,6 +118,8 @@ from .yarnrelax.energies.friction import Friction as Friction
 from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist
+from .yarnrelax.load_steps import LoadStep as LoadStep
+from .yarnrelax.load_steps import relax_through_steps as relax_through_steps
 from .yarnrelax.relax_cells import relax_cells as relax_cells
 
 __version__: str

@@ -21,6 +21,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.relax_partly import relax_partly
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
@@ -65,7 +66,7 @@ def change_radius(
 
 def change_rest_length(
     yarns: YarnSet, rest_length: FloatArray, material: YarnMaterial, quality: Quality, device: str | None = None,
-    cell: RelaxCell | None = None,
+    cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
 ) -> YarnSet:  # fmt: skip
     """Change the rest lengths of yarns in steps.
 
@@ -76,6 +77,7 @@ def change_rest_length(
         quality: resolution of the relaxation between the steps.
         device: device of the kernels, for example ``cpu`` or ``cuda:0``.
         cell: degrees of freedom of the periods between the steps; None keeps the periods fixed.
+        terms: further energies between the steps.
 
     Raises:
         SolverError: the yarns cannot be separated at a step.
@@ -87,7 +89,7 @@ def change_rest_length(
     count = max(len(_steps(factor, LENGTHENING)) for factor in (float(ratio.min()), float(ratio.max())))
     for number in range(count + 1):
         yarns = replace(yarns, rest_length=first * ratio ** (number / count))
-        yarns = _relax_between_steps(yarns, material, quality, device, TOO_SHORT, cell)
+        yarns = _relax_between_steps(yarns, material, quality, device, TOO_SHORT, cell, terms)
     return replace(yarns, rest_length=rest_length)
 
 
@@ -139,7 +141,7 @@ def _steps(factor: float, largest: float) -> list[float]:
 
 def _relax_between_steps(
     yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None, reason: str,
-    cell: RelaxCell | None = None,
+    cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
 ) -> YarnSet:  # fmt: skip
     """Relax yarns for the iterations between two steps.
 
@@ -148,7 +150,7 @@ def _relax_between_steps(
     """
     try:
         return relax_partly(
-            yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell
+            yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell, terms=terms
         )
     except SolverError as error:
         raise SolverError(f"{str(error).partition(':')[0]}: {reason}") from error

@@ -12,14 +12,12 @@ import numpy as np
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.fabric_shape import thickness_of
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.yarn_presets import Gauge
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.cell_stress import cell_stress
-
-SAMPLES = 8
-"""Points of each segment at which the thickness is measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +62,7 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
     """
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)
-    along, _across, normal = lattice_frame(yarns.lattice.periods)
+    along = lattice_frame(yarns.lattice.periods)[0]
     wales, courses, stitches = counts_of(yarns, fabric)
     length = float(yarns.lengths.sum())
     return FabricMeasures(
@@ -73,7 +71,7 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
         wale_spacing=width / wales, course_spacing=height / courses,
         gauge=Gauge.of_stitch(width / wales, height / courses),
         loop_length=length / stitches,
-        thickness=_thickness(yarns, normal),
+        thickness=thickness_of(yarns),
         areal_density=mass_per_length * length / (width * height),
     )  # fmt: skip
 
@@ -113,14 +111,6 @@ def swatch_report(
         "energy_per_stitch": energy / measures.stitches,
     }
     return report if fabric is not None else report | _crimp(yarns)
-
-
-def _thickness(yarns: YarnSet, normal: FloatArray) -> float:
-    """Return the extent of the yarns along the normal of the fabric [cm]."""
-    curves = yarns.sampled(SAMPLES)
-    out = np.concatenate(curves) @ normal
-    radius = np.repeat(yarns.radius, [len(curve) for curve in curves])
-    return float((out + radius).max() - (out - radius).min())
 
 
 def counts_of(yarns: YarnSet, fabric: StitchMesh | None) -> tuple[int, int, int]:

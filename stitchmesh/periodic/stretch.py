@@ -164,14 +164,14 @@ def stretch_test(
 
     Raises:
         ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
-            fewer than two steps, or a period is given.
+            fewer than two steps, or a period or a tension of blocking is given.
         FileError, PatternError, SolverError: as for ``swatch``.
     """
     direction, strains = choose_strains(course, wale, steps)
     if other not in get_args(Other):
         raise ParameterError(f"other: got {other!r}; expected free or held")
-    if "period" in options:
-        raise ParameterError("period: got one for a stretch test, which begins at the free cell; leave it out")
+    for name in {"period", "blocked"} & options.keys():
+        raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
     quality = refine_for_tension(quality_named(quality))
     free = swatch(
         pattern, material=material, quality=quality, device=device, relax_cell=RelaxCell(shear=False),

@@ -11,6 +11,7 @@ the rest lengths of stitches and parts of stitches by factors, also in steps (se
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Callable
@@ -25,10 +26,13 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
+from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
+from stitchmesh.periodic.off_needles import chosen_release, let_go, needle_size
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, SwatchOptions
+from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
@@ -41,6 +45,8 @@ from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
+
+logger = logging.getLogger(__name__)
 
 LOOP_OVER_WIDTH = 4.07
 """Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""
@@ -65,8 +71,8 @@ class Swatch:
     yarns: YarnSet
     """The relaxed yarns, on their lattice."""
     report: dict[str, Any]
-    """Measurements as plain numbers: those of ``gauge.swatch_report``, for a weave those of ``jamming.jam_report``, and
-    the report of ``relax_yarns``."""
+    """Measurements as plain numbers: those of ``gauge.swatch_report``, for a weave those of ``jamming.jam_report``, its
+    shape (``FabricShape.report``), and the report of ``relax_yarns``."""
     fabric: StitchMesh | None
     """The stitch mesh from which the yarns were generated; None for a weave."""
     history: list[HistoryEntry]
@@ -92,6 +98,8 @@ def swatch(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
+    relaxation: KnitState | None = None,
+    friction: float | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
@@ -103,9 +111,12 @@ def swatch(
         quality: a preset or a ``Quality``.
         device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
             is no GPU.
-        relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell`` with the degrees of
-            freedom of the cell. With ``RelaxCell()`` the cell can also shear; ribs without friction do so to one of
-            the two sides.
+        relax_cell: whether the width and height of the repeat are relaxed, lying between two planes (``support``),
+            or a ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the
+            cell can also shear; ribs without friction do so to one of the two sides.
+        relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
+            (``off_needles``); width and height are then free. By default there is no friction.
+        friction: coefficient of friction between yarns, with a relaxation; ``YARN_FRICTION`` where not given.
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
             in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
@@ -117,11 +128,15 @@ def swatch(
         SolverError: the yarns cannot be relaxed.
     """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
+    release = chosen_release(relaxation, friction, relax_cell, chosen)
+    relax_cell = relax_cell or release is not None
     if material is None:
         material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
     check_kind("swatch, material", material, YarnMaterial)
     began = time.perf_counter()
     source = resolve_pattern(pattern)
+    if release is not None and isinstance(source, Weave):
+        raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
     fabric, first = draw_swatch(source, chosen, quality)
     quality = close_contacts(quality, chosen)
     # the fabric is relaxed at gamma times its final size, and scaled at the end
@@ -131,17 +146,30 @@ def swatch(
     natural = first if fabric is not None else replace(first, rest_length=first.lengths)
     yarns = change_radius(natural, thicker, similar, quality, device)
     period = period_to_reach(first, chosen)
-    cell = free_cell(relax_cell, chosen)
-    yarns = change_rest_length(yarns, take_up_rest_lengths(first, fabric, chosen), similar, quality, device, cell)
+    cell, flat = free_cell(relax_cell, chosen, first, material), FlatFabric.of(first, fabric, source)
+    terms = planes(relax_cell, chosen, flat, yarns.radius)
+    wanted = take_up_rest_lengths(first, fabric, chosen)
+    yarns = change_rest_length(yarns, wanted, similar, quality, device, cell, terms)
     yarns = change_period(yarns, period, similar, quality, device)
-    relaxed = relax_yarns(yarns, material=similar, quality=quality, device=device, cell=cell, progress=progress)
+    with tearing(chosen):
+        if release is not None and fabric is not None:
+            needles = needle_size(fabric, chosen.plain_loop * chosen.gamma)
+            relaxed = let_go(yarns, needles, release, similar, quality, device, terms, progress)
+        else:
+            relaxed = relax_yarns(
+                yarns, material=similar, quality=quality, device=device, cell=cell, terms=terms, progress=progress
+            )
     refuse_pull_through(first, relaxed.yarns, device)
+    refuse_tearing(relaxed.report["max_strain"], chosen)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
     measures = swatch_report(result, fabric, material, quality, relaxed.report["energy"], device)
     if isinstance(source, Weave):
         measures |= jam_report(source, result)
     seconds = {"seconds": time.perf_counter() - began, "solver_seconds": relaxed.report["seconds"]}
-    return Swatch(result, measures | relaxed.report | seconds, fabric, relaxed.history)
+    shape = flat.shape_of(result)
+    if shape.name != "flat":
+        logger.warning("%s; %s", shape.text, remedy_of(shape, lies=bool(terms)))
+    return Swatch(result, measures | shape.report() | relaxed.report | seconds, fabric, relaxed.history)
 
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:
@@ -161,7 +189,7 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         return None, replace(woven, drawn_radius=drawn * woven.radius)
     if options.spacing is not None:
         raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
-    loop_length = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
+    loop_length = options.plain_loop
     width = loop_length / LOOP_OVER_WIDTH
     fabric = torus_mesh(
         source, stitch_width=width, stitch_height=COURSE_OVER_WALE_SPACING * width, columns=options.columns,
@@ -186,8 +214,7 @@ def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
     The number of control points of a stitch is the same for long and short loops, so the contact spheres of a segment
     are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
     """
-    loop = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
-    looseness = loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
+    looseness = options.plain_loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
     closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
     return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 
@@ -259,11 +286,20 @@ def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
     )  # fmt: skip
 
 
-def free_cell(relax_cell: bool | RelaxCell, options: SwatchOptions) -> RelaxCell | None:
-    """Return the degrees of freedom of the cell, or None for a fixed cell.
+def free_cell(
+    relax_cell: bool | RelaxCell, options: SwatchOptions, drawn: YarnSet, material: YarnMaterial
+) -> RelaxCell | None:
+    """Return the degrees of freedom of the cell and its loads, or None for a fixed cell.
 
     A size that is given stays fixed. Pulls are divided by gamma, because the relaxed cell is gamma times as large.
+
+    Raises:
+        ParameterError: a blocked swatch has a given ``RelaxCell``, or would tear.
     """
+    if options.blocked is not None:
+        if isinstance(relax_cell, RelaxCell):
+            raise ParameterError("blocked: got a RelaxCell beside it; give its loads, or relax_cell=True")
+        relax_cell = blocking(drawn, options, material)
     if relax_cell is False:
         return None
     cell = RelaxCell(shear=False) if relax_cell is True else relax_cell

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -24,6 +25,10 @@ TAKE_UP = (0.1, 2.0)
 LONGEST_FLOAT = 7
 """Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches; longer
 floats catch fingers and pull the fabric together, and are woven in behind a stitch."""
+KnitState = Literal["dry", "wet", "full"]
+"""States of a knit that was let go off the needles (``off_needles``)."""
+YARN_FRICTION = 0.2
+"""Default coefficient of friction between yarns, in the range of spun yarns, 0.1 to 0.5."""
 STRETCH_STEPS = 9
 """Default number of states of a stretch curve."""
 
@@ -33,7 +38,8 @@ class SwatchOptions:
     """Options of a swatch.
 
     Raises:
-        ParameterError: a length or gamma is not a positive number, or gamma or the longest float is out of bounds.
+        ParameterError: a length, gamma or the tension is not a positive number, or gamma or the longest float is out of
+            bounds.
     """
 
     yarn_radius: float = YARN_RADIUS
@@ -55,6 +61,11 @@ class SwatchOptions:
     """Number of repeats of the pattern in the cell, side by side."""
     rows: int = 1
     """Number of repeats of the pattern in the cell, one above another."""
+    unsupported: bool = False
+    """Whether a repeat whose size relaxes lies on nothing; by default it lies between two planes (``support``)."""
+    blocked: float | None = None
+    """Tension with which the repeat is pinned out in both directions [dyn/cm], over its size as generated; its width
+    and height then relax under this tension."""
     longest_float: int = LONGEST_FLOAT
     """Largest number of stitches of other yarns behind which a yarn floats; patterns with longer floats are refused."""
 
@@ -66,10 +77,17 @@ class SwatchOptions:
                 raise ParameterError(f"{name}: got {value} cm; expected a positive number")
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
+        if self.blocked is not None and not (np.isfinite(self.blocked) and self.blocked > 0.0):
+            raise ParameterError(f"blocked: got {self.blocked} dyn/cm; expected a positive tension")
         if self.longest_float < 0:
             raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:
             raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")
+
+    @property
+    def plain_loop(self) -> float:
+        """Yarn length of a plain stitch [cm]."""
+        return self.loop_length or 2 * COMPACT_LOOP * self.yarn_radius
 
     def drawn_over_contact(self, default: float) -> float:
         """Apparent radius over contact radius; ``default`` if no apparent radius is given."""

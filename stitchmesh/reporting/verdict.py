@@ -15,7 +15,7 @@ SMALLEST_DISTANCE = 1.5
 
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
-    "uneven stitches", "stopped", "not at rest", "strained", "crowded",
+    "uneven stitches", "stopped", "not at rest", "strained", "crowded", "not flat",
 ]  # fmt: skip
 """What can be wrong with a fabric, and with relaxed yarns."""
 
@@ -74,6 +74,9 @@ def relaxation_verdict(report: Mapping[str, Any], *, mesh_converged: bool = True
     if distance < SMALLEST_DISTANCE:
         crowded = f"yarns are crowded, their axes {distance:.2f} radii apart (2 is touching)"
         found.append(Finding("crowded", crowded, "use a thinner yarn"))
+    if report.get("shape", "flat") != "flat":
+        thick = f"the fabric is {report['shape']}, {report['thickness_ratio']:.2g} times as thick as its stitches need"
+        found.append(Finding("not flat", thick, "let it lie on a table, or block it"))
     touching = f"axes at least {distance:.2f} radii apart (2 is touching); none passed through another"
     praise = f"the yarns are at rest, strained by at most {_percent(strain)}, {touching}"
     return Verdict(tuple(found), praise)

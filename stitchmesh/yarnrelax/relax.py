@@ -88,7 +88,7 @@ def relax_yarns(
         terms: further energies, such as gravity; a term that is not given costs nothing.
         constraints: constraints on control points.
         cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
-            constraints and all terms but friction, which do not support a cell that deforms.
+            constraints, and terms that do not act on a cell that deforms (``TermChoice.in_free_cells``).
         progress: called about every half second; by default a line shows the progress on a terminal or in a notebook,
             and False shows nothing.
         on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.

@@ -4,9 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -16,13 +19,13 @@ from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 @alone()
 def relax_partly(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, iterations: int, device: str | None = None,
-    cell: RelaxCell | None = None,
+    cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
 ) -> YarnSet:  # fmt: skip
     """Yarns after some iterations towards rest, for changes in small steps; arguments as for ``relax_yarns``.
 
     Raises:
         SolverError: the relaxation cannot go on.
     """
-    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), cell=cell)
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
     RelaxationLoop(simulation, quality.tolerance).run(iterations)
     return simulation.good_yarns()

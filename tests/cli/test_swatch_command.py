@@ -253,3 +253,25 @@ def test_convert_tiles_yarns_only(tmp_path, capsys):
 def test_the_weave_of_the_documentation_is_that_of_the_library():
     (text,) = re.findall(r"```weave\n(.*?)```", (ROOT / "docs" / "swatches.md").read_text(), re.DOTALL)
     assert parse_weave(text).matrix == read_weave("double-plain-stitched").matrix
+
+
+def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
+    swatch(tmp_path / "out", "stockinette", "--relaxation", "wet", "--friction", "0.3")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert (report["relaxation"], report["friction"], report["options"]["relaxation"]) == ("wet", 0.3, "wet")
+    history = list(csv.DictReader((tmp_path / "out" / "convergence.csv").open()))
+    assert "friction_erg" in history[0]
+    assert int(history[-1]["iteration"]) == report["iterations"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--friction", "0.3"], "friction: got 0.3 without a relaxation; add one of dry, wet and full"),
+        (["--relaxation", "dry", "--friction", "-1"], "friction: got coefficients (-1.0, -1.0)"),
+        (["--relaxation", "dry", "--friction", "9"], "friction: got coefficients (9.0, 9.0); expected numbers from 0"),
+        (["--relaxation", "dry", "--period", "1", "free"], "relaxation: got a period or blocking beside it"),
+    ],
+)
+def test_friction_that_does_not_fit_is_refused_in_one_line(capsys, tmp_path, words: list[str], message: str) -> None:
+    assert message in refused(capsys, tmp_path, "swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out")

@@ -150,11 +150,11 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     of 1e-4 allows."""
     quality = replace(quality_named("draft"), precision="float64", tolerance=1e-4)
     material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)
-    made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=True)
+    cell = RelaxCell(shear=False)
+    made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=cell)
     _fabric, first = draw_swatch(resolve_pattern(name), SwatchOptions(), quality)
     small = change_radius(scale_yarns(first, 1.0 / gamma), gamma, material, quality, "cpu")
     np.testing.assert_allclose(small.radius, RADIUS, rtol=1e-12)  # three roundings
-    cell = RelaxCell(shear=False)
     direct = relax_yarns(small, material=material, quality=quality, device="cpu", cell=cell)
     np.testing.assert_allclose(made.yarns.points, direct.yarns.points, rtol=0, atol=tolerance * RADIUS)
     # the error is of second order in the positions

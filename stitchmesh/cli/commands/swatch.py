@@ -20,6 +20,7 @@ from stitchmesh.cli.options import (
     MaxIterations,
     QualityName,
     SwatchFabric,
+    Threads,
     YarnColours,
 )
 from stitchmesh.cli.output_folder import START_OF_RENDERER, draw_if_possible, output_folder, plot_history
@@ -27,7 +28,7 @@ from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mesh.palette import checked_palette
-from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
@@ -56,11 +57,20 @@ class Swatch:
     material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
     """relax the width and the height of the repeat too, except those that --period fixes"""
+    relaxation: Annotated[KnitState | None, help_entry("dry|wet|full", "off")] = None
+    """let a knit go off the needles with friction between its yarns, and relax it to one of Munden's three states"""
+    friction: Annotated[float | None, help_entry("MU", f"{YARN_FRICTION:g}")] = None
+    """coefficient of friction between yarns, with --relaxation"""
+    unsupported: Flag = False
+    """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
+    blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
+    """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
     """width and height of the repeat [cm]; each is a number or the word free"""
     quality: QualityName = DEFAULT_QUALITY
     max_iterations: MaxIterations = None
     device: Device = None
+    threads: Threads = None
     tile: Annotated[tuple[int, int], help_entry("C R")] = (5, 5)
     """numbers of repeats along the courses and along the wales in the picture and in tiled.bcc"""
     texture: Annotated[tuple[int, ...] | None, help_entry("PIXELS [PIXELS]", "no textures")] = None
@@ -91,8 +101,9 @@ class Swatch:
         source = self._source()
         woven = isinstance(source, Weave)
         options = SwatchOptions(
-            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period
-        )
+            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
+            unsupported=self.unsupported, blocked=self.blocked,
+        )  # fmt: skip
         with output_folder(self.output) as folder, show_progress() as progress:
             made = self._relaxed(source, options, progress)
             report = self._report(source, options, made)
@@ -133,13 +144,14 @@ class Swatch:
         )  # fmt: skip
         return swatch(
             source, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
+            relaxation=self.relaxation, friction=self.friction,
             progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]), **given,
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
         yarn = {"material": self.material.material, "stiffness": self.material.section().values()}
-        asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell}
+        asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell, "relaxation": self.relaxation}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report
 

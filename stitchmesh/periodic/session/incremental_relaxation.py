@@ -102,7 +102,9 @@ class LiveSwatch:
         continues = not restart and generated.has_same_yarns(self.first)
         before, enlargement = self.target, generated.width / self.generated.width
         needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())
-        relaxes_alike = (target.material, target.cell, sampled) == (before.material, before.cell, self.sampled)
+        relaxes_alike = (target.material, target.cell, target.terms, sampled) == (
+            before.material, before.cell, before.terms, self.sampled
+        )
         self.generated, self.target, self.sampled, self.error = generated, target, sampled, None
         if not continues:
             return self._start_again()
@@ -175,7 +177,8 @@ class LiveSwatch:
         """Start a relaxation of a state."""
         self.finished = False
         simulation = YarnSimulation.start(
-            state.yarns, self.target.material, self.sampled, device_named(self.device), cell=self.target.cell
+            state.yarns, self.target.material, self.sampled, device_named(self.device), self.target.terms,
+            cell=self.target.cell,
         )
         loop = StepwiseLoop(simulation, self.sampled.tolerance)
         loop.start()

@@ -16,11 +16,14 @@ import numpy as np
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.palette import Palette
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.session.settings import SwatchSettings
+from stitchmesh.periodic.support import planes
 from stitchmesh.periodic.swatch import draw_swatch, free_cell, period_to_reach, take_up_rest_lengths
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.energies.term import TermChoice
 
 SAME_PLACE = 1e-9
 """Largest distance of control points that count as the same point [widths of the repeat]."""
@@ -74,6 +77,8 @@ class Target:
     """Material of the yarn, scaled by gamma."""
     cell: RelaxCell | None
     """The free changes of the periods; None for constant periods."""
+    terms: tuple[TermChoice, ...]
+    """What the cell lies on."""
     colour: IntArray
     """Colour number of each yarn, shape (Y,)."""
     palette: Palette
@@ -101,21 +106,25 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     """
     options, yarns = settings.options, generated.yarns
     assert yarns.lattice is not None
-    cell = free_cell(settings.relax_cell, options)
+    material = settings.yarn_material
+    cell = free_cell(settings.relax_cell, options, yarns, material)
     free = np.zeros(3, dtype=bool) if cell is None else cell.free
     size = [
         given if given is not None else None if freed else own
         for given, freed, own in zip(period_to_reach(yarns, options), free[:2], size_of(yarns.lattice), strict=True)
     ]
     full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
+    radius = yarns.radius * full * options.gamma
+    flat = FlatFabric.of(yarns, generated.fabric, generated.source)
     return Target(
-        radius=yarns.radius * full * options.gamma,
+        radius=radius,
         rest_length=take_up_rest_lengths(yarns, generated.fabric, options),
         size=(size[0], size[1]),
         lean=None if free[2] else lean_of(yarns),
         gamma=options.gamma,
-        material=settings.yarn_material.scaled(options.gamma),
+        material=material.scaled(options.gamma),
         cell=cell,
+        terms=tuple(planes(settings.relax_cell, options, flat, radius)),
         colour=yarns.colour,
         palette=yarns.palette,
         drawn_over_contact=yarns.drawn_radius / yarns.radius,

@@ -140,12 +140,17 @@ def friction_energies(
     sample_energy[p] = energy * law[0] * type(energy)(0.5)
 
 
+LARGEST_COEFFICIENT = 2.0
+"""Coefficient that no yarn has; the largest of dry and wet fibres in Morton and Hearle is 0.9, of swollen wool."""
+
+
 @dataclass(frozen=True)
 class Friction(TermChoice):
     """Dry friction where yarns touch.
 
     Raises:
-        ParameterError: a coefficient is negative or not finite, or the slip length is not a positive number.
+        ParameterError: a coefficient is negative or larger than that of any yarn, or the slip length is not a positive
+            number.
     """
 
     mu: float | tuple[float, float]
@@ -155,8 +160,9 @@ class Friction(TermChoice):
     in_free_cells = True
 
     def __post_init__(self) -> None:
-        if not all(np.isfinite(value) and value >= 0.0 for value in self.coefficients):
-            raise ParameterError(f"friction: got coefficients {self.coefficients}; expected numbers of at least 0")
+        if not all(0.0 <= value <= LARGEST_COEFFICIENT for value in self.coefficients):
+            expected = f"expected numbers from 0 to {LARGEST_COEFFICIENT:g}, for yarn 0.1 to 0.5"
+            raise ParameterError(f"friction: got coefficients {self.coefficients}; {expected}")
         if not (np.isfinite(self.slip_length) and self.slip_length > 0.0):
             raise ParameterError(f"friction: got a slip length of {self.slip_length}; expected a positive number")
 
@@ -167,21 +173,28 @@ class Friction(TermChoice):
 
     def on(self, model: Model) -> Term:
         """Friction between a model's yarns; normal forces are zero before the first ``renew``."""
-        return _Friction(model, self)
+        return FrictionTerm(model, self)
 
 
-class _Friction(Term):
+class FrictionTerm(Term):
     """Friction on a device."""
 
     name = "friction"
     lags = True
 
     def __init__(self, model: Model, friction: Friction) -> None:
+        """Friction without contacts."""
         largest = max(friction.coefficients)
         along, across = ((value / largest) ** 2 if largest > 0.0 else 1.0 for value in friction.coefficients)
-        self.model = model
+        self.model, self.friction = model, friction
         self.law = vector(4, model.scalar)(largest, along, across, friction.slip_length)
         self.contacts = first_contacts(model)
+
+    def weaken(self, share: float) -> None:
+        """Set the coefficients to a share of those that were chosen; captured launches must be discarded."""
+        self.law = vector(4, self.model.scalar)(
+            max(self.friction.coefficients) * share, self.law[1], self.law[2], self.law[3]
+        )
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """The launch that adds the friction to ``state.sample_force``, and its virial where a cell relaxes."""

@@ -91,7 +91,7 @@ class TermChoice(ABC):
     """A term that a caller requests."""
 
     in_free_cells: bool = False
-    """Whether the term acts on the strains of a cell that relaxes."""
+    """Whether the term acts on the strains of a cell that relaxes, or has no force along the periods."""
 
     @abstractmethod
     def on(self, model: Model) -> Term:
@@ -133,5 +133,5 @@ def refuse_in_free_cells(terms: Sequence[TermChoice], constraints: Sequence[Cons
         ParameterError: there is a constraint, or a term that does not act on strains.
     """
     for choice in [*(term for term in terms if not term.in_free_cells), *constraints]:
-        found = f"got {type(choice).__name__} beside it; only friction acts on a cell that deforms"
+        found = f"got {type(choice).__name__} beside it, which does not act on a cell that deforms"
         raise ParameterError(f"relax cell: {found}; leave it out, or keep the periods")

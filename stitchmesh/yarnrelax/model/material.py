@@ -155,6 +155,11 @@ SHARES = np.array([1.0, 11.0, 11.0, 1.0]) / 24.0
 
 def point_masses(model: Model) -> NDArray[np.float64]:
     """Mass of each control point [g], shape (N,)."""
-    mass = model.material.mass_per_length * model.rest_length[:, None] * SHARES
+    return model.material.mass_per_length * carried_lengths(model)
+
+
+def carried_lengths(model: Model) -> NDArray[np.float64]:
+    """Rest length of yarn that each control point carries [unit], shape (N,)."""
+    length = model.rest_length[:, None] * SHARES
     corners = model.yarns.segment_points.ravel()
-    return np.bincount(corners, weights=mass.ravel(), minlength=model.point_count).astype(np.float64)
+    return np.bincount(corners, weights=length.ravel(), minlength=model.point_count).astype(np.float64)

@@ -208,7 +208,7 @@ def test_a_change_without_effect_starts_no_relaxation():
         rest = running.wait_until_rest(SAFETY)
         running.set(gamma=1.0, relax_cell=True)
         running.set(pattern="stockinette")
-        running.set(relax_cell=sm.RelaxCell(shear=False), material=default_material())
+        running.set(material=default_material())
         assert running.wait_until_rest(SAFETY) is rest
 
 
@@ -276,7 +276,7 @@ def test_values_out_of_bounds_are_refused_immediately_and_change_nothing():
     with session() as running:
         with pytest.raises(ParameterError, match=r"gamma: got -1; expected 0\.1 to 10"):
             running.set(gamma=-1)
-        known = "columns, drawn_radius, gamma"
+        known = "blocked, columns, drawn_radius, gamma"
         with pytest.raises(ParameterError, match=rf"session: got a change of .device.; expected one of {known}"):
             running.set(device="cuda:0")
         assert running.wait_until_rest(SAFETY).report["gamma"] == 1.0

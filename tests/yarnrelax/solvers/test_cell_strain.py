@@ -177,7 +177,7 @@ def test_new_images_are_found_when_a_cell_shrinks() -> None:
 
 def test_options_that_exclude_a_free_cell_are_refused() -> None:
     yarns = periodic_patch(1, 1)
-    with pytest.raises(ParameterError, match="got Gravity beside it; only friction"):
+    with pytest.raises(ParameterError, match="got Gravity beside it, which does not act"):
         relax_yarns(yarns, cell=RelaxCell(), terms=[Gravity()], device="cpu")
     with pytest.raises(ParameterError, match="repeat on no lattice"):
         relax_yarns(replace(yarns, lattice=None, lattice_step=None), cell=RelaxCell(), device="cpu")

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Confinement: two frictionless planes, between which a periodic fabric lies; they give way elastically.
+
+Let n be the normal of the lattice, z_j = n . q_j the height of a control point over the middle plane, h the height of
+the planes over it, and l_j the rest length of yarn that the control point carries. Yarn beyond a plane is pushed back:
+
+    E = sum over control points of  kappa l_j / 2  max(|z_j| - h, 0)^2        [erg]
+    f_j = -kappa l_j max(|z_j| - h, 0) sign(z_j) n
+    d2E / dq_j2 = kappa l_j n n^T where |z_j| > h, else 0
+
+A control point carries the share of its segments that their basis functions give, as for masses (``material``). The
+curve lies in the convex hull of the control points, so its heights are less than theirs.
+
+The force is normal to the periods, and deformations of a cell (``cell_strain``) keep n and every z: the term adds
+nothing to the forces on the strains of a cell. The stiffness is
+
+    kappa = STIFFNESS k_bend / r^4        [erg / cm^3]
+
+with r the mean radius, so that the similarity of L section 6.2 stays exact: energies keep their values when lengths are
+multiplied by gamma.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import lattice_frame
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.material import carried_lengths
+from stitchmesh.yarnrelax.model.state import State
+
+STIFFNESS = 0.1
+"""Stiffness of the planes over k_bend / r^4."""
+
+
+@wp.func
+def excess_height(place: Any, normal: Any, half: Any) -> Any:
+    """Signed height of a place beyond the nearer plane; 0 between the planes."""
+    height = wp.dot(place, normal)
+    return wp.sign(height) * wp.max(wp.abs(height) - half, half - half)
+
+
+@wp.func
+def confinement_energy(excess: Any, stiffness: Any) -> Any:
+    """Energy [erg]; ``stiffness`` is kappa l_j."""
+    return type(excess)(0.5) * stiffness * excess * excess
+
+
+@wp.func
+def confinement_force(excess: Any, stiffness: Any) -> Any:
+    """Force along the normal [erg / unit]."""
+    return -stiffness * excess
+
+
+@wp.func
+def confinement_curvature(excess: Any, stiffness: Any) -> Any:
+    """Second derivative of the energy by the height [erg / unit^2]; a Hessian is this number times n n^T."""
+    return wp.where(excess == excess - excess, stiffness - stiffness, stiffness)
+
+
+@kernel
+def confinement_forces(
+    # model
+    normal: Any,
+    half: Any,
+    stiffness: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    # state out
+    external_force: wp.array[Any],
+) -> None:
+    """Add the push of the planes on each control point [erg / unit]."""
+    j = wp.tid()
+    external_force[j] += normal * confinement_force(excess_height(points[j], normal, half), stiffness[j])
+
+
+@kernel
+def confinement_energies(
+    # model
+    normal: Any,
+    half: Any,
+    stiffness: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    # state out
+    point_energy: wp.array[Any],
+) -> None:
+    """Energy [erg] of each control point."""
+    j = wp.tid()
+    point_energy[j] = confinement_energy(excess_height(points[j], normal, half), stiffness[j])
+
+
+@dataclass(frozen=True)
+class Confinement(TermChoice):
+    """Two planes beside a periodic fabric, parallel to its lattice; the middle plane is that of the given yarns.
+
+    Raises:
+        ParameterError: the half thickness is negative, or the stiffness is not positive.
+    """
+
+    half_thickness: float
+    """Height of the planes over the middle plane [cm]; control points beyond it are pushed back."""
+    stiffness: float = STIFFNESS
+    """Stiffness of the planes over k_bend / r^4."""
+    in_free_cells = True
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.half_thickness) and self.half_thickness >= 0.0):
+            found = f"confinement: got a half thickness of {self.half_thickness} cm"
+            raise ParameterError(f"{found}; expected a number of at least 0")
+        if not (np.isfinite(self.stiffness) and self.stiffness > 0.0):
+            raise ParameterError(f"confinement: got a stiffness of {self.stiffness}; expected a positive number")
+
+    def on(self, model: Model) -> Term:
+        """The planes beside a model's yarns.
+
+        Raises:
+            ParameterError: the yarns have no lattice, or several cells are given.
+        """
+        if not model.on_lattice or model.cell_count != 1:
+            raise ParameterError("confinement: needs the yarns of one periodic fabric; leave it out")
+        return _Planes(model, self)
+
+
+class _Planes(Term):
+    """Confinement on a device."""
+
+    name = "confinement"
+
+    def __init__(self, model: Model, choice: Confinement) -> None:
+        cell = model.cells[0]
+        assert cell.yarns.lattice is not None
+        normal = lattice_frame(cell.yarns.lattice.periods)[2]
+        # the material is that of yarns whose mean radius is one unit
+        self.host_stiffness = choice.stiffness * cell.material.k_bend * carried_lengths(model)
+        self.model = model
+        self.normal = vector(3, model.scalar)(*(float(part) for part in normal))
+        self.half = model.number(choice.half_thickness / model.unit)
+        self.own_stiffness = model.upload(self.host_stiffness)
+
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """The launch that adds the push of the planes to ``state.external_force``."""
+        inputs = [self.normal, self.half, self.own_stiffness, state.points]
+        return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
+
+    def energy(self, state: State, candidates: Candidates) -> float:
+        """Energy of the planes [erg]."""
+        energy = self.model.empty(self.model.point_count)
+        inputs = [self.normal, self.half, self.own_stiffness, state.points]
+        self.model.launch(confinement_energies, self.model.point_count, inputs, [energy])
+        return ordered_sum(energy)
+
+    def stiffness(self) -> NDArray[np.float64]:
+        """The second derivative beyond the planes, shape (N,)."""
+        return self.host_stiffness
