@@ -45,6 +45,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
+from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
@@ -171,11 +172,23 @@ def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool
     return residual == 0.0 or (residual < tolerance and abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance)
 
 
+def is_at_rest(residual: float, left: RemainingChange | None, tolerance: float, largest_change: float) -> bool:
+    """Whether yarns that Newton's method relaxes are at rest.
+
+    Args:
+        residual: relative force residual.
+        left: estimate of the change that is left; None where there is none.
+        tolerance: ``Quality.tolerance``.
+        largest_change: ``Quality.largest_change``.
+    """
+    return residual == 0.0 or (residual < tolerance and left is not None and left.spacing < largest_change)
+
+
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
     """Bound of the rms force that the rounding of coordinates causes without contacts [erg / unit], shape (C,)."""
     counts = np.diff(model.point_start)
     mean = np.add.reduceat(stiffness**2, model.point_start[:-1]) / counts
-    return np.sqrt(mean) * model.size * _precision(model)
+    return np.sqrt(mean) * model.size * precision_of(model)
 
 
 class Assessor:
@@ -219,7 +232,7 @@ class Assessor:
             in_cell = STRAINS_COUNT * self.strain.residuals()
             found |= {"tension": self.strain.tension_energies()}
         noise = np.zeros(self.model.cell_count)
-        doubtful = left <= self.rounding + _precision(self.model) * in_contacts
+        doubtful = left <= self.rounding + precision_of(self.model) * in_contacts
         if cells is not None:
             doubtful &= cells
         if doubtful.any():
@@ -271,7 +284,7 @@ class Assessor:
         arguments = (model, state, self.candidates, self.terms, self.point_stiffness)
         launches = [
             CopyArray(state.points, kept),
-            launcher(perturb_coordinates, n, [model.number(_precision(model))], [state.points]),
+            launcher(perturb_coordinates, n, [model.number(precision_of(model))], [state.points]),
         ]
         launches += evaluation.force_launches(*arguments, launcher)
         launches.append(CopyArray(kept, state.points))
@@ -282,7 +295,7 @@ class Assessor:
         return [*launches, self.noise.total_launch(launcher)]
 
 
-def _precision(model: Model) -> float:
+def precision_of(model: Model) -> float:
     """Size of the last digit of 1."""
     return float(np.finfo(np.float32 if model.scalar is wp.float32 else np.float64).eps)
 

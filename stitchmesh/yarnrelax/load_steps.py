@@ -99,7 +99,7 @@ def relax_through_steps(
     """
     refuse_in_free_cells(terms, ())
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), [friction, *terms], cell=cell)
-    loop, began = RelaxationLoop(simulation, quality.tolerance), time.perf_counter()
+    loop, began = RelaxationLoop(simulation, quality.tolerance, quality.largest_change), time.perf_counter()
 
     def note_assessment() -> None:
         last, seconds = loop.last[0], time.perf_counter() - began

@@ -7,7 +7,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -43,7 +43,8 @@ class Relaxation:
     yarns: YarnSet
     """The yarns at rest."""
     report: dict[str, Any]
-    """seconds, iterations, converged, stopped (by the user), residual, energy [erg], energies [erg], max_strain,
+    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (spacing, energy, both relative,
+    and rms_radii: the estimated change that is left; None where it is not known), energy [erg], energies [erg], max_strain,
     min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
     history: list[HistoryEntry]
     """The result of each assessment."""
@@ -121,7 +122,7 @@ def relax_yarns(
     if checkpoint is not None or resume is not None:
         kind = simulation.model.device
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
-    loop = RelaxationLoop(simulation, quality.tolerance)
+    loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
     with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
         observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began, control)
         if resume is not None:
@@ -161,12 +162,14 @@ def _points_of(start: YarnSet, yarns: YarnSet) -> FloatArray:
 
 
 def _report(loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: float, stopped: bool) -> dict[str, Any]:
+    left = loop.remaining[0]
     return {
         "seconds": seconds,
         "iterations": loop.iteration,
         "converged": bool(loop.at_rest[0]),
         "stopped": stopped,
         "residual": loop.last[0].residual,
+        "remaining_change": None if left is None else asdict(left),
         "energy": loop.last[0].energy,
         "energies": loop.last[0].energies,
         "max_strain": float(np.abs(relaxed.strain).max()),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, Literal
 
@@ -170,7 +170,7 @@ class _Run:
     def __init__(self, simulation: YarnSimulation, quality: Quality, launched: int) -> None:
         """Assess the cells as they were given; ``launched`` is the number of iterations that they did before."""
         self.simulation, self.launched = simulation, launched
-        self.loop = RelaxationLoop(simulation, quality.tolerance)
+        self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
         self.loop.start()
         self.iterations = np.full(simulation.model.cell_count, launched)
         self.active = ~self.loop.failed
@@ -180,7 +180,7 @@ class _Run:
         self.loop.advance(self.active)
         self.launched += int(ASSESSMENT_INTERVAL)
         self.iterations[self.active] += int(ASSESSMENT_INTERVAL)
-        self.active &= ~self.loop.at_rest & ~self.loop.failed
+        self.active &= ~self.loop.at_rest & ~self.loop.failed & ~self.loop.stalled
 
     @property
     def is_mostly_done(self) -> bool:
@@ -193,7 +193,7 @@ class _Run:
         solver = self.simulation.solver
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
-        last, at_rest = self.loop.last, self.loop.at_rest
+        last, at_rest, left = self.loop.last, self.loop.at_rest, self.loop.remaining
         distance, strain = self.simulation.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
@@ -202,6 +202,7 @@ class _Run:
                 "gradient": gradient[cell],
                 "converged": bool(at_rest[cell]),
                 "residual": last[cell].residual,
+                "remaining_change": None if left[cell] is None else asdict(left[cell]),
                 "energy": last[cell].energy,
                 "energies": last[cell].energies,
                 "max_strain": float(strain[cell]),

@@ -27,5 +27,5 @@ def relax_partly(
         SolverError: the relaxation cannot go on.
     """
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
-    RelaxationLoop(simulation, quality.tolerance).run(iterations)
+    RelaxationLoop(simulation, quality.tolerance, quality.largest_change).run(iterations)
     return simulation.good_yarns()

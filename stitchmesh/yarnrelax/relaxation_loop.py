@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
-from stitchmesh.yarnrelax.convergence import Assessment, has_converged
+from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.solver import Progress
+from stitchmesh.yarnrelax.solvers.newton import RemainingChange
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
 
 NARROWEST_MARGIN = 0.3
 """Margin of the candidate lists where motion is slow, in mean radii."""
@@ -28,8 +29,14 @@ PATIENCE = 5
 """Iterations for which cells wait for the cells that still move before there are new candidate lists for all."""
 SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
-RECOVERY = 1.2
+RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
 """Growth of the scale of steps after each accepted assessment."""
+NEWTON_RISE = 32.0
+"""Rise of the energy in a Newton step that rounding explains, over the precision and the size of the energy."""
+SMALLEST_NEWTON_SCALE = 1e-6
+"""Scale of Newton steps below which nothing lowers the energy any more."""
+DESCENT = 0.01
+"""Residual below which Newton's method ends a relaxation."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
 """Advice for an energy that is too steep to be relaxed."""
 
@@ -37,9 +44,9 @@ REMEDY = "move the yarns apart, or control points that lie in one place"
 class RelaxationLoop:
     """Cells, or one piece, on their way to rest."""
 
-    def __init__(self, simulation: YarnSimulation, tolerance: float) -> None:
-        """A loop before its first assessment (``start``); ``tolerance`` is ``Quality.tolerance``."""
-        self.simulation, self.tolerance = simulation, tolerance
+    def __init__(self, simulation: YarnSimulation, tolerance: float, largest_change: float = 0.004) -> None:
+        """A loop before its first assessment (``start``); arguments as in ``Quality``."""
+        self.simulation, self.tolerance, self.largest_change = simulation, tolerance, largest_change
         cells = simulation.model.cell_count
         self.iteration = 0
         """Iterations of the cell that did most."""
@@ -52,6 +59,12 @@ class RelaxationLoop:
         self.energy_fall = np.full(cells, np.inf)
         """Part of itself by which the energy of each cell fell over the last assessment interval; infinite before the
         first interval and after a step back, shape (C,)."""
+        self.ending = np.zeros(cells, dtype=bool)
+        """Whether each cell takes Newton steps, shape (C,)."""
+        self.stalled = np.zeros(cells, dtype=bool)
+        """Whether no Newton step lowers the energy of a cell that is not at rest, shape (C,)."""
+        self.remaining: list[RemainingChange | None] = [None] * cells
+        """Estimate of the change that is left of each cell; None where it is unknown."""
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
         self.errors: dict[int, str] = dict(simulation.too_close)
@@ -78,7 +91,7 @@ class RelaxationLoop:
         if not self.last:
             self.start()
             note()
-        while not self.at_rest.all() and self.iteration < iterations:
+        while not (self.at_rest | self.stalled).all() and self.iteration < iterations:
             self.advance()
             note()
 
@@ -88,10 +101,8 @@ class RelaxationLoop:
         Raises:
             SolverError: the only piece cannot continue.
         """
-        chosen = np.ones(len(self.last), dtype=bool) if cells is None else cells
-        interval = self.simulation.solver.interval
-        self.iterate(interval, chosen)
-        self.iteration += interval
+        chosen = (np.ones(len(self.last), dtype=bool) if cells is None else cells) & ~self.stalled
+        self.iteration += max(self._descend(chosen & ~self.ending), self._end(chosen & self.ending))
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
         good = chosen & [self._is_acceptable(cell, now, kinetic_energy) for cell, now in enumerate(found)]
         for cell in np.flatnonzero(good).tolist():
@@ -101,6 +112,21 @@ class RelaxationLoop:
         self.accept(good | (self.at_rest & ~chosen))
         if (chosen & ~good).any():
             self.step_back(chosen & ~good)
+
+    def _descend(self, cells: NDArray[np.bool_]) -> int:
+        """Iterate some cells with the solver for one assessment interval; return the number of iterations."""
+        if not cells.any():
+            return 0
+        self.iterate(int(ASSESSMENT_INTERVAL), cells)
+        return int(ASSESSMENT_INTERVAL)
+
+    def _end(self, cells: NDArray[np.bool_]) -> int:
+        """Do one Newton step of some cells; return the number of products, each of which costs about an iteration."""
+        if not cells.any():
+            return 0
+        products = self.simulation.newton_step(cells, self.step_scale)
+        self.search_contacts()
+        return products
 
     def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
         """Do ``count`` iterations of some cells, or of all, with new candidate lists where they are too old."""
@@ -114,10 +140,7 @@ class RelaxationLoop:
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
             self.lists_age += int((progress.done - done).max())
             done, since_search = progress.done, since_search + launched
-            if self.simulation.solver.interval == 1:
-                self.search_contacts()
-                since_search = 0
-            elif _wait_is_over(progress, wanted, since_search):
+            if _wait_is_over(progress, wanted, since_search):
                 self.search_contacts(self._fitting_margin())
                 since_search = 0
             elif self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin:
@@ -136,9 +159,8 @@ class RelaxationLoop:
         """Accept the current states of some cells, and let their steps become longer again."""
         self.simulation.accept(cells)
         if (self.step_scale[cells] < 1.0).any():
-            self.step_scale[cells] = np.minimum(
-                self.step_scale[cells] * (2.0 if self.simulation.solver.interval == 1 else RECOVERY), 1.0
-            )
+            recovery = np.where(self.ending, NEWTON_RECOVERY, RECOVERY)[cells]
+            self.step_scale[cells] = np.minimum(self.step_scale[cells] * recovery, 1.0)
             self.simulation.solver.set_step_scale(self.step_scale)
 
     def step_back(self, cells: NDArray[np.bool_]) -> None:
@@ -147,12 +169,15 @@ class RelaxationLoop:
         Raises:
             SolverError: the steps of the only piece are as short as they may be.
         """
-        for cell in np.flatnonzero(cells & (self.step_scale < SMALLEST_STEP_SCALE)).tolist():
+        self.stalled |= cells & self.ending & (self.step_scale < SMALLEST_NEWTON_SCALE)
+        for cell in np.flatnonzero(cells & ~self.ending & (self.step_scale < SMALLEST_STEP_SCALE)).tolist():
             where = self.simulation.largest_force(cell)
             self._fail({cell: f"{where}: its energy grows at the smallest steps; {REMEDY}"})
         self.energy_fall[cells] = np.inf
         self.simulation.restore(cells)
-        self.step_scale[cells] /= 2
+        self.step_scale[cells] /= np.where(self.ending, 4.0, 2.0)[cells]
+        if self.simulation.newton is not None:
+            self.simulation.newton.restart(cells & self.ending)
         self.simulation.solver.restart(self.step_scale, cells)
         self.search_contacts()
 
@@ -167,11 +192,16 @@ class RelaxationLoop:
 
     @property
     def at_rest(self) -> NDArray[np.bool_]:
-        """Whether both conditions of ``convergence`` hold in each cell, shape (C,)."""
-        if self.simulation.solver.interval == 1:
-            return self.simulation.solver.at_rest(self.tolerance)
+        """Whether the conditions of ``convergence`` hold in each cell, shape (C,)."""
+        if self.simulation.newton is None:
+            return self._is_near_rest(self.tolerance)
+        pairs = zip(self.last, self.remaining, strict=True)
+        return np.array([is_at_rest(now.residual, left, self.tolerance, self.largest_change) for now, left in pairs])
+
+    def _is_near_rest(self, tolerance: float) -> NDArray[np.bool_]:
+        """Whether the residual and the fall of the energy of each cell are small, shape (C,)."""
         pairs = zip(self.last, self.energy_fall.tolist(), strict=True)
-        return np.array([has_converged(now.residual, fall, self.tolerance) for now, fall in pairs])
+        return np.array([has_converged(now.residual, fall, tolerance) for now, fall in pairs])
 
     @property
     def failed(self) -> NDArray[np.bool_]:
@@ -189,12 +219,19 @@ class RelaxationLoop:
         """Whether a cell's energy is finite and has not risen too far."""
         last, noise = self.last[cell], float(self.simulation.noise[cell])
         allowed = self.simulation.solver.allowed_rise * (last.size + self.kinetic_energy) + noise
+        if self.ending[cell]:
+            allowed = NEWTON_RISE * self.simulation.precision * last.size
         return now.finite and now.energy + kinetic_energy <= last.energy + self.kinetic_energy + allowed
 
     def _note(self, cell: int, now: Assessment) -> None:
         """Record the accepted assessment of a cell."""
         self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
         self.last[cell] = now
+        newton = self.simulation.newton
+        if newton is not None and self.ending[cell]:
+            self.remaining[cell] = newton.remaining_change(cell, now.size)
+        elif newton is not None and has_converged(now.residual, float(self.energy_fall[cell]), DESCENT):
+            self.ending[cell], self.step_scale[cell] = True, 1.0
 
     def _fail(self, errors: dict[int, str]) -> None:
         """Record the cells that cannot continue; raise the error if there is only one cell."""

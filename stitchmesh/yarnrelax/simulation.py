@@ -28,7 +28,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
 from stitchmesh.yarnrelax.collision.step_limit import smallest_distances
-from stitchmesh.yarnrelax.convergence import Assessment, Assessor, rounding_force
+from stitchmesh.yarnrelax.convergence import Assessment, Assessor, precision_of, rounding_force
 from stitchmesh.yarnrelax.energies.by_term import largest_force
 from stitchmesh.yarnrelax.energies.evaluation import force_launches
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -107,6 +107,10 @@ class YarnSimulation:
         strains = 0 if cells is None else model.cell_count
         self.solver = solver_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
         blocks = self.solver.needs_blocks
+        self.newton: Newton | None = None
+        """Newton's method, which ends the relaxation where all terms give their Hessians."""
+        if quality.solver == "quasistatic" and all(term.gives_hessian for term in self.terms):
+            self.newton = Newton(model, further, strains)
         self.state = make_state(model, points, external=bool(self.terms), blocks=blocks, strains=strains)
         self.candidates = make_candidates(model, WIDEST_MARGIN)
         self.constraints = [constraint.on(model) for constraint in constraints]
@@ -130,7 +134,13 @@ class YarnSimulation:
     @property
     def inputs(self) -> SolverInputs:
         """What the solver works on."""
-        return SolverInputs(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain, self.terms)
+        return SolverInputs(self.model, self.state, self.candidates, self.constraints, self.step_fraction, self.strain,
+                            self.terms)  # fmt: skip
+
+    @property
+    def precision(self) -> float:
+        """Size of the last digit of 1."""
+        return precision_of(self.model)
 
     @property
     def noise(self) -> NDArray[np.float64]:
@@ -140,7 +150,8 @@ class YarnSimulation:
     def discard_launches(self) -> None:
         """Forget all captured launches: an array that they name was replaced."""
         self._iterations: CapturedLaunches | None = None
-        self._prepared = False
+        if self.newton is not None:
+            self.newton.discard_launches()
         self._assessor: Assessor | None = None
 
     @property
@@ -160,26 +171,23 @@ class YarnSimulation:
 
     def iteration_launches(self) -> list[Any]:
         """The prepared launches of one iteration, in their order: forces, constraints, solver."""
+        return self.balance_launches() + self.solver.launches(self.inputs, self.model.prepare)
+
+    def balance_launches(self) -> list[Any]:
+        """The prepared launches that find the forces less the reactions of constraints."""
         model, state, launcher = self.model, self.state, self.model.prepare
         launches = force_launches(model, state, self.candidates, self.terms, self.point_stiffness, launcher)
         for constraint in self.constraints:
             launches += constraint.filter_forces(state.force, launcher)
-        return launches + self.solver.launches(self.inputs, launcher)
+        return launches
+
+    def newton_step(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> int:
+        """Do one Newton step of some cells; return the number of products with the Hessian."""
+        assert self.newton is not None
+        return self.newton.step(self.inputs, self.balance_launches(), cells, step_scale)
 
     def iterate(self) -> int:
         """Launch some iterations; return their number."""
-        if isinstance(self.solver, Newton):
-            if not self._prepared:
-                model, state = self.model, self.state
-                forces = force_launches(
-                    model, state, self.candidates, self.terms, self.point_stiffness, model.prepare
-                )
-                for constraint in self.constraints:
-                    forces += constraint.filter_forces(state.force, model.prepare)
-                self.solver.prepare(self.inputs, forces)
-                self._prepared = True
-            self.solver.step()
-            return 1
         self.iterations.launch()
         return self.graph_iterations
 
@@ -246,6 +254,8 @@ class YarnSimulation:
         if self.good_periods is not None:
             own |= {"periods": self.model.constants.images.periods, "good_periods": self.good_periods}
         carried = {f"solver.{name}": array for name, array in self.solver.arrays().items()}
+        if self.newton is not None:
+            carried |= {f"newton.{name}": array for name, array in self.newton.arrays().items()}
         for number, term in enumerate(self.terms):
             carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
         return own | carried
@@ -257,6 +267,8 @@ class YarnSimulation:
         own = {name: array for name, array in self.arrays().items() if "." not in name or name.startswith("solver.")}
         for name, array in own.items():
             array.assign(arrays[name])
+        if self.newton is not None:
+            self.newton.resume({name[7:]: array for name, array in arrays.items() if name.startswith("newton.")})
         for number, term in enumerate(self.terms):
             start = f"{term.name} {number}."
             term.resume({name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)})

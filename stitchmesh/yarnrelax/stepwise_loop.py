@@ -27,9 +27,9 @@ INTERVAL = int(ASSESSMENT_INTERVAL)
 class StepwiseLoop(RelaxationLoop):
     """The relaxation of one cell of a lattice in parts of assessment intervals."""
 
-    def __init__(self, simulation: YarnSimulation, tolerance: float) -> None:
+    def __init__(self, simulation: YarnSimulation, tolerance: float, largest_change: float) -> None:
         """Arguments as for ``RelaxationLoop``."""
-        super().__init__(simulation, tolerance)
+        super().__init__(simulation, tolerance, largest_change)
         self.done = 0
         """Iterations of the present interval; ``iteration`` counts those of whole intervals."""
         self.left_of_launch = 0
@@ -52,6 +52,8 @@ class StepwiseLoop(RelaxationLoop):
     def advance_partly(self, most: int) -> int:
         """Iterate for a part of an assessment interval; at its end, accept the new state or step back.
 
+        A Newton step is a part that is not divided.
+
         Args:
             most: number of iterations; there are fewer if the interval ends before. A solver that cannot stop within a
                 launch (``Dynamics`` on a GPU) completes the launch.
@@ -62,7 +64,10 @@ class StepwiseLoop(RelaxationLoop):
         Raises:
             SolverError: the cell cannot continue.
         """
-        before = self.done
+        before, count = self.done, self.iteration
+        if self.ending[0]:
+            self.advance()
+            return self.iteration - count
         if before + most >= INTERVAL:
             self.advance()
             return INTERVAL - before

@@ -180,7 +180,7 @@ class LiveSwatch:
             state.yarns, self.target.material, self.sampled, device_named(self.device), self.target.terms,
             cell=self.target.cell,
         )
-        loop = StepwiseLoop(simulation, self.sampled.tolerance)
+        loop = StepwiseLoop(simulation, self.sampled.tolerance, self.sampled.largest_change)
         loop.start()
         return loop
 

@@ -88,6 +88,24 @@ def confinement_forces(
 
 
 @kernel
+def confinement_products(
+    # model
+    normal: Any,
+    half: Any,
+    stiffness: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    motion: wp.array[Any],
+    # state out
+    product: wp.array[Any],
+) -> None:
+    """Add the product of the planes' stiffness with the motion of each control point."""
+    j = wp.tid()
+    curvature = confinement_curvature(excess_height(points[j], normal, half), stiffness[j])
+    product[j] += normal * (curvature * wp.dot(normal, motion[j]))
+
+
+@kernel
 def confinement_energies(
     # model
     normal: Any,
@@ -139,6 +157,7 @@ class _Planes(Term):
     """Confinement on a device."""
 
     name = "confinement"
+    gives_hessian = True
 
     def __init__(self, model: Model, choice: Confinement) -> None:
         cell = model.cells[0]
@@ -155,6 +174,13 @@ class _Planes(Term):
         """The launch that adds the push of the planes to ``state.external_force``."""
         inputs = [self.normal, self.half, self.own_stiffness, state.points]
         return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
+
+    def product(
+        self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher
+    ) -> list[Any]:
+        """The launch that adds the product of the planes' stiffness with a motion."""
+        inputs = [self.normal, self.half, self.own_stiffness, state.points, motion]
+        return [launcher(confinement_products, self.model.point_count, inputs, [product])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of the planes [erg]."""

@@ -7,7 +7,7 @@ unit vector n along it, the second derivative is
 
     E'' n n^T + E' / d (I - n n^T)  =  a a^T - b I,        b = - E' / d > 0,    a = sqrt(E'' + b) n
 
-The part b makes it indefinite: a pair that is pressed could also turn aside. Far from rest b is left out (``exact``).
+The part b makes it indefinite: a pair that is pressed could also turn aside. Far from rest a share of b only is taken (``exact``).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def find_touching_pairs(
     # model
     model: Any,
     # state in
-    exact: wp.array[wp.int32],
+    exact: wp.array[Any],
     samples: wp.array[Any],
     candidate_count: wp.array[wp.int32],
     candidates: wp.array2d[wp.int32],
@@ -55,8 +55,7 @@ def find_touching_pairs(
         if distance2 < reach2:
             weight = own * model.sample_weight[sample_number(model.images, entry)]
             push, stiff, inverse = contact_force_scale(distance2, reach2, weight)
-            if wanted == 0:
-                push = push - push
+            push = push * wanted
             size = wp.sqrt((stiff + push) * inverse)
             touching[p, found] = entry
             stiffness[p, found] = type(here)(gap[0] * size, gap[1] * size, gap[2] * size, push)

@@ -91,6 +91,7 @@ class _Weight(Term):
     """Gravity on a device."""
 
     name = "gravity"
+    gives_hessian = True
 
     def __init__(self, model: Model, acceleration: tuple[float, float, float]) -> None:
         self.model = model

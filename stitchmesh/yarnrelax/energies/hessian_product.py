@@ -244,8 +244,8 @@ class Hessian:
         """Allocate for a state; ``strain`` is the ``CellStrain`` of cells that relax."""
         relaxes = strain is not None
         self.model, self.state, self.strain = model, state, strain
-        self.exact = wp.zeros(model.cell_count, dtype=wp.int32, device=model.device)
-        """Whether the matrix of each cell is the exact one (1) or that of Gauss and Newton (0), shape (C,)."""
+        self.exact = model.empty(model.cell_count)
+        """Share of the exact matrix of each cell; the rest is that of Gauss and Newton, shape (C,)."""
         matrix = wp.types.matrix(shape=(3, 3), dtype=model.scalar)
         self.leg_hessian = wp.zeros((6, model.segment_count), dtype=matrix, device=model.device)
         self.touching = TouchingPairs(model, candidates)
@@ -280,7 +280,7 @@ class Hessian:
             launcher(gather_product, n, [constants, self.leg_product, self.sample_product],
                      [product]),
         ]  # fmt: skip
-        launches += [launch for term in self.terms for launch in term.product(motion, product, launcher)]
+        launches += [launch for term in self.terms for launch in term.product(state, motion, product, launcher)]
         if relaxes:
             cells = model.cell_count
             inputs = [constants, self.strain.blocks, model.cell_segments, self.segment_strain, self.sample_strain]

@@ -91,6 +91,7 @@ class _PointLoad(Term):
     """A point load on a device."""
 
     name = "point load"
+    gives_hessian = True
 
     def __init__(self, model: Model, points: NDArray[np.int64], force: tuple[float, float, float]) -> None:
         self.model = model

@@ -17,7 +17,8 @@ and bending with phi = kappa^2 = (s^2 |a|^2 - (t . a)^2) / s^6 and the natural c
 
 The matrix is indefinite where a yarn is compressed or strongly bent. Far from rest it is replaced by the Gauss-Newton
 matrix: P only where s > l, M = 2 J^T J with J the derivative of the curvature vector c = t x a / s^3, and f at least 0.
-This matrix is never negative, and equals the exact one for a yarn with its rest length and little curvature.
+This matrix is never negative, and equals the exact one for a yarn with its rest length and little curvature. Between
+both, the blocks are mixed with the share ``exact`` of the exact matrix.
 """
 
 from __future__ import annotations
@@ -78,13 +79,16 @@ def exact_bend(t: Any, a: Any) -> tuple[Any, Any, Any]:
 
 
 @wp.func
-def bend_hessian(t: Any, a: Any, stiffness: Any, natural: Any, exact: int) -> tuple[Any, Any, Any]:
+def bend_hessian(t: Any, a: Any, stiffness: Any, natural: Any, exact: Any) -> tuple[Any, Any, Any]:
     """Blocks tt, ta, aa of bending at a point of the rule; ``stiffness`` is k_bend times the rest length."""
     zero, one, two = type(stiffness)(0.0), type(stiffness)(1.0), type(stiffness)(2.0)
     c = wp.cross(t, a)
     tt, mixed, turned = gauss_newton_bend(t, a, c)
-    if exact != 0:
-        tt, mixed, turned = exact_bend(t, a)
+    if exact > zero:
+        exact_tt, exact_mixed, exact_turned = exact_bend(t, a)
+        tt += (exact_tt - tt) * exact
+        mixed += (exact_mixed - mixed) * exact
+        turned += (exact_turned - turned) * exact
     if natural > zero:
         s2 = wp.dot(t, t)
         least = natural * type(natural)(NEARLY_STRAIGHT)
@@ -92,11 +96,10 @@ def bend_hessian(t: Any, a: Any, stiffness: Any, natural: Any, exact: int) -> tu
         curvature = wp.max(wp.sqrt(curvature2), least)
         part = one - natural / curvature
         rest = one - part
-        if exact == 0:
-            part = wp.max(part, zero)
-            rest = wp.min(rest, one)
-        elif curvature2 < least * least:
+        if curvature2 < least * least:
             rest = zero
+        part = wp.max(part, part * exact)
+        rest = wp.max(rest * exact, wp.min(rest, one))
         i3 = one / (s2 * s2 * s2)
         by_t = (wp.cross(a, c) * i3 - t * (type(one)(3.0) * wp.dot(c, c) * i3 / s2)) / curvature
         by_a = wp.cross(c, t) * (i3 / curvature)
@@ -111,12 +114,12 @@ def find_leg_hessians(
     # model
     model: Any,
     # state in
-    exact: wp.array[wp.int32],
+    exact: wp.array[Any],
     points: wp.array[Any],
     # state out
     leg_hessian: wp.array2d[Any],
 ) -> None:
-    """The six blocks of each segment (``LEG_PAIRS``) [erg / unit^2]; ``exact`` is 1 or 0 for each cell."""
+    """The six blocks of each segment (``LEG_PAIRS``) [erg / unit^2]; ``exact`` is the share of the exact matrix."""
     s = wp.tid()
     q0, q1, q2, q3 = segment_corners(model, points, s)
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
@@ -130,8 +133,7 @@ def find_leg_hessians(
         rule = model.rule[g]
         length += wp.length(leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]) * rule[5]
     slope = length_slope(length, rest_length, k[1])
-    if wanted == 0:
-        slope = wp.max(slope, zero)
+    slope = wp.max(slope, slope * wanted)
     identity = wp.identity(n=3, dtype=type(rest_length))
     h00, h01, h02, h11, h12, h22 = (
         identity * zero, identity * zero, identity * zero, identity * zero, identity * zero, identity * zero
@@ -148,8 +150,7 @@ def find_leg_hessians(
         direction = wp.outer(t, t) / (speed * speed)
         pull = two * k[0] * rule[5] * per_length * per_length
         tight = one - rest_length / speed
-        if wanted == 0:
-            tight = wp.max(tight, zero)
+        tight = wp.max(tight, tight * wanted)
         tt += direction * pull + (identity - direction) * (pull * tight + slope * rule[5] / speed)
         w0, w1, w2 = rule[0], rule[1], rule[2]
         v0, v1, v2 = -rule[3], rule[3] - rule[4], rule[4]

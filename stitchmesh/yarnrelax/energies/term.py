@@ -17,25 +17,10 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
-from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
-
-
-@kernel
-def add_row_sums(
-    # model
-    rows: wp.array[Any],
-    # state in
-    motion: wp.array[Any],
-    # state out
-    product: wp.array[Any],
-) -> None:
-    """Add a motion times the row sums of a stiffness."""
-    i = wp.tid()
-    product[i] += motion[i] * rows[i]
 
 
 class Term(ABC):
@@ -43,8 +28,8 @@ class Term(ABC):
 
     name: str
     """Name of the term in reports."""
-    model: Model
-    """The yarns on which the term acts."""
+    gives_hessian: bool = False
+    """Whether ``product`` is the product with the exact Hessian, or one that is never negative and nearly it."""
     lags: bool = False
     """Whether the term is renewed each time the yarns have come to rest, until renewal changes nothing."""
 
@@ -64,15 +49,14 @@ class Term(ABC):
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""
 
-    def product(self, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Add the product of the term's Hessian with a motion of the control points; both of shape (E, 3).
+    def product(
+        self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher
+    ) -> list[Any]:
+        """The launches that add the product of the term's Hessian with a motion; both of shape (E, 3).
 
-        A term that does not give its Hessian is replaced by its row sums, which bound it.
+        Called only where ``gives_hessian``; a term with constant forces adds nothing.
         """
-        rows = self.stiffness()
-        if not rows.any():
-            return []
-        return [launcher(add_row_sums, len(rows), [self.model.upload(rows), motion], [product])]
+        return []
 
     def renew(self, state: State, candidates: Candidates) -> None:  # noqa: B027 - most terms have no lagged quantities
         """Update lagged quantities; called at the beginning of a load step, outside of captured launches."""

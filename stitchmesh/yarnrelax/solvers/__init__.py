@@ -9,10 +9,9 @@ from collections.abc import Callable
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
-from stitchmesh.yarnrelax.solvers.newton import Newton
 from stitchmesh.yarnrelax.solvers.solver import Solver
 
-SOLVERS: dict[str, Callable[..., Solver]] = {"quasistatic": LBFGS, "newton": Newton, "dynamics": Dynamics}
+SOLVERS: dict[str, Callable[..., Solver]] = {"quasistatic": LBFGS, "dynamics": Dynamics}
 
 
 def solver_named(name: str) -> Callable[..., Solver]:

@@ -55,8 +55,6 @@ class Solver(ABC):
 
     needs_blocks: bool
     """Whether it reads ``state.sample_block`` and ``state.segment_block``."""
-    interval: int = 20
-    """Iterations between two assessments."""
     allowed_rise: float
     """Largest rise of the energy between two assessments, over its size, that is accepted."""
 

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The change of the spacing of stitches by a motion of the control points of a piece.
+
+The control points of one stitch, or ``RUN`` successive ones where the yarns were not made from stitches, form a group,
+and each group has its ``NEIGHBOURS`` nearest groups. With the distances d of the middles of neighbours, before and
+after a motion, the change is
+
+    rms of (d' - d) / d
+
+over all neighbours that are further apart than ``NEAREST`` radii: two groups in one place have no spacing. A motion of
+the piece as a whole changes no distance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from stitchmesh.yarnrelax.model.constants import Model
+
+RUN = 12
+"""Successive control points of a group."""
+NEIGHBOURS = 4
+"""Nearest groups that are compared with a group."""
+NEAREST = 2.0
+"""Smallest distance of two groups that have a spacing, in mean yarn radii."""
+
+
+class SpacingChange:
+    """The groups of a piece and their neighbours."""
+
+    def __init__(self, model: Model, points: NDArray[np.float64]) -> None:
+        """Group the control points, and find neighbours at the current ``points`` [units], shape (N, 3)."""
+        self.group = _groups(model)
+        self.count = np.bincount(self.group)
+        middle = self._middles(points)
+        wanted = min(NEIGHBOURS + 1, len(middle))
+        distance, near = cKDTree(middle).query(middle, k=wanted) if wanted > 1 else (np.zeros((1, 1)), np.zeros((1, 1)))
+        apart = np.asarray(distance) > NEAREST
+        self.pairs = np.column_stack([np.nonzero(apart)[0], np.asarray(near)[apart]]).astype(np.int64)
+        """Groups that are neighbours, shape (K, 2)."""
+
+    def of(self, points: NDArray[np.float64], motion: NDArray[np.float64]) -> float:
+        """The relative change of the distances of neighbours by a motion, both of shape (N, 3)."""
+        if len(self.pairs) == 0:
+            return 0.0
+        before = np.diff(self._middles(points)[self.pairs], axis=1)[:, 0]
+        after = before + np.diff(self._middles(motion)[self.pairs], axis=1)[:, 0]
+        length = np.linalg.norm(before, axis=1)
+        change = (np.linalg.norm(after, axis=1) - length) / np.maximum(length, NEAREST)
+        return float(np.sqrt(np.mean(change**2)))
+
+    def _middles(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mean of each group, shape (G, 3)."""
+        sums = [np.bincount(self.group, values[:, axis]) for axis in range(3)]
+        return np.stack(sums, axis=1) / self.count[:, None]
+
+
+def _groups(model: Model) -> NDArray[np.int64]:
+    """The group of each control point, shape (N,)."""
+    yarns = model.yarns
+    if (yarns.face >= 0).all():
+        labels = yarns.face.astype(np.int64)
+    else:
+        yarn = np.repeat(np.arange(yarns.yarn_count), np.diff(yarns.start))
+        labels = yarn * len(yarns.points) + (np.arange(len(yarns.points)) - yarns.start[yarn]) // RUN
+    return np.unique(labels, return_inverse=True)[1].astype(np.int64)
