@@ -39,7 +39,8 @@ few control points that are faster than all others do not hold up the rest."""
 SMALL_CELL = 4096
 """Control points of the largest small cell."""
 SHORTEST_LIMIT = wp.constant(0.05)
-"""Limit in mean radii below which a control point is shortened by itself and does not shorten the whole step."""
+"""Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
+shorten the whole step."""
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
 
@@ -187,7 +188,8 @@ def advance_iterate(
 ) -> None:
     """x + a p, r - a H p, and z = C r."""
     block, lane = wp.tid()
-    alpha = solve.record[blocks.cell[block], ALPHA]
+    cell = blocks.cell[block]
+    alpha, scale = solve.record[cell, ALPHA], solve.record[cell, STEP_SCALE]
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         p = solve.p[i]
@@ -198,7 +200,7 @@ def advance_iterate(
         solve.x[i] = x
         solve.r[i] = r
         solve.z[i] = z
-        limit = wp.max(solve.limit[i], type(a)(SHORTEST_LIMIT))
+        limit = wp.max(solve.limit[i], type(a)(SHORTEST_LIMIT) * type(a)(scale))
         ratio = wp.float64(wp.length(x) / limit)
         total[0] += wp.float64(wp.dot(r, z))
         if i < point_count:
